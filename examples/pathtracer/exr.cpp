@@ -4,6 +4,8 @@
 #include "exr.h"
 
 #include <ImfChannelList.h>
+#include <ImfChromaticities.h>
+#include <ImfEnvmap.h>
 #include <ImfFloatAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
@@ -234,8 +236,18 @@ Image exr_read(const std::string &path) {
             buffer.insert(names[c], Imf::Slice::Make(Imf::FLOAT, &image.rgb[0].x + c,
                                                      box(image.crop), pixel, row));
         }
+        if (Imf::hasEnvmap(file.header()) && Imf::envmap(file.header()) == Imf::ENVMAP_CUBE)
+            throw Error("it is a cube map; convert it to latitude-longitude, as exrenvmap does");
         file.setFrameBuffer(buffer);
         file.readPixels(image.crop.y0, image.crop.y1 - 1);
+        if (Imf::hasChromaticities(file.header())) {
+            const Imath::M44f to_rec709 =
+                Imf::RGBtoXYZ(Imf::chromaticities(file.header()), 1) * Imf::XYZtoRGB({}, 1);
+            for (Vec3 &v : image.rgb) {
+                const Imath::V3f rgb = Imath::V3f(v.x, v.y, v.z) * to_rec709;
+                v = {rgb.x, rgb.y, rgb.z};
+            }
+        }
         return image;
     });
 }

@@ -25,6 +25,7 @@ struct PictureSettings {
     SamplerSettings sampler;
     uint32_t max_depth = 8;
     bool single_scatter = false, photometric = false;
+    bool clamp = false;  // texels of the environment that are not finite
     NoiseSettings noise; // its exposure is only an EXR's
 };
 
@@ -42,6 +43,7 @@ void visit_settings(One &a, Other &b, Visit visit) {
     visit("minSpp", "--min-spp", a.noise.min_spp, b.noise.min_spp);
     visit("singleScatter", "--single-scatter", a.single_scatter, b.single_scatter);
     visit("photometric", "--photometric", a.photometric, b.photometric);
+    visit("clamp", "--clamp", a.clamp, b.clamp);
 }
 
 // The attributes of the header.
@@ -74,7 +76,7 @@ void exr_settings(Attributes &a, Visit visit) {
 // The bytes of an EXR file. Throws Error.
 std::string exr_encode(const Film &film, const ExrAttributes &attributes);
 
-// Reads the channels R, G and B of any EXR file that has them. Throws Error.
+// Reads the channels R, G and B of any EXR file that has them, as Rec. 709. Throws Error.
 Image exr_read(const std::string &path);
 
 // The header of a file that this program wrote.

@@ -1,142 +1,571 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads glTF 2.0: walks the scene's node tree and reads its meshes, cameras and lights.
-// Transforms are composed and applied in double, so that geometry far from the origin keeps its
-// precision. The walk is iterative; a node reached twice is an error: such nodes form no tree.
+// Reads glTF 2.0 into a scene. JSON for Modern C++ parses the text; every index, offset and size is
+// checked here before it is used, and memory is what --max-memory allows. Transforms are composed
+// and applied in double, and the scene is moved to the origin, so that geometry far from it keeps
+// its precision. The walk over nodes is iterative; a node reached twice is an error: no tree.
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <map>
 #include <numeric>
 #include <set>
+#include <type_traits>
 
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
+#include <nlohmann/json.hpp>
 
-#include "gltf_parts.h"
+#include "error.h"
+#include "input_file.h"
+#include "scene.h"
 
 namespace {
 
+using Json = nlohmann::json;
+using Bytes = std::vector<unsigned char>;
+
+constexpr size_t MAX_ELEMENTS = size_t{1} << 26; // vertices, or elements of an array
+constexpr float LUMENS_PER_WATT = 683;           // at 555 nm; glTF exporters use it for all light
+constexpr float MAX_GLOW = 1;                    // radiance
+constexpr double MAX_COORDINATE = 1e15;          // doubles resolve an eighth there
+// The largest distance from the scene's centre. Products of three lengths, and areas, still fit in
+// a float, so pictures are right; a hundred times as far, Embree ends the program.
+constexpr float MAX_REACH = 1e10f;
+
+// ---- JSON: what is missing, or of another type, has a default
+
+const Json &member(const Json &of, const char *name) {
+    static const Json none;
+    const auto found = of.is_object() ? of.find(name) : of.end();
+    return found == of.end() ? none : *found;
+}
+
+double number(const Json &of, const char *name, double otherwise) {
+    const Json &value = member(of, name);
+    return value.is_number() ? value.get<double>() : otherwise;
+}
+
+std::string text(const Json &of, const char *name) {
+    const Json &value = member(of, name);
+    return value.is_string() ? value.get<std::string>() : "";
+}
+
+// Exactly `count` numbers; empty otherwise.
+std::vector<double> numbers(const Json &of, const char *name, size_t count) {
+    std::vector<double> values;
+    for (const Json &value : member(of, name))
+        if (value.is_number()) values.push_back(value.get<double>());
+    return values.size() == count ? values : std::vector<double>{};
+}
+
+// An index into a list of the file, -1 if there is none.
+int64_t index(const Json &of, const char *name) {
+    const double value = number(of, name, -1);
+    return value >= 0 && value < 4e9 ? static_cast<int64_t>(value) : -1;
+}
+
+// A size or an offset.
+size_t size_in(const Json &of, const char *name) {
+    const double value = number(of, name, 0);
+    if (!(value >= 0 && value < 1e18)) throw Error("has an impossible ", name);
+    return static_cast<size_t>(value);
+}
+
+const Json &extension(const Json &of, const char *name) {
+    return member(member(of, "extensions"), name);
+}
+
+// A number of a file, clamped; what is not a number becomes `low`.
+float bounded(double value, double low = 0, double high = 1) {
+    return static_cast<float>(value > low ? std::min(value, high) : low);
+}
+
+Vec3 colour(const std::vector<double> &c, double high = 1) {
+    if (c.size() < 3) return Vec3(1);
+    return {bounded(c[0], 0, high), bounded(c[1], 0, high), bounded(c[2], 0, high)};
+}
+
 // ---- The file
 
-// Extensions that the reader supports, or reports itself where a material uses them.
-bool is_known(const std::string &extension) {
-    static const std::set<std::string> known = {
-        "KHR_lights_punctual", "KHR_texture_transform", "KHR_mesh_quantization", "EXT_texture_webp",
-        "EXT_texture_avif",    "KHR_texture_basisu",    "MSFT_texture_dds"};
-    return known.count(extension) > 0 || extension.compare(0, 14, "KHR_materials_") == 0;
+Bytes base64_decoded(const std::string &text, size_t from) {
+    static const std::string digits =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    Bytes bytes;
+    uint32_t bits = 0, count = 0;
+    for (size_t i = from; i < text.size() && text[i] != '='; ++i) {
+        const size_t digit = digits.find(text[i]);
+        if (digit == std::string::npos) throw Error("is not valid base64");
+        bits = bits << 6 | static_cast<uint32_t>(digit);
+        if (++count % 4 != 1)
+            bytes.push_back(static_cast<unsigned char>(bits >> (6 - 2 * ((count - 1) % 4))));
+    }
+    return bytes;
 }
 
-// Keeps the bytes of an image, to be decoded when a material first uses it. Images in buffer views
-// stay there, as the view is not checked yet.
-bool keep_image(tinygltf::Image *image, const int, std::string *, std::string *, int, int,
-                const unsigned char *bytes, int size, void *) {
-    if (image->bufferView < 0) image->image.assign(bytes, bytes + size);
-    return true;
+// The file name that a percent-encoded URI stands for. A plus stands for itself.
+std::string percent_decoded(const std::string &uri) {
+    std::string name;
+    for (size_t i = 0; i < uri.size(); ++i) {
+        unsigned byte = 0;
+        const char *const digits = uri.data() + i + 1;
+        const bool escape = uri[i] == '%' && i + 2 < uri.size() &&
+                            std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2;
+        name += escape ? static_cast<char>(byte) : uri[i];
+        if (escape) i += 2;
+    }
+    return name;
 }
 
-std::string first_line(const std::string &text) {
-    return text.substr(0, text.find('\n'));
-}
-
-// tinygltf requests files by the names in the scene, and reads them only through this.
-struct FileAccess {
-    SceneFolder &folder;
-    std::string problem; // with the last file requested
+struct Span {
+    const unsigned char *data;
+    size_t size, stride; // stride 0: packed
 };
 
-bool read_whole_file(std::vector<unsigned char> *bytes, std::string *error, const std::string &name,
-                     void *user) {
-    auto &access = *static_cast<FileAccess *>(user);
+// What the reader supports, or reports itself where a material uses it.
+const std::set<std::string> KNOWN = {
+    "KHR_lights_punctual", "KHR_texture_transform", "KHR_mesh_quantization", "EXT_texture_webp",
+    "EXT_texture_avif",    "KHR_texture_basisu",    "MSFT_texture_dds"};
+const std::set<std::string> KNOWN_MATERIALS = {"KHR_materials_ior", "KHR_materials_transmission",
+                                               "KHR_materials_specular",
+                                               "KHR_materials_emissive_strength"};
+// Image formats that are not decoded. A texture may offer a PNG or JPEG as a fallback.
+const std::pair<const char *, const char *> UNKNOWN_PICTURES[] = {{"EXT_texture_webp", "WebP"},
+                                                                  {"EXT_texture_avif", "AVIF"},
+                                                                  {"KHR_texture_basisu", "KTX2"},
+                                                                  {"MSFT_texture_dds", "DDS"}};
+
+bool is_known(const std::string &name) {
+    return KNOWN.count(name) > 0 || name.compare(0, 14, "KHR_materials_") == 0;
+}
+
+struct File {
+    SceneFolder &folder;
+    Bytes bytes; // of the scene file
+    Json json = {};
+    Span chunk = {};                       // the binary chunk of a .glb
+    std::map<int64_t, Bytes> buffers = {}; // those that were read
+
+    explicit File(SceneFolder &scene_folder) : folder(scene_folder), bytes(folder.read_scene()) {
+        Span all = {bytes.data(), bytes.size(), 0};
+        if (all.size >= 4 && std::memcmp(all.data, "glTF", 4) == 0) all = glb_text();
+        try {
+            json = Json::parse(all.data, all.data + all.size);
+        } catch (const Json::exception &problem) {
+            throw Error("is not valid glTF 2.0: ", printable(problem.what()));
+        }
+        const Json &asset = member(json, "asset");
+        for (const char *name : {"version", "minVersion"}) {
+            const std::string version = text(asset, name);
+            if (name[0] == 'm' ? !version.empty() && version != "2.0" : version.compare(0, 2, "2."))
+                throw Error("is glTF ", printable(version.empty() ? "without a version" : version),
+                            "; version 2.0 is read");
+        }
+        for (const Json &required : member(json, "extensionsRequired"))
+            if (required.is_string() && !is_known(required))
+                throw Error("requires the extension ", printable(required),
+                            ", which cannot be read");
+    }
+
+    // The JSON of a .glb.
+    Span glb_text() {
+        const auto word = [&](size_t at) {
+            return bytes[at] | size_t{bytes[at + 1]} << 8 | size_t{bytes[at + 2]} << 16 |
+                   size_t{bytes[at + 3]} << 24;
+        };
+        if (bytes.size() < 20) throw Error("is cut short: it ends within its header");
+        if (word(4) != 2) throw Error("is not of glTF version 2");
+        const size_t size = word(8);
+        if (size < 20 || size > bytes.size())
+            throw Error("is cut short: its header says it has ", size, " bytes");
+        std::vector<Span> chunks;
+        for (size_t at = 12; at + 8 <= size; at += 8 + chunks.back().size) {
+            if (word(at) > size - at - 8) throw Error("is cut short: a chunk goes beyond its end");
+            chunks.push_back({bytes.data() + at + 8, word(at), word(at + 4)});
+        }
+        for (const Span &c : chunks)
+            if (c.stride == 0x004e4942 && !chunk.data) chunk = c; // "BIN"
+        return chunks[0];
+    }
+
+    // An element of a list of the file. Throws Error if the index is out of range.
+    const Json &at(const char *list, int64_t index, const char *what) const {
+        const Json &elements = member(json, list);
+        const size_t count = elements.is_array() ? elements.size() : 0;
+        if (index < 0 || static_cast<size_t>(index) >= count)
+            throw Error("refers to ", what, " ", index, ", and has ", count);
+        return elements[static_cast<size_t>(index)];
+    }
+
+    // The bytes that a URI holds, or of the file that it names.
+    Bytes resource(const std::string &uri) const {
+        if (uri.compare(0, 5, "data:") != 0) return folder.read(percent_decoded(uri));
+        const size_t comma = uri.find(";base64,");
+        if (comma == std::string::npos) throw Error("is no base64");
+        return base64_decoded(uri, comma + 8);
+    }
+
+    Span buffer(int64_t number) {
+        const Json &source = at("buffers", number, "buffer");
+        const std::string uri = text(source, "uri");
+        const bool in_file = uri.compare(0, 5, "data:") == 0;
+        const std::string name =
+            uri.empty() || in_file ? std::to_string(number) : printable(percent_decoded(uri));
+        Span found = chunk;
+        if (!uri.empty()) {
+            const auto [known, is_new] = buffers.try_emplace(number);
+            try {
+                if (is_new) known->second = resource(uri);
+            } catch (const Error &problem) {
+                throw Error("buffer ", name, ": ", problem.what());
+            }
+            found = {known->second.data(), known->second.size(), 0};
+        }
+        const size_t wanted = size_in(source, "byteLength");
+        if (found.size < wanted)
+            throw Error("is cut short: buffer ", name, " has ", found.size, " bytes of ", wanted);
+        return {found.data, wanted, 0};
+    }
+
+    Span view(int64_t number, const char *what) {
+        const Json &source = at("bufferViews", number, "buffer view");
+        const Span whole = buffer(index(source, "buffer"));
+        const size_t offset = size_in(source, "byteOffset"), size = size_in(source, "byteLength");
+        if (offset > whole.size || size > whole.size - offset)
+            throw Error("is cut short: the buffer view of ", what,
+                        " runs past the end of its buffer");
+        return {whole.data + offset, size, size_in(source, "byteStride")};
+    }
+};
+
+// ---- Arrays
+
+// The numeric limits of glTF's component types, by an example of each.
+template <typename Visit>
+auto with_type(int64_t type, const char *what, const Visit &visit) {
+    if (type == 5120) return visit(int8_t{0});
+    if (type == 5121) return visit(uint8_t{0});
+    if (type == 5122) return visit(int16_t{0});
+    if (type == 5123) return visit(uint16_t{0});
+    if (type == 5125) return visit(uint32_t{0});
+    if (type != 5126) throw Error(what, " have a number type that glTF does not have");
+    return visit(0.0f);
+}
+
+// Stores `count` elements of `width` numbers of a buffer view at place(element) of `values`.
+template <typename Value, typename Place>
+void copy_elements(File &file, const Json &source, int64_t type, bool normalized, size_t width,
+                   size_t count, const char *what, std::vector<Value> &values, const Place &place) {
+    Span from = file.view(index(source, "bufferView"), what);
+    const size_t offset = size_in(source, "byteOffset");
+    with_type(type, what, [&](auto number) {
+        using Number = decltype(number);
+        const size_t size = width * sizeof number;
+        if (from.stride == 0) from.stride = size;
+        if (from.stride < size) throw Error(what, " overlap each other in their buffer");
+        if (count > 0 && (offset > from.size || size > from.size - offset ||
+                          (count - 1) > (from.size - offset - size) / from.stride))
+            throw Error(what, " run past the end of their buffer view");
+        for (size_t i = 0; i < count; ++i)
+            for (size_t c = 0; c < width; ++c) {
+                std::memcpy(&number, from.data + offset + i * from.stride + c * sizeof number,
+                            sizeof number);
+                auto value = static_cast<Value>(number);
+                if (normalized && !std::is_same_v<Number, float>)
+                    value = std::max(value / static_cast<Value>(std::numeric_limits<Number>::max()),
+                                     Value(-1));
+                values[place(i) * width + c] = value;
+            }
+    });
+}
+
+size_t width_of(const Json &accessor) {
+    const std::string type = text(accessor, "type");
+    return type == "SCALAR" ? 1 : type.compare(0, 3, "VEC") == 0 ? size_t(type[3] - '0') : 0;
+}
+
+// The elements of an accessor, `width` numbers each; normalized integers are scaled to [0, 1] or
+// [-1, 1]. Indices, which are uint32_t, are unsigned integers in the file. `what` is for errors.
+template <typename Value>
+std::vector<Value> elements(File &file, int64_t number, size_t width, const char *what) {
+    const Json &accessor = file.at("accessors", number, "accessor");
+    const size_t count = size_in(accessor, "count");
+    if (count > MAX_ELEMENTS) throw Error("has ", count, " ", what, "; at most 2^26 are read");
+    if (width_of(accessor) != width) throw Error(what, " have the wrong number of components");
+    const int64_t type = index(accessor, "componentType");
+    if (std::is_same_v<Value, uint32_t> && type != 5121 && type != 5123 && type != 5125)
+        throw Error("has ", what, " that are not unsigned integers");
+    const Json &normalized = member(accessor, "normalized");
+    const bool scale = normalized.is_boolean() && normalized.get<bool>();
+    std::vector<Value> values(count * width); // without a buffer view, all elements are zero
+    if (member(accessor, "bufferView").is_number())
+        copy_elements(file, accessor, type, scale, width, count, what, values,
+                      [](size_t i) { return i; });
+    if (const Json &sparse = member(accessor, "sparse"); sparse.is_object()) {
+        const size_t changes = size_in(sparse, "count");
+        if (changes > count) throw Error(what, " have invalid sparse parts");
+        const Json &where = member(sparse, "indices");
+        if (const int64_t kind = index(where, "componentType");
+            kind != 5121 && kind != 5123 && kind != 5125)
+            throw Error(what, " have invalid sparse parts");
+        std::vector<uint32_t> places(changes);
+        copy_elements(file, where, index(where, "componentType"), false, 1, changes, what, places,
+                      [](size_t i) { return i; });
+        for (const uint32_t place : places)
+            if (place >= count) throw Error("has an index out of range: ", place, " of ", count);
+        copy_elements(file, member(sparse, "values"), type, scale, width, changes, what, values,
+                      [&](size_t i) { return places[i]; });
+    }
+    return values;
+}
+
+// ---- What is read
+
+struct Emission {
+    Vec3 radiance = {0, 0, 0}; // without its texture
+    bool both_sides = false;
+};
+
+struct Reader {
+    File &file;
+    Scene scene = {};
+    std::vector<Point3d> points = {};    // the vertices
+    std::vector<Emission> emission = {}; // of each material
+    std::vector<Point3d> light_places = {}, camera_places = {};
+    std::map<std::pair<int64_t, bool>, uint32_t> materials = {}; // with vertex colours, or without
+    std::map<std::pair<int64_t, bool>, int32_t> textures = {};   // in sRGB, or linear
+    std::set<std::string> ignored = {}; // what the file has and the scene lacks
+};
+
+// ---- Textures
+
+// Names the image, and its format, of a texture that offers no PNG or JPEG.
+std::string image_name(const Json &image, int64_t number) {
+    const std::string uri = text(image, "uri"), name = text(image, "name");
+    if (!uri.empty() && uri.compare(0, 5, "data:") != 0) return "image " + printable(uri);
+    return "image " + std::to_string(number) + (name.empty() ? "" : " " + printable(name));
+}
+
+int32_t load_texture(Reader &r, int64_t number, bool srgb) {
+    const auto [known, is_new] = r.textures.try_emplace({number, srgb}, -1);
+    if (!is_new) return known->second;
+    const Json &texture = r.file.at("textures", number, "texture");
+    const int64_t source = index(texture, "source");
+    if (source < 0) {
+        std::string what = "textures without a picture";
+        for (const auto &[name, kind] : UNKNOWN_PICTURES)
+            if (const int64_t other = index(extension(texture, name), "source"); other >= 0)
+                what = image_name(r.file.at("images", other, "image"), other) + " (" + kind +
+                       ", not PNG or JPEG)";
+        r.ignored.insert(what);
+        return -1;
+    }
+    const Json &image = r.file.at("images", source, "image");
+    const std::string name = image_name(image, source), uri = text(image, "uri");
+    Texture loaded;
     try {
-        *bytes = access.folder.read(name);
-        return true;
-    } catch (const Error &problem) {
-        access.problem = printable(name) + ": " + problem.what();
-        *error = access.problem;
-        return false;
+        if (member(image, "bufferView").is_number()) {
+            const Span bytes = r.file.view(index(image, "bufferView"), "an image");
+            loaded = texture_decode({bytes.data, bytes.data + bytes.size});
+        } else if (uri.compare(0, 5, "data:") != 0 && !r.file.folder.has(percent_decoded(uri))) {
+            r.ignored.insert("the missing " + name);
+            return -1;
+        } else {
+            loaded = texture_decode(r.file.resource(uri));
+        }
+    } catch (const Error &error) {
+        throw Error(name, ": ", error.what());
+    }
+    loaded.srgb = srgb;
+    if (loaded.cut_short) r.ignored.insert("that " + name + " is cut short");
+    if (const int64_t at = index(texture, "sampler"); at >= 0) {
+        const Json &sampler = r.file.at("samplers", at, "sampler");
+        const auto wrap = [&](const char *mode) {
+            const int64_t value = index(sampler, mode);
+            return value == 33071   ? Texture::CLAMP
+                   : value == 33648 ? Texture::MIRROR
+                                    : Texture::REPEAT;
+        };
+        loaded.wrap_u = wrap("wrapS");
+        loaded.wrap_v = wrap("wrapT");
+        loaded.nearest = index(sampler, "magFilter") == 9728;
+    }
+    r.scene.textures.push_back(std::move(loaded));
+    return known->second = static_cast<int32_t>(r.scene.textures.size() - 1);
+}
+
+TextureUse texture_use(Reader &r, const Json &info, bool srgb) {
+    TextureUse use;
+    if (index(info, "index") < 0) return use;
+    const Json &transform = extension(info, "KHR_texture_transform");
+    const double turn = number(transform, "rotation", 0);
+    const double sine = std::sin(turn), cosine = std::cos(turn);
+    std::vector<double> s = numbers(transform, "scale", 2), o = numbers(transform, "offset", 2);
+    if (s.empty()) s = {1, 1};
+    if (o.empty()) o = {0, 0};
+    use.transform =
+        glm::mat3x2(cosine * s[0], -sine * s[0], sine * s[1], cosine * s[1], o[0], o[1]);
+    const double set = number(transform, "texCoord", number(info, "texCoord", 0));
+    if (!(set >= 0 && set <= 1)) {
+        r.ignored.insert("textures on a third set of coordinates");
+        return use;
+    }
+    use.set = static_cast<uint32_t>(set);
+    use.texture = load_texture(r, index(info, "index"), srgb);
+    return use;
+}
+
+// ---- Materials: full metal without a metallic-roughness texture becomes a conductor, a
+// transmissive material a dielectric, one with neither metal nor coat diffuse; all others use
+// glTF's metallic-roughness model.
+
+double alpha_of(const Json &source) {
+    const std::vector<double> factor =
+        numbers(member(source, "pbrMetallicRoughness"), "baseColorFactor", 4);
+    return factor.empty() ? 1 : factor[3];
+}
+
+// The coat's reflectance at normal incidence, as an index of refraction and a colour. Converters
+// from specular-glossiness write an index of 1000, or 0 for infinity, and the reflectance as colour.
+void read_coat(Reader &r, const Json &source, Material &m) {
+    const Json &specular = extension(source, "KHR_materials_specular");
+    double ior = number(extension(source, "KHR_materials_ior"), "ior", 1.5);
+    for (const char *name : {"specularTexture", "specularColorTexture"})
+        if (!member(specular, name).is_null()) {
+            r.ignored.insert("textures of coats");
+            if (ior < 1 || ior > 3) ior = 1.5; // which only the texture would make sense of
+        }
+    m.ior = bounded(ior, 1, 10);
+    const double root = ior < 1 ? 1 : (ior - 1) / (ior + 1);
+    const std::vector<double> tint = numbers(specular, "specularColorFactor", 3);
+    const Vec3 coat = bounded(number(specular, "specularFactor", 1)) *
+                      min(static_cast<float>(root * root) * colour(tint, 1e9), Vec3(0.98f));
+    m.coat_colour = max_component(coat) > 0 ? coat / max_component(coat) : Vec3(1);
+    if (specular.is_object() || ior < 1 || ior > 10) {
+        const float edge = std::sqrt(max_component(coat));
+        m.ior = (1 + edge) / (1 - edge);
     }
 }
 
-// tinygltf recurses into nested values.
-void check_nesting(const char *text, size_t size) {
-    constexpr int MAX_NESTING = 256;
-    int depth = 0;
-    bool in_string = false;
-    for (size_t i = 0; i < size; ++i) {
-        const char c = text[i];
-        if (c == '\\') ++i; // only in strings
-        if (c == '"') in_string = !in_string;
-        if (in_string) continue;
-        if (c == '{' || c == '[') ++depth;
-        if (c == '}' || c == ']') --depth;
-        if (depth > MAX_NESTING) throw Error("is not glTF: its JSON is nested too deeply");
-    }
+void read_glass(Reader &r, const Json &source, Material &m) {
+    m.kind = Material::DIELECTRIC;
+    m.ior = bounded(number(extension(source, "KHR_materials_ior"), "ior", 1.5), 1, 10);
+    if (text(source, "alphaMode") == "BLEND") // the uncovered part passes all colours
+        m.albedo = glm::mix(Vec3(1), m.albedo, bounded(alpha_of(source)));
+    if (!member(extension(source, "KHR_materials_transmission"), "transmissionTexture").is_null())
+        r.ignored.insert("textures of transmission");
+    const Json &pbr = member(source, "pbrMetallicRoughness");
+    if (!member(pbr, "metallicRoughnessTexture").is_null())
+        r.ignored.insert("textures of roughness on what transmits");
 }
 
-// tinygltf trusts the lengths of the chunks of a .glb.
-void check_chunks(const std::vector<unsigned char> &bytes) {
-    const auto word = [&](size_t at) {
-        return bytes[at] | uint64_t{bytes[at + 1]} << 8 | uint64_t{bytes[at + 2]} << 16 |
-               uint64_t{bytes[at + 3]} << 24;
-    };
-    if (bytes.size() < 20) throw Error("is cut short: it ends within its header");
-    if (word(4) != 2) throw Error("is not of glTF version 2");
-    const uint64_t size = word(8);
-    if (size < 20 || size > bytes.size())
-        throw Error("is cut short: its header says it has ", size, " bytes");
-    for (uint64_t at = 12; at + 8 <= size; at += 8 + word(at))
-        if (word(at) > size - at - 8) throw Error("is cut short: a chunk goes beyond its end");
-    check_nesting(reinterpret_cast<const char *>(bytes.data()) + 20, word(12));
+void read_opaque(Reader &r, const Json &source, Material &m, SurfaceMaps &maps) {
+    const Json &pbr = member(source, "pbrMetallicRoughness");
+    maps.metallic_roughness = texture_use(r, member(pbr, "metallicRoughnessTexture"), false);
+    const bool all_metal = m.metallic == 1 && maps.metallic_roughness.texture < 0;
+    const bool bare = m.metallic == 0 && !(m.ior > 1);
+    m.kind = all_metal ? Material::CONDUCTOR
+             : bare    ? Material::DIFFUSE
+                       : Material::METALLIC_ROUGHNESS;
 }
 
-tinygltf::Model load(const std::vector<unsigned char> &bytes, SceneFolder &scene_folder) {
-    FileAccess access{scene_folder, {}};
-    tinygltf::Model model;
-    tinygltf::TinyGLTF reader;
-    reader.SetImageLoader(keep_image, nullptr);
-    reader.SetFsCallbacks({[](const std::string &, void *) { return true; },
-                           [](const std::string &name, void *) { return name; }, read_whole_file,
-                           nullptr, &access});
-    const std::string folder; // empty: names get no prefix
-    std::string error, warning;
-    const auto size = static_cast<unsigned>(bytes.size());
-    const char *const text = reinterpret_cast<const char *>(bytes.data());
-    const bool binary = size >= 4 && std::memcmp(text, "glTF", 4) == 0;
-    if (binary)
-        check_chunks(bytes);
+Emission read_emission(Reader &r, const Json &source, bool two_sided, SurfaceMaps &maps) {
+    Emission emission;
+    emission.both_sides = two_sided;
+    const double strength =
+        number(extension(source, "KHR_materials_emissive_strength"), "emissiveStrength", 1);
+    const std::vector<double> factor = numbers(source, "emissiveFactor", 3);
+    if (!factor.empty()) emission.radiance = bounded(strength, 0, 1e9) * colour(factor, 1e9);
+    maps.emission_factor = emission.radiance;
+    const Json &texture = member(source, "emissiveTexture");
+    if (max_component(emission.radiance) > 0)
+        maps.emission = texture_use(r, texture, true);
+    else if (!texture.is_null())
+        r.ignored.insert("textures of emission without an emissiveFactor, which is then 0");
+    return emission;
+}
+
+void read_holes(Reader &r, const Json &source, bool transmits, SurfaceMaps &maps) {
+    const std::string mode = text(source, "alphaMode");
+    const bool picture_has_holes =
+        maps.colour.texture >= 0 && r.scene.textures[maps.colour.texture].has_alpha;
+    const bool blend = mode == "BLEND" && !transmits &&
+                       (alpha_of(source) < 1 || picture_has_holes || maps.vertex_colours);
+    if (mode != "MASK" && !blend) return;
+    maps.alpha = bounded(alpha_of(source));
+    maps.alpha_cutoff = blend ? 0.5f : bounded(number(source, "alphaCutoff", 0.5), 0, 2);
+    if (picture_has_holes) maps.cut_out = maps.colour;
+    if (blend) r.ignored.insert("blending (what covers less than half is cut out)");
+}
+
+uint32_t material_number(Reader &r, int64_t number_in_file, bool vertex_colours) {
+    const auto known = r.materials.find({number_in_file, vertex_colours});
+    if (known != r.materials.end()) return known->second;
+    const Json none;
+    const Json &source =
+        number_in_file < 0 ? none : r.file.at("materials", number_in_file, "material");
+    for (const auto &[name, value] : member(source, "extensions").items())
+        if (KNOWN_MATERIALS.count(name) == 0) r.ignored.insert("the extension " + printable(name));
+
+    const Json &pbr = member(source, "pbrMetallicRoughness");
+    const Json &sides = member(source, "doubleSided");
+    const bool two_sided = sides.is_boolean() && sides.get<bool>();
+    Material m;
+    m.albedo = colour(numbers(pbr, "baseColorFactor", 4));
+    m.metallic = bounded(number(pbr, "metallicFactor", 1));
+    m.roughness = bounded(number(pbr, "roughnessFactor", 1));
+    read_coat(r, source, m);
+    // Metal does not transmit. But a file that omits metallicFactor declares metal by default: if it
+    // also blends with an alpha below 1, it means glass.
+    const bool blended = text(source, "alphaMode") == "BLEND" && alpha_of(source) < 1;
+    const bool transmits =
+        number(extension(source, "KHR_materials_transmission"), "transmissionFactor", 0) >= 0.5 &&
+        (m.metallic < 0.5f || blended);
+    SurfaceMaps maps;
+    maps.vertex_colours = vertex_colours;
+    maps.colour = texture_use(r, member(pbr, "baseColorTexture"), true);
+    if (transmits)
+        read_glass(r, source, m);
     else
-        check_nesting(text, size);
-    bool good = false;
-    try {
-        good = binary ? reader.LoadBinaryFromMemory(&model, &error, &warning, bytes.data(), size,
-                                                    folder)
-                      : reader.LoadASCIIFromString(&model, &error, &warning, text, size, folder);
-    } catch (const std::bad_alloc &) {
-        throw;
-    } catch (const std::exception &problem) {
-        throw Error("is not valid glTF 2.0: ", printable(first_line(problem.what())));
+        read_opaque(r, source, m, maps);
+    m.single_sided = !two_sided && !transmits; // what is inside glass is seen through its back
+    const Json &normal = member(source, "normalTexture");
+    maps.normal = texture_use(r, normal, false);
+    maps.normal_scale = bounded(number(normal, "scale", 1), -100, 100);
+    r.emission.push_back(read_emission(r, source, two_sided, maps));
+    read_holes(r, source, transmits, maps);
+
+    Scene &scene = r.scene;
+    scene.has_single_sided = scene.has_single_sided || m.single_sided;
+    scene.has_cut_outs = scene.has_cut_outs || maps.alpha_cutoff > 0;
+    bool any = maps.alpha_cutoff > 0 || maps.vertex_colours;
+    for (const TextureUse *use :
+         {&maps.colour, &maps.metallic_roughness, &maps.emission, &maps.normal})
+        any = any || use->texture >= 0;
+    if (any) {
+        m.maps = static_cast<int32_t>(scene.maps.size());
+        scene.maps.push_back(maps);
     }
-    // Checked first: data that an extension stores elsewhere would be reported as missing.
-    for (const std::string &extension : model.extensionsRequired)
-        if (!is_known(extension))
-            throw Error("requires the extension ", printable(extension), ", which cannot be read");
-    if (error.find("File read error") == 0) throw Error("buffer ", access.problem);
-    if (!good) throw Error("is not valid glTF 2.0: ", printable(first_line(error)));
-    if (model.asset.version.compare(0, 2, "2.") != 0)
-        throw Error("is glTF ", printable(model.asset.version), "; version 2 is read");
-    return model;
+    scene.materials.push_back(m);
+    return r.materials[{number_in_file, vertex_colours}] =
+               static_cast<uint32_t>(scene.materials.size() - 1);
 }
 
 // ---- Transformations
 
 using Transform = glm::dmat4x3; // without the last row, which is 0, 0, 0, 1
 
-glm::dmat4 local_transform(const tinygltf::Node &node) {
-    const std::vector<double> &r = node.rotation, &scale = node.scale, &by = node.translation;
-    if (node.matrix.size() == 16) return glm::dmat4(Transform(glm::make_mat4(node.matrix.data())));
+glm::dmat4 local_transform(const Json &node) {
+    const std::vector<double> matrix = numbers(node, "matrix", 16),
+                              r = numbers(node, "rotation", 4), scale = numbers(node, "scale", 3),
+                              by = numbers(node, "translation", 3);
+    if (!matrix.empty()) return glm::dmat4(Transform(glm::make_mat4(matrix.data())));
     glm::dmat4 t(1);
-    if (r.size() == 4) t = mat4_cast(normalize(glm::dquat(r[3], r[0], r[1], r[2])));
-    if (scale.size() == 3) t = glm::scale(t, glm::make_vec3(scale.data()));
-    if (by.size() == 3) t[3] = {by[0], by[1], by[2], 1};
+    if (!r.empty()) t = mat4_cast(normalize(glm::dquat(r[3], r[0], r[1], r[2])));
+    if (!scale.empty()) t = glm::scale(t, glm::make_vec3(scale.data()));
+    if (!by.empty()) t[3] = {by[0], by[1], by[2], 1};
     return t;
 }
 
@@ -157,186 +586,427 @@ glm::dmat3 cofactors(const glm::dmat3 &m, bool &mirrors) {
 
 // ---- Meshes
 
-struct Reader {
-    const tinygltf::Model &model;
-    SceneDraft &draft;
-    std::function<uint32_t(int, bool)> material;
-};
-
 // Calls `triangle` with three corner indices below `count`, for each triangle of a primitive mode.
 template <typename Function>
-void for_each_triangle(int mode, size_t count, const Function &triangle) {
-    if (mode == TINYGLTF_MODE_TRIANGLES)
-        for (size_t i = 0; i + 2 < count; i += 3) triangle(i, i + 1, i + 2);
-    else if (mode == TINYGLTF_MODE_TRIANGLE_STRIP)
-        for (size_t i = 0; i + 2 < count; ++i) triangle(i, i + 1 + i % 2, i + 2 - i % 2);
-    else if (mode == TINYGLTF_MODE_TRIANGLE_FAN)
-        for (size_t i = 1; i + 1 < count; ++i) triangle(i, i + 1, size_t{0});
+void for_each_triangle(int64_t mode, size_t count, const Function &triangle) {
+    for (size_t i = 0; i + 2 < count; i += mode == 4 ? 3 : 1) {
+        if (mode == 4) triangle(i, i + 1, i + 2);
+        if (mode == 5) triangle(i, i + 1 + i % 2, i + 2 - i % 2);
+        if (mode == 6) triangle(i + 1, i + 2, size_t{0});
+    }
 }
 
-void read_primitive(Reader &r, const tinygltf::Primitive &primitive, const Transform &transform) {
-    SceneDraft &draft = r.draft;
-    if (primitive.mode != TINYGLTF_MODE_TRIANGLES &&
-        primitive.mode != TINYGLTF_MODE_TRIANGLE_STRIP &&
-        primitive.mode != TINYGLTF_MODE_TRIANGLE_FAN) {
-        draft.ignored.insert("points and lines");
+uint32_t add_vertex(Reader &r, Point3d position, Vec3 normal, Vec2 uv0, Vec2 uv1, glm::vec4 colour,
+                    glm::vec4 tangent) {
+    if (r.points.size() >= MAX_ELEMENTS) throw Error("has more than 2^26 vertices");
+    r.points.push_back(position);
+    r.scene.normals.push_back(normal);
+    r.scene.texture_coordinates[0].push_back(uv0);
+    r.scene.texture_coordinates[1].push_back(uv1);
+    r.scene.colours.push_back(colour);
+    r.scene.tangents.push_back(tangent);
+    return static_cast<uint32_t>(r.points.size() - 1);
+}
+
+// Tangents where a file has none, after Mikkelsen ("Simulation of Wrinkled Surfaces Revisited",
+// 2008): at each vertex the mean over the faces that share its place, normal and coordinates,
+// weighted by their angles there. Faces whose textures are mirror images share none, so a vertex
+// between them is split.
+void make_tangents(Reader &r, const TextureUse &map, size_t first_triangle) {
+    using Key = std::array<float, 9>;
+    Scene &scene = r.scene;
+    const std::vector<Vec2> &coordinates = scene.texture_coordinates[map.set];
+    std::map<Key, Vec3> sums;
+    std::map<std::pair<uint32_t, bool>, uint32_t> split;
+    const auto place = [&](const Triangle &t, int i) {
+        return map.transform * Vec3(coordinates[t.vertices[i]], 1);
+    };
+    const auto turned = [&](const Triangle &t) {
+        const Vec2 a = place(t, 1) - place(t, 0), b = place(t, 2) - place(t, 0);
+        return a.x * b.y - a.y * b.x > 0;
+    };
+    const auto key = [&](uint32_t vertex, bool turn) {
+        const Vec3 p = Vec3(r.points[vertex] - r.points[0]), n = scene.normals[vertex];
+        const Vec2 uv = coordinates[vertex];
+        return Key{p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y, turn ? 1.0f : -1.0f};
+    };
+    const auto corners = [&](const auto &visit) {
+        for (size_t i = first_triangle; i < scene.triangles.size(); ++i)
+            for (int corner = 0; corner < 3; ++corner)
+                visit(scene.triangles[i], corner, turned(scene.triangles[i]));
+    };
+    corners([&](const Triangle &t, int c, bool turn) {
+        const auto edge = [&](int from, int to) {
+            return Vec3(r.points[t.vertices[(c + to) % 3]] - r.points[t.vertices[(c + from) % 3]]);
+        };
+        const Vec3 n = scene.normals[t.vertices[c]];
+        const Vec2 uv1 = place(t, (c + 1) % 3) - place(t, c),
+                   uv2 = place(t, (c + 2) % 3) - place(t, c);
+        const Vec3 along = (turn ? 1.0f : -1.0f) * (uv2.y * edge(0, 1) - uv1.y * edge(0, 2));
+        const Vec3 a = normalize_or(edge(0, 1), {}), b = normalize_or(edge(0, 2), {});
+        const float angle = std::acos(std::clamp(dot(a, b), -1.0f, 1.0f));
+        sums[key(t.vertices[c], turn)] += angle * normalize_or(along - dot(along, n) * n, {});
+    });
+    corners([&](Triangle &t, int c, bool turn) {
+        uint32_t &vertex = t.vertices[c];
+        const glm::vec4 tangent(normalize_or(sums[key(vertex, turn)], {}), turn ? -1.0f : 1.0f);
+        glm::vec4 &own = scene.tangents[vertex];
+        if (own.w == tangent.w || own.w == 0) {
+            own = tangent;
+            return;
+        }
+        const auto [known, is_new] = split.try_emplace({vertex, turn}, 0u);
+        if (is_new)
+            known->second = add_vertex(
+                r, r.points[vertex], scene.normals[vertex], scene.texture_coordinates[0][vertex],
+                scene.texture_coordinates[1][vertex], scene.colours[vertex], tangent);
+        vertex = known->second;
+    });
+}
+
+void read_primitive(Reader &r, const Json &primitive, const Transform &transform) {
+    const auto mode = static_cast<int64_t>(number(primitive, "mode", 4));
+    if (mode < 4 || mode > 6) {
+        r.ignored.insert("points and lines");
         return;
     }
-    if (!primitive.targets.empty()) draft.ignored.insert("morph targets");
-    const auto attribute = [&](const char *name) {
-        const auto found = primitive.attributes.find(name);
-        return found == primitive.attributes.end() ? -1 : found->second;
-    };
-    if (attribute("POSITION") < 0) return; // glTF says to skip it
-    const std::vector<float> positions =
-        gltf_floats(r.model, attribute("POSITION"), 3, "positions");
+    if (!member(primitive, "targets").empty()) r.ignored.insert("morph targets");
+    const Json &attributes = member(primitive, "attributes");
+    if (index(attributes, "POSITION") < 0) return; // glTF says to skip it
+    const auto positions = elements<float>(r.file, index(attributes, "POSITION"), 3, "positions");
     const size_t count = positions.size() / 3;
-    const auto optional = [&](const char *name, int components, const char *what) {
+    const auto optional = [&](const char *name, size_t width, const char *what) {
         std::vector<float> values;
-        if (attribute(name) >= 0) {
-            values = gltf_floats(r.model, attribute(name), components, what);
-            if (values.size() / static_cast<size_t>(components) != count)
-                throw Error("has ", what, " of another count than its positions");
-        }
+        if (index(attributes, name) < 0) return values;
+        values = elements<float>(r.file, index(attributes, name), width, what);
+        if (values.size() / width != count)
+            throw Error("has ", what, " of another count than its positions");
         return values;
     };
-    const std::vector<float> normals = optional("NORMAL", 3, "normals");
+    const auto normals = optional("NORMAL", 3, "normals");
+    const auto tangents = optional("TANGENT", 4, "tangents");
     const std::vector<float> coordinates[2] = {optional("TEXCOORD_0", 2, "texture coordinates"),
                                                optional("TEXCOORD_1", 2, "texture coordinates")};
-    const int colour_components = gltf_components(r.model, attribute("COLOR_0")) == 3 ? 3 : 4;
-    const std::vector<float> colours = optional("COLOR_0", colour_components, "vertex colours");
+    const int64_t coloured = index(attributes, "COLOR_0");
+    const bool rgb = coloured >= 0 && width_of(r.file.at("accessors", coloured, "accessor")) == 3;
+    const size_t channels = rgb ? 3 : 4;
+    const auto colours = optional("COLOR_0", channels, "vertex colours");
 
     bool mirrored;
     const glm::dmat3 normal_matrix = cofactors(glm::dmat3(transform), mirrored);
-    const auto first = static_cast<uint32_t>(draft.points.size());
+    const auto first = static_cast<uint32_t>(r.points.size());
     for (size_t i = 0; i < count; ++i) {
-        DraftVertex v;
-        v.position = transform * glm::dvec4(glm::make_vec3(&positions[3 * i]), 1);
-        if (!normals.empty()) v.normal = direction(normal_matrix, glm::make_vec3(&normals[3 * i]));
+        const Point3d position = transform * glm::dvec4(glm::make_vec3(&positions[3 * i]), 1);
+        if (!is_finite(position) || max_magnitude(position) > MAX_COORDINATE)
+            throw Error("has a vertex that is not a finite number, or beyond 1e15");
+        Vec3 normal(0);
+        glm::vec4 colour(1), tangent(0);
+        Vec2 uv[2] = {};
+        if (!normals.empty()) normal = direction(normal_matrix, glm::make_vec3(&normals[3 * i]));
+        if (!tangents.empty() && !normals.empty())
+            tangent = glm::vec4(direction(glm::dmat3(transform), glm::make_vec3(&tangents[4 * i])),
+                                (tangents[4 * i + 3] < 0) != mirrored ? -1.0f : 1.0f);
         for (int set = 0; set < 2; ++set)
-            if (!coordinates[set].empty())
-                v.coordinates[set] = glm::make_vec2(&coordinates[set][2 * i]);
-        if (!colours.empty())
-            v.colour = bounded_colour(&colours[static_cast<size_t>(colour_components) * i]);
-        draft_add_vertex(draft, v);
+            if (!coordinates[set].empty()) uv[set] = glm::make_vec2(&coordinates[set][2 * i]);
+        for (size_t c = 0; c < channels && !colours.empty(); ++c)
+            colour[static_cast<int>(c)] = bounded(double{colours[channels * i + c]});
+        add_vertex(r, position, normal, uv[0], uv[1], colour, tangent);
     }
 
-    const uint32_t material = r.material(primitive.material, !colours.empty());
+    const uint32_t material = material_number(r, index(primitive, "material"), !colours.empty());
     std::vector<uint32_t> indices(count);
     std::iota(indices.begin(), indices.end(), 0u);
-    if (primitive.indices >= 0) indices = gltf_indices(r.model, primitive.indices, count);
-    for_each_triangle(primitive.mode, indices.size(), [&](size_t a, size_t b, size_t c) {
+    if (!member(primitive, "indices").is_null())
+        indices = elements<uint32_t>(r.file, index(primitive, "indices"), 1, "indices");
+    for (const uint32_t vertex : indices)
+        if (vertex >= count)
+            throw Error("has an index out of range: vertex ", vertex, " of ", count);
+    const size_t first_triangle = r.scene.triangles.size();
+    for_each_triangle(mode, indices.size(), [&](size_t a, size_t b, size_t c) {
         if (mirrored) std::swap(b, c);
-        draft_add_triangle(draft, material, first + indices[a], first + indices[b],
-                           first + indices[c]);
+        r.scene.triangles.push_back({{first + indices[a], first + indices[b], first + indices[c]}});
+        r.scene.surfaces.push_back({material, -1});
     });
+    const int32_t maps = r.scene.materials[material].maps;
+    if (maps >= 0 && r.scene.maps[maps].normal.texture >= 0 && !normals.empty() && tangents.empty())
+        make_tangents(r, r.scene.maps[maps].normal, first_triangle);
 }
 
 // ---- Cameras and lights: both point along their node's -z
 
-void read_camera(Reader &r, int index, const Transform &t, const std::string &node_name) {
-    const tinygltf::Camera &camera = gltf_at(r.model.cameras, index, "camera");
-    const Vec3 forward = direction(glm::dmat3(t), {0, 0, -1});
-    const Vec3 up = direction(glm::dmat3(t), {0, 1, 0});
-    const double angle = camera.perspective.yfov;
-    if (camera.type != "perspective") {
-        r.draft.ignored.insert("orthographic cameras");
+void read_camera(Reader &r, const Json &camera, const Transform &t, const std::string &node_name) {
+    const Vec3 forward = direction(glm::dmat3(t), {0, 0, -1}),
+               up = direction(glm::dmat3(t), {0, 1, 0});
+    const double angle = number(member(camera, "perspective"), "yfov", 0);
+    if (text(camera, "type") != "perspective") {
+        r.ignored.insert("orthographic cameras");
     } else if (!(max_magnitude(cross(forward, up)) > 1e-3f) || !(angle > 1e-4 && angle < 3.1)) {
-        r.draft.ignored.insert("a camera without direction or angle");
+        r.ignored.insert("a camera without direction or angle");
     } else {
-        r.draft.cameras.push_back({t[3], forward, up, static_cast<float>(std::tan(0.5 * angle)),
-                                   printable(node_name.empty() ? camera.name : node_name)});
+        Camera read{};
+        read.tan_half_height = static_cast<float>(std::tan(0.5 * angle));
+        read.forward = forward;
+        read.up = up;
+        r.scene.cameras.push_back(
+            {read, printable(node_name.empty() ? text(camera, "name") : node_name)});
+        r.camera_places.push_back(t[3]);
     }
 }
 
-void read_light(Reader &r, int index, const Transform &t) {
-    const tinygltf::Light &source = gltf_at(r.model.lights, index, "light");
+void read_light(Reader &r, const Json &source, const Transform &t, bool photometric) {
     Light light{};
     const std::map<std::string, Light::Kind> kinds = {
         {"point", Light::POINT}, {"spot", Light::SPOT}, {"directional", Light::DIRECTIONAL}};
-    const auto kind = kinds.find(source.type);
+    const auto kind = kinds.find(text(source, "type"));
     light.normal = direction(glm::dmat3(t), {0, 0, -1});
     if (kind == kinds.end() || !is_finite(t[3]) ||
         (kind->second != Light::POINT && !(max_magnitude(light.normal) > 0))) {
-        r.draft.ignored.insert("lights of unknown kinds or without a direction");
+        r.ignored.insert("lights of unknown kinds or without a direction");
         return;
     }
     light.kind = kind->second;
-    const std::vector<double> &c = source.color;
-    const Vec3 colour = c.size() == 3 ? Vec3(c[0], c[1], c[2]) : Vec3(1);
-    light.radiance = static_cast<float>(source.intensity) * colour;
-    if (!is_finite(light.radiance) || std::min({colour.x, colour.y, colour.z}) < 0)
+    const std::vector<double> c = numbers(source, "color", 3);
+    const Vec3 tint = c.empty() ? Vec3(1) : Vec3(c[0], c[1], c[2]);
+    const auto intensity = static_cast<float>(number(source, "intensity", 1));
+    light.radiance = (photometric ? intensity / LUMENS_PER_WATT : intensity) * tint;
+    if (!is_finite(light.radiance) || std::min({tint.x, tint.y, tint.z}) < 0)
         throw Error("has a light whose intensity is negative or not a number");
     if (light.kind == Light::SPOT) {
-        light.cosine_inner = static_cast<float>(std::cos(source.spot.innerConeAngle));
-        light.cosine_outer = static_cast<float>(std::cos(source.spot.outerConeAngle));
+        const Json &cone = member(source, "spot");
+        light.cosine_inner = static_cast<float>(std::cos(number(cone, "innerConeAngle", 0)));
+        light.cosine_outer = static_cast<float>(
+            std::cos(number(cone, "outerConeAngle", 0.25 * static_cast<double>(PI))));
     }
-    if (source.range > 0) r.draft.ignored.insert("the range of lights");
-    r.draft.lights.push_back({light, t[3]});
+    if (number(source, "range", 0) > 0) r.ignored.insert("the range of lights");
+    r.scene.lights.push_back(light);
+    r.light_places.push_back(t[3]);
 }
 
 // ---- Nodes
 
-void read_node(Reader &r, const tinygltf::Node &node, const Transform &t) {
-    if (node.mesh >= 0)
-        for (const tinygltf::Primitive &p : gltf_at(r.model.meshes, node.mesh, "mesh").primitives)
+void read_node(Reader &r, const Json &node, const Transform &t, bool photometric) {
+    if (!member(node, "mesh").is_null())
+        for (const Json &p : member(r.file.at("meshes", index(node, "mesh"), "mesh"), "primitives"))
             read_primitive(r, p, t);
-    if (node.skin >= 0) r.draft.ignored.insert("skins");
-    if (node.camera >= 0) read_camera(r, node.camera, t, node.name);
-    const double light = gltf_number(node.extensions, "KHR_lights_punctual", "light", -1);
-    if (light >= 0 && light < 1e9) read_light(r, static_cast<int>(light), t);
+    if (!member(node, "skin").is_null()) r.ignored.insert("skins");
+    if (!member(node, "camera").is_null())
+        read_camera(r, r.file.at("cameras", index(node, "camera"), "camera"), t,
+                    text(node, "name"));
+    if (const Json &light = extension(node, "KHR_lights_punctual"); !light.is_null()) {
+        const Json &list = member(extension(r.file.json, "KHR_lights_punctual"), "lights");
+        const int64_t at = index(light, "light");
+        if (at < 0 || static_cast<size_t>(at) >= list.size())
+            throw Error("refers to light ", at, ", and has ", list.size());
+        read_light(r, list[static_cast<size_t>(at)], t, photometric);
+    }
 }
 
-void read_nodes(Reader &r) {
-    const tinygltf::Model &model = r.model;
-    std::vector<std::pair<int, Transform>> open; // a stack of nodes still to be read
-    std::vector<bool> reached(model.nodes.size());
-    const auto reach = [&](const std::vector<int> &nodes, const Transform &parent) {
-        for (size_t i = nodes.size(); i-- > 0;) {
-            gltf_at(model.nodes, nodes[i], "node");
-            const auto at = static_cast<size_t>(nodes[i]);
-            if (reached[at])
-                throw Error("reaches node ", nodes[i], " twice: its nodes do not form a tree");
-            reached[at] = true;
-            open.push_back({nodes[i], parent});
+void read_nodes(Reader &r, bool photometric) {
+    const Json &nodes = member(r.file.json, "nodes"), &scenes = member(r.file.json, "scenes");
+    std::vector<std::pair<int64_t, Transform>> open; // a stack of nodes still to be read
+    std::set<int64_t> reached;
+    const auto as_index = [](const Json &v) {
+        return v.is_number_unsigned() ? v.get<int64_t>() : -1;
+    };
+    const auto reach = [&](const Json &children, const Transform &parent) {
+        for (auto child = children.rbegin(); child != children.rend(); ++child) {
+            const int64_t at = as_index(*child);
+            r.file.at("nodes", at, "node");
+            if (!reached.insert(at).second)
+                throw Error("reaches node ", at, " twice: its nodes do not form a tree");
+            open.push_back({at, parent});
         }
     };
-    if (!model.scenes.empty()) {
-        const int chosen = model.defaultScene < 0 ? 0 : model.defaultScene;
-        reach(gltf_at(model.scenes, chosen, "scene").nodes, Transform(1));
-        if (model.scenes.size() > 1) r.draft.ignored.insert("scenes but the default one");
+    if (!scenes.empty()) {
+        const int64_t chosen =
+            member(r.file.json, "scene").is_null() ? 0 : index(r.file.json, "scene");
+        reach(member(r.file.at("scenes", chosen, "scene"), "nodes"), Transform(1));
+        if (scenes.size() > 1) r.ignored.insert("scenes but the default one");
     } else { // glTF leaves this open: read every node without a parent
-        std::set<int> children;
-        for (const tinygltf::Node &node : model.nodes)
-            for (const int child : node.children) {
-                gltf_at(model.nodes, child, "node");
-                children.insert(child);
-            }
-        std::vector<int> roots;
-        for (int i = 0; i < static_cast<int>(model.nodes.size()); ++i)
-            if (children.count(i) == 0) roots.push_back(i);
+        std::set<int64_t> children;
+        for (const Json &node : nodes)
+            for (const Json &child : member(node, "children")) children.insert(as_index(child));
+        Json roots = Json::array();
+        for (size_t i = 0; i < nodes.size(); ++i)
+            if (children.count(static_cast<int64_t>(i)) == 0) roots.push_back(i);
         reach(roots, Transform(1));
     }
     while (!open.empty()) {
-        const auto [index, parent] = open.back();
+        const auto [at, parent] = open.back();
         open.pop_back();
-        const tinygltf::Node &node = model.nodes[index];
+        const Json &node = nodes[static_cast<size_t>(at)];
         const Transform transform = parent * local_transform(node);
-        read_node(r, node, transform);
-        reach(node.children, transform);
+        read_node(r, node, transform, photometric);
+        reach(member(node, "children"), transform);
     }
+}
+
+// ---- From what was read to a scene
+
+// The mean over a few points of a triangle.
+Vec3 mean_emission(const Scene &scene, uint32_t triangle) {
+    const int rows = 6;
+    Vec3 sum = {0, 0, 0};
+    for (int i = 0; i < rows * rows; ++i) {
+        const Vec2 at = square_to_triangle(
+            (Vec2(static_cast<float>(i % rows), static_cast<float>(i / rows)) + 0.5f) /
+            float{rows});
+        sum += emission_at(scene, {triangle, at.x, at.y});
+    }
+    return sum / float{rows * rows};
+}
+
+// Turns triangles of emissive materials into lights. Returns whether any counts as a lamp. Textured
+// emission does not, nor does emission no brighter than a display's white, the most that glTF's
+// emissiveFactor reaches: eyes, labels and switches glow, but the scene keeps its sky.
+bool make_area_lights(Reader &r) {
+    Scene &scene = r.scene;
+    std::vector<Vec3> whole_textures; // of each map
+    for (const SurfaceMaps &maps : scene.maps) {
+        const int32_t texture = maps.emission.texture;
+        whole_textures.push_back(maps.emission_factor *
+                                 (texture >= 0 ? texture_mean(scene.textures[texture]) : Vec3(1)));
+    }
+    bool lit = false;
+    for (size_t i = 0; i < scene.triangles.size(); ++i) {
+        const uint32_t material = scene.surfaces[i].material;
+        const Emission &emission = r.emission[material];
+        if (!(max_component(emission.radiance) > 0)) continue;
+        const auto &t = scene.triangles[i].vertices;
+        const Vec3 corner = scene.vertices[t[0]];
+        Light light = area_light(Light::TRIANGLE, corner, scene.vertices[t[1]] - corner,
+                                 scene.vertices[t[2]] - corner, emission.radiance);
+        light.both_sides = emission.both_sides;
+        bool textured = false, there = true;
+        if (const int32_t number = scene.materials[material].maps; number >= 0) {
+            const SurfaceMaps &maps = scene.maps[number];
+            textured = maps.emission.texture >= 0;
+            light.mapped = textured || maps.alpha_cutoff > 0;
+            const Vec3 mean = mean_emission(scene, static_cast<uint32_t>(i));
+            there = max_component(mean) > 0;
+            // What is between the points counts a little, so that it is sampled, too.
+            const bool even = maps.cut_out.texture < 0 && !maps.vertex_colours;
+            const bool gone = even && maps.alpha < maps.alpha_cutoff;
+            if (light.mapped) light.radiance = mean + (gone ? 0 : 0.01f) * whole_textures[number];
+        }
+        if (!(max_component(light.radiance) > 0)) continue;
+        lit = lit || (there && !textured && max_component(emission.radiance) > MAX_GLOW);
+        scene.surfaces[i].light = static_cast<int32_t>(scene.lights.size());
+        scene.lights.push_back(light);
+    }
+    return lit;
+}
+
+// Moves the points' centre to the origin, so that float keeps the digits that matter.
+void recentre(Reader &r) {
+    Scene &scene = r.scene;
+    Point3d low = r.points[0], high = low;
+    for (const Point3d p : r.points) low = min(low, p), high = max(high, p);
+    scene.origin = 0.5 * (low + high);
+    for (const Point3d p : r.points) scene.vertices.push_back(p - scene.origin);
+    if (!(max_magnitude(high - scene.origin) <= MAX_REACH))
+        throw Error("extends more than 1e10 from its centre; scale it down");
+    r.points = {};
+}
+
+// A three-quarter front view, slightly from above, as close as shows everything in a square.
+Camera framing_camera(const Scene &scene) {
+    const auto [low, high] = scene_bounds(scene);
+    const Vec3 middle = 0.5f * (low + high), half = 0.5f * (high - low);
+    const float tan_half_height = 0.35f, margin = 1.05f;
+    const Vec3 to_eye = normalize(Vec3{0.55f, 0.42f, 1});
+    Camera camera = camera_look_at(middle + to_eye, middle, {0, 1, 0}, tan_half_height);
+    float distance = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Vec3 v = half * Vec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+        const float aside = std::max(std::abs(dot(v, camera.right)), std::abs(dot(v, camera.up)));
+        distance = std::max(distance, margin * aside / tan_half_height - dot(v, camera.forward));
+    }
+    camera.position = middle + (distance > 0 ? distance : 1) * to_eye;
+    return camera;
+}
+
+// Moves the file's cameras along with the scene; those too far off are left out. A camera's target
+// is the point on its axis nearest to the scene's centre.
+void place_cameras(Reader &r) {
+    std::vector<NamedCamera> kept;
+    for (size_t i = 0; i < r.camera_places.size(); ++i) {
+        NamedCamera named = r.scene.cameras[i];
+        if (!is_finite(r.camera_places[i]) || max_magnitude(r.camera_places[i]) > MAX_COORDINATE) {
+            r.ignored.insert("a camera beyond 1e15");
+            continue;
+        }
+        Camera &c = named.camera;
+        const Vec3 forward = c.forward, up = c.up,
+                   position = Vec3(r.camera_places[i] - r.scene.origin);
+        const float ahead = -dot(position, forward);
+        c = camera_look_at(position, position + (ahead > 0 ? ahead : 1) * forward, up,
+                           c.tan_half_height);
+        // Far from the centre, target - position loses precision: keep the file's direction.
+        camera_turn(c, forward, up);
+        kept.push_back(named);
+    }
+    r.scene.cameras = kept;
+    r.scene.camera = kept.empty() ? framing_camera(r.scene) : kept[0].camera;
+}
+
+// Moves the punctual lights along with the scene. Returns whether there are any.
+bool place_lights(Reader &r) {
+    std::vector<Light> kept;
+    for (size_t i = 0; i < r.light_places.size(); ++i) {
+        Light light = r.scene.lights[i];
+        if (max_magnitude(r.light_places[i]) > MAX_COORDINATE) {
+            r.ignored.insert("a light beyond 1e15");
+            continue;
+        }
+        light.corner = Vec3(r.light_places[i] - r.scene.origin);
+        kept.push_back(light);
+    }
+    r.scene.lights = kept;
+    return !kept.empty();
 }
 
 } // namespace
 
-SceneDraft gltf_read(SceneFolder &folder) {
-    const std::vector<unsigned char> bytes = folder.read_scene();
-    const tinygltf::Model model = load(bytes, folder);
-    SceneDraft draft;
-    for (const std::string &extension : model.extensionsUsed)
-        if (!is_known(extension)) draft.ignored.insert("the extension " + printable(extension));
-    if (!model.animations.empty()) draft.ignored.insert("animations");
-    Reader reader = {model, draft, gltf_material_reader(model, folder, draft)};
-    read_nodes(reader);
-    return draft;
+bool is_scene_file(const std::string &name) {
+    std::string end = name.substr(std::min(name.rfind('.'), name.size()));
+    for (char &c : end) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return end == ".gltf" || end == ".glb";
+}
+
+Scene scene_file_read(const std::string &path, const SceneOptions &options) {
+    try {
+        SceneFolder folder(path, options.allow_outside, options.record);
+        File file(folder);
+        Reader r{file};
+        for (const Json &used : member(file.json, "extensionsUsed"))
+            if (used.is_string() && !is_known(used))
+                r.ignored.insert("the extension " + printable(used));
+        if (!member(file.json, "animations").empty()) r.ignored.insert("animations");
+        read_nodes(r, options.photometric);
+        Scene &scene = r.scene;
+        if (scene.triangles.empty()) throw Error("has no triangles to render");
+        if (scene.maps.empty()) { // then nothing looks these up
+            scene.texture_coordinates[0] = scene.texture_coordinates[1] = {};
+            scene.colours = scene.tangents = {};
+        }
+        const auto none = [](Vec3 n) { return !(max_magnitude(n) > 0); };
+        if (std::all_of(scene.normals.begin(), scene.normals.end(), none)) scene.normals = {};
+        recentre(r);
+        const bool punctual = place_lights(r), lamps = make_area_lights(r);
+        place_cameras(r);
+        scene.environment = options.environment;
+        if (!scene.environment && !punctual && !lamps)
+            scene.environment = std::make_shared<Environment>(environment_read("sky"));
+        std::string ignored;
+        for (const std::string &what : r.ignored) ignored += (ignored.empty() ? "" : ", ") + what;
+        if (!ignored.empty()) scene.notes.push_back(path + ": ignores " + ignored);
+        return std::move(scene);
+    } catch (const Json::exception &error) {
+        throw Error(path, ": is not valid glTF 2.0: ", printable(error.what()));
+    } catch (const Error &error) {
+        throw Error(path, ": ", error.what());
+    } catch (const std::bad_alloc &) {
+        throw Error(path, ": needs more memory than there is, or than --max-memory allows");
+    }
 }

@@ -122,13 +122,6 @@ fs::path SceneFolder::resolve(const std::string &name) const {
     return path;
 }
 
-std::optional<std::vector<unsigned char>> SceneFolder::find(const std::string &name) {
-    const fs::path path = resolve(name);
-    std::error_code error;
-    if (!fs::exists(path, error)) return {};
-    return load(path, listed(path));
-}
-
 std::vector<unsigned char> SceneFolder::load(const fs::path &path, const fs::path &name) {
     std::vector<unsigned char> bytes = read_file(path);
     if (record_) record_->add(name, bytes);

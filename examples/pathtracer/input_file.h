@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -61,9 +60,9 @@ class SceneFolder {
     // The path a name leads to, all links followed, whether or not a file is there. Throws Error if
     // it is outside the folder.
     std::filesystem::path resolve(const std::string &name) const;
-    // The bytes of a file, or nothing if there is no such file. Throws Error.
-    std::optional<std::vector<unsigned char>> find(const std::string &name);
-    // Likewise, but a missing file is an Error.
+    // Whether there is such a file. Throws Error if it is outside the folder.
+    bool has(const std::string &name) const { return std::filesystem::exists(resolve(name)); }
+    // The bytes of a file. Throws Error.
     std::vector<unsigned char> read(const std::string &name);
 
   private:

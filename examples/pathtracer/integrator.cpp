@@ -11,8 +11,6 @@
 #include <limits>
 #include <optional>
 
-#include "distribution.h"
-
 namespace {
 
 // The first bounces decide most of a pixel; roulette there would add more noise than it saves time.
@@ -22,16 +20,6 @@ constexpr uint32_t FIRST_ROULETTE_BOUNCE = 3;
 float power_heuristic(float pdf, float other_pdf) {
     const float ratio = other_pdf / pdf;
     return 1 / (1 + ratio * ratio);
-}
-
-// Turns one point of the unit square into a light and a point on it. Each light owns a strip of the
-// square, which is stretched back to a square, so points well distributed over the square are well
-// distributed over the lights and over each light.
-inline const Light &choose_light(const Scene &scene, Vec2 &u) {
-    if (scene.lights.size() == 1) return scene.lights[0];
-    const Choice choice = distribution_choose(scene.light_limits.data(), scene.lights.size(), u.x);
-    u.x = choice.rest;
-    return scene.lights[choice.index];
 }
 
 // The state of a path traced from the camera.
@@ -46,6 +34,7 @@ struct Path {
     // compete with it: none after the camera or a mirror, since no light sample could find those
     // rays.
     float scatter_pdf = 1, light_samples = 0;
+    Receiver from = {}; // where the ray was scattered: what the light samples were chosen for
     bool seen_by_camera = true; // directly, or through mirrors and smooth glass
     bool ends = false;          // where it arrives: only lights are still added
 };
@@ -96,8 +85,10 @@ Path camera_path(const Integrator &integrator, int x, int y, const PathNumbers &
 
 // The density with which the path's light samples would have chosen its ray's direction, if one
 // sample of `light` chooses it with `light_pdf`.
-float light_samples_pdf(const Path &path, const Light &light, float light_pdf) {
-    return path.light_samples * light.probability * light_pdf;
+float light_samples_pdf(const Scene &scene, const Path &path, int32_t light, float light_pdf) {
+    if (!(path.light_samples > 0) || light < 0) return 0;
+    return path.light_samples * light_pdf *
+           light_probability(scene.light_tree, path.from, static_cast<uint32_t>(light));
 }
 
 // Adds light that the ray hits, weighted against the light samples that could have found it too.
@@ -109,10 +100,8 @@ inline void add_environment(const Scene &scene, Path &path) {
     if (!scene.environment) return;
     const Environment &environment = *scene.environment;
     const Vec3 direction = path.ray.direction;
-    float pdf = 0;
-    if (path.light_samples > 0 && scene.environment_light >= 0)
-        pdf = light_samples_pdf(path, scene.lights[scene.environment_light],
-                                environment_pdf(environment, direction));
+    const float pdf = light_samples_pdf(scene, path, scene.environment_light,
+                                        environment_pdf(environment, direction));
     add_found_light(path, pdf, environment_radiance(environment, direction));
 }
 
@@ -122,9 +111,8 @@ inline void add_emission(const Scene &scene, Path &path, const Hit &hit) {
     const Light &light = scene.lights[number];
     const float cosine = -dot(hit.normal, path.ray.direction);
     if (!(cosine > 0) && !light.both_sides) return;
-    float pdf = 0;
-    if (path.light_samples > 0)
-        pdf = light_samples_pdf(path, light, light_pdf(light, hit.distance, cosine));
+    const float pdf =
+        light_samples_pdf(scene, path, number, light_pdf(light, hit.distance, cosine));
     const Vec3 emitted =
         light.mapped ? emission_at(scene, {hit.triangle, hit.u, hit.v}) : light.radiance;
     add_found_light(path, pdf, emitted);
@@ -141,6 +129,10 @@ struct Vertex {
     Vec3 shading_normal;
     Vec3 wo; // back along the ray, in the frame
 
+    Receiver receiver(const Material &material) const {
+        const bool both = material.kind == Material::DIELECTRIC || material.kind == Material::PHASE;
+        return {point, shading_normal, !both};
+    }
     // The origin of the next ray, moved off the surface to the side the ray leaves on.
     Vec3 start(Vec3 wi) const { return offset_point(point, wi.z > 0 ? normal : -normal, distance); }
     // Whether `wi` is on the same side of the triangle as of the shading normal. Other directions
@@ -153,12 +145,11 @@ struct Vertex {
 inline Vertex vertex_at(const Scene &scene, const Ray &ray, const Hit &hit) {
     Vertex v;
     const Vec3 to_origin = -ray.direction;
-    v.front = dot(hit.normal, to_origin) > 0;
-    v.normal = v.front ? hit.normal : -hit.normal;
-    v.shading_normal =
-        scene.normals.empty() && scene.maps.empty()
-            ? v.normal
-            : shading_normal(scene, hit.triangle, hit.u, hit.v, hit.normal, to_origin);
+    const ShadingNormals n =
+        shading_normals(scene, hit.triangle, hit.u, hit.v, hit.normal, to_origin);
+    v.front = n.front;
+    v.normal = n.geometric;
+    v.shading_normal = n.shading;
     v.point = ray.origin + hit.distance * ray.direction;
     v.distance = hit.distance;
     v.frame = frame_around(v.shading_normal);
@@ -211,7 +202,9 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
                       const Material &material, const RayNumbers &numbers, Vec2 u, float count,
                       uint32_t k) {
     const Scene &scene = *integrator.scene;
-    const Light &light = choose_light(scene, u);
+    const LightChoice choice = light_choose(scene.light_tree, v.receiver(material), u.x);
+    if (choice.light < 0) return;
+    const Light &light = scene.lights[choice.light];
     const LightSample sample = light_sample(light, v.point, u);
     if (!(sample.pdf > 0)) return;
     const Vec3 wi = sample.direction * v.frame;
@@ -227,7 +220,7 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
         ++path.counters->draws_4d;
         passed = medium_transmittance(*scene.medium, shadow, length(end - shadow.origin), walk);
     }
-    const float pdf = count * light.probability * sample.pdf;
+    const float pdf = count * choice.probability * sample.pdf;
     const float weight = light_has_extent(light) ? power_heuristic(pdf, own_pdf) : 1;
     const Vec3 emitted = light.mapped
                              ? emission_at(scene, {light.triangle, sample.place.x, sample.place.y})
@@ -270,10 +263,12 @@ bool toss(Vec2 &u) {
 MaterialSample sample_either(const Scene &scene, const Vertex &v, const Material &material,
                              bool to_light, Vec2 u, float lobe, float &kept) {
     MaterialSample result{};
+    const Receiver receiver = v.receiver(material);
     Vec3 direction;
     if (to_light) {
-        const Light &light = choose_light(scene, u);
-        const LightSample sample = light_sample(light, v.point, u);
+        const LightChoice choice = light_choose(scene.light_tree, receiver, u.x);
+        if (choice.light < 0) return result;
+        const LightSample sample = light_sample(scene.lights[choice.light], v.point, u);
         if (!(sample.pdf > 0)) return result;
         direction = sample.direction;
         result.wi = direction * v.frame;
@@ -284,8 +279,10 @@ MaterialSample sample_either(const Scene &scene, const Vertex &v, const Material
     }
     const auto [scattered, own_pdf] = material_value(material, v.front, v.wo, result.wi);
     result.pdf = 0.5f * own_pdf;
-    for (const Light &light : scene.lights)
-        result.pdf += 0.5f * light.probability * light_pdf_towards(light, v.point, direction);
+    for (uint32_t i = 0; i < scene.lights.size(); ++i) {
+        const float pdf = light_pdf_towards(scene.lights[i], v.point, direction);
+        if (pdf > 0) result.pdf += 0.5f * pdf * light_probability(scene.light_tree, receiver, i);
+    }
     if (!(result.pdf > 0) || !(max_component(scattered) > 0)) return MaterialSample{};
     kept = max_component(scattered) / own_pdf;
     result.weight = (1 / result.pdf) * scattered;
@@ -314,7 +311,10 @@ bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Ma
         kept = max_component(sample.weight);
     } else {
         const bool to_light = toss(u);
-        if (Vec2 rest = u; to_light && !light_has_extent(choose_light(scene, rest))) {
+        float rest = u.x;
+        const int32_t light =
+            to_light ? light_choose(scene.light_tree, v.receiver(material), rest).light : -1;
+        if (light >= 0 && !light_has_extent(scene.lights[light])) {
             // No ray can hit it, so the path ends with it.
             add_light_sample(integrator, path, v, material, numbers, u, 0.5f, 0);
             return false;
@@ -334,6 +334,7 @@ bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Ma
     }
     path.ray = {v.start(sample.wi), direction, path.ray.time};
     path.scatter_pdf = sample.pdf;
+    path.from = v.receiver(material);
     path.seen_by_camera = path.seen_by_camera && material_is_smooth(material);
     return true;
 }

@@ -4,8 +4,101 @@
 // steradian as seen from the lit point, like those of materials; for punctual lights they are 1.
 #pragma once
 
-#include "environment.h"
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
 #include "math.h"
+
+// ---- Choosing one of n items with probability proportional to its weight, by inversion, in O(log n).
+// Unlike an alias table, inversion is monotonic: stratified numbers stay stratified and blue noise
+// stays blue. Draws and the limits between items are multiples of 2^-24, so the stated
+// probabilities are exact. Every weight above zero gets at least one step of 2^-24.
+
+constexpr float DRAW_STEP = 1.0f / (1 << 24);
+
+// Writes count + 1 limits, from 0 to 1. Weights must be finite and non-negative; if all are zero,
+// the first item is always chosen. At most 2^23 weights.
+inline void distribution_build(const double *weights, size_t count, float *limits) {
+    double total = 0;
+    size_t used = 0;
+    for (size_t i = 0; i < count; ++i) {
+        total += weights[i];
+        used += weights[i] > 0 ? 1 : 0;
+    }
+    const double shared = static_cast<double>((1u << 24) - used); // steps left after one each
+    double sum = 0;
+    size_t before = 0;
+    limits[0] = 0;
+    for (size_t i = 0; i < count; ++i) {
+        sum += weights[i];
+        before += weights[i] > 0 ? 1 : 0;
+        const double share = total > 0 ? std::min(sum / total, 1.0) : 0;
+        const auto steps = static_cast<uint32_t>(share * shared) + static_cast<uint32_t>(before);
+        limits[i + 1] = static_cast<float>(steps) * DRAW_STEP;
+    }
+    // Rounding may leave a step over. It must not go to trailing items of weight zero.
+    size_t last = count;
+    while (last > 1 && !(weights[last - 1] > 0)) --last;
+    for (size_t i = last; i <= count; ++i) limits[i] = 1;
+}
+
+struct Choice {
+    size_t index;
+    float rest;        // where the number falls between the item's limits, in [0, 1)
+    float probability; // of choosing this item
+};
+
+inline Choice distribution_choose(const float *limits, size_t count, float u) {
+    const float *above = std::upper_bound(limits + 1, limits + count, u);
+    const float low = above[-1], width = *above - low;
+    // Use the middle of the step, so items only a few steps wide are not always hit at their start.
+    const float rest = std::min((u - low + 0.5f * DRAW_STEP) / width, 1 - DRAW_STEP);
+    return {static_cast<size_t>(above - 1 - limits), rest, width};
+}
+
+// ---- The environment
+
+// Row 0 is straight up (+y), the middle of a row is +z and its left is +x, as in OpenEXR's
+// latitude-longitude maps. Radiance is constant over each texel.
+struct Environment {
+    int width, height;
+    std::vector<Vec3> texels; // radiance, row by row
+    // For sampling: the limits between rows, and between the columns of each row.
+    std::vector<float> row_limits;    // height + 1
+    std::vector<float> column_limits; // height rows of width + 1
+    std::vector<float> row_cosines;   // height + 1: of the angle to +y, from 1 to -1
+    float irradiance; // luminance above the mean, integrated over the sphere. 0: too
+                      // uniform to be worth sampling
+};
+
+// Makes an environment from its texels; negative values become 0. Throws Error, which says where, if
+// a texel is not finite, unless `clamp` makes it as bright as half floats get, or black if it is no number.
+Environment environment_create(int width, int height, std::vector<Vec3> texels, bool clamp = false);
+
+// A clear sky with a sun, wider than the real one, and ground below.
+Environment environment_sky(Vec3 to_sun);
+
+// Reads a latitude-longitude EXR file. Two names are special: "sky" is environment_sky, "none" is
+// black. Throws Error.
+Environment environment_read(const std::string &path, bool clamp = false);
+
+Vec3 environment_radiance(const Environment &environment, Vec3 direction);
+
+// The density per steradian with which environment_sample chooses a direction. It is constant over
+// each texel and 0 on texels darker than the mean, so combine it with scattered rays.
+float environment_pdf(const Environment &environment, Vec3 direction);
+
+struct EnvironmentSample {
+    Vec3 direction;
+    float pdf; // per steradian
+};
+
+EnvironmentSample environment_sample(const Environment &environment, Vec2 u);
+
+// ---- One light
 
 struct Light {
     enum Kind { PARALLELOGRAM, TRIANGLE, ENVIRONMENT, POINT, SPOT, DIRECTIONAL };
@@ -17,7 +110,6 @@ struct Light {
                                     // normal incidence
     const Environment *environment; // ENVIRONMENT: the scene's; used instead of `radiance`
     float distance;                 // ENVIRONMENT, DIRECTIONAL: beyond everything in the scene
-    float probability;              // of being chosen among all lights; set by scene_finish
     bool both_sides = false;        // PARALLELOGRAM, TRIANGLE: the back emits too
     bool mapped = false;   // TRIANGLE: `radiance` is a mean; emission_at() gives it at a point
     uint32_t triangle = 0; // TRIANGLE: its index in the scene; set by scene_finish
@@ -41,6 +133,11 @@ inline Light area_light(Light::Kind kind, Vec3 corner, Vec3 edge_u, Vec3 edge_v,
 // Whether scattered rays can hit the light.
 inline bool light_has_extent(const Light &light) {
     return light.kind < Light::POINT;
+}
+
+// Whether the light has no position.
+inline bool light_is_distant(const Light &light) {
+    return light.kind == Light::ENVIRONMENT || light.kind == Light::DIRECTIONAL;
 }
 
 struct LightSample {
@@ -113,15 +210,45 @@ inline float light_pdf_towards(const Light &light, Vec3 lit_point, Vec3 directio
     return hit ? light_pdf(light, distance, cosine) : 0;
 }
 
-// The weight for choosing this light: the power, as luminance, it sends into a scene of this
-// radius.
-inline float light_power(const Light &light, float scene_radius) {
-    if (light.kind == Light::ENVIRONMENT)
-        return light.environment->irradiance * PI * scene_radius * scene_radius;
-    const float bright = luminance(light.radiance);
-    if (light.kind == Light::DIRECTIONAL) return bright * PI * scene_radius * scene_radius;
-    if (light.kind == Light::POINT) return bright * 4 * PI;
-    if (light.kind == Light::SPOT)
-        return bright * 2 * PI * (1 - 0.5f * (light.cosine_inner + light.cosine_outer));
-    return bright * PI * light.area * (light.both_sides ? 2.0f : 1.0f);
-}
+// ---- Choosing a light for a point, by a bound of what each brings there: its power over the squared
+// distance, times bounds of both cosines (Conty Estevez and Kulla, "Importance Sampling of Many
+// Lights with Adaptive Tree Splitting", 2018). One number is enough: at each node of a tree it chooses
+// one of up to eight children, and what is left of it is stratified still. With up to eight lights the
+// root's children are the lights.
+
+// What lights are chosen for: a point, and the side of it that can be lit, if it is one side alone.
+struct Receiver {
+    Vec3 point = {0, 0, 0}, normal = {0, 0, 0};
+    bool one_side = false;
+};
+
+struct LightNode {
+    Vec3 low = Vec3(0), high = Vec3(0); // bounds of its lights
+    Vec3 axis = Vec3(0);                // the middle of the directions they shine in
+    float cosine = -1;                  // of the largest angle to it; -1: to all sides
+    float power = 0;      // luminance of the intensity, or for distant lights of the irradiance
+    bool distant = false; // any of its lights has no position
+    uint32_t parent = 0, first = 0, count = 0; // children
+    int32_t light = -1;                        // of a node without children
+};
+
+struct LightTree {
+    std::vector<LightNode> nodes;  // the root first
+    std::vector<uint32_t> node_of; // of each light; 0: it never shines
+};
+
+LightTree light_tree(const std::vector<Light> &lights);
+
+struct LightChoice {
+    int32_t light; // -1: none can light the point
+    float probability;
+};
+
+// Chooses by u in [0, 1), which becomes what is left of it, in [0, 1) again.
+LightChoice light_choose(const LightTree &tree, const Receiver &receiver, float &u);
+
+// The probability with which light_choose chooses this light.
+float light_probability(const LightTree &tree, const Receiver &receiver, uint32_t light);
+
+// How brightly a light can shine at unit distance, as luminance; 0 for one that never does.
+float light_power(const Light &light);

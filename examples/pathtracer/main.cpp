@@ -91,7 +91,8 @@ void record_others(const Options &options, InputRecord &record) {
 SceneOptions scene_options(const Options &options, InputRecord *record = nullptr) {
     std::shared_ptr<const Environment> environment;
     if (!options.environment.empty())
-        environment = std::make_shared<Environment>(environment_read(options.environment));
+        environment =
+            std::make_shared<Environment>(environment_read(options.environment, options.clamp));
     return {options.camera,        environment,         options.single_scatter,
             options.allow_outside, options.photometric, record};
 }

@@ -7,12 +7,10 @@
 // are tabulated at start-up: for conductors over cosine and roughness, with a white Fresnel term;
 // for each rough dielectric over cosine. Rough materials are sampled as the mixture of both lobes,
 // the wide one with the probability of the loss.
-//
-// Conductor Fresnel: Schlick's, with a tint towards grazing (Kutz et al., "Novel aspects of the
-// Adobe Standard Material", 2021).
+// The Fresnel term of conductors is Schlick's.
 #include "material.h"
 
-#include "distribution.h"
+#include "light.h"
 #include "medium.h"
 #include "microfacet.h"
 
@@ -40,25 +38,16 @@ float loss(const ConductorEnergy &e, float cosine) {
                     1 - (1 - e.t) * interpolate(rows[0], root) - e.t * interpolate(rows[1], root));
 }
 
-// How much the tint subtracts from Schlick's reflectance: `edge` scales that at 82 degrees, cosine 1/7.
-Vec3 tint_of(const Material &m) {
-    const float at_edge = 1.0f / 7;
-    const float grazing = std::pow(1 - at_edge, 5.0f);
-    const float scale = 1 / (at_edge * std::pow(1 - at_edge, 6.0f));
-    return (m.albedo + (1.0f - m.albedo) * grazing) * (1.0f - m.edge) * scale;
-}
-
 Vec3 fresnel_conductor(const Material &m, float cosine) {
     const float c = std::min(std::max(cosine, 0.0f), 1.0f);
     const float s = (1 - c) * (1 - c), fifth = s * s * (1 - c);
-    return clamp(m.albedo + (1.0f - m.albedo) * fifth - tint_of(m) * c * fifth * (1 - c), 0.0f,
-                 1.0f);
+    return clamp(m.albedo + (1.0f - m.albedo) * fifth, 0.0f, 1.0f);
 }
 
 // The Fresnel term of multiply scattered light: a geometric series in which every facet reflects
 // the mean Fresnel term and a share mean_loss of that hits another facet.
 Vec3 fresnel_multiple(const Material &m, float mean_loss) {
-    const Vec3 mean = max(m.albedo + (1.0f - m.albedo) / 21.0f - tint_of(m) / 126.0f, 0.0f);
+    const Vec3 mean = m.albedo + (1.0f - m.albedo) / 21.0f;
     return mean * mean * (1 - mean_loss) / (1.0f - mean * mean_loss);
 }
 
@@ -176,7 +165,7 @@ Mixture mixture(const Material &m) {
     x.mean_loss = mean_loss;
     x.mean_left = std::max(
         1 - x.coat * (1 - mean_loss - mean_edge) - mean_edge - x.coat_multiple * mean_loss, 1e-4f);
-    x.reflectance = m.metallic * m.albedo + (1 - m.metallic) * Vec3(x.coat);
+    x.reflectance = m.metallic * m.albedo + (1 - m.metallic) * x.coat * m.coat_colour;
     x.ground = ((1 - m.metallic) / x.mean_left) * m.albedo;
     x.multiple = (1 / std::max(mean_loss, LEAST_LOSS)) *
                  (m.metallic * multiple(m.albedo) + (1 - m.metallic) * x.coat_multiple);

@@ -39,7 +39,7 @@ struct Material {
     Vec3 albedo = {0.5f, 0.5f, 0.5f}; // DIFFUSE: reflectance. CONDUCTOR: at normal incidence.
                                       // DIELECTRIC: transmission tint.
                                       // METALLIC_ROUGHNESS: base colour. PHASE: scattered share
-    Vec3 edge = {1, 1, 1};            // CONDUCTOR: reflectance at 82 degrees relative to Schlick's
+    Vec3 coat_colour = {1, 1, 1};     // METALLIC_ROUGHNESS: times the reflectance by `ior`
     float roughness = 0;  // in [0, 1]; alpha is its square. Below SMOOTH: a mirror, except
                           // METALLIC_ROUGHNESS, which is clamped to SMOOTH
     float metallic = 0;   // METALLIC_ROUGHNESS: fraction of metal, in [0, 1]

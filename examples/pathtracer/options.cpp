@@ -11,7 +11,6 @@
 
 #include "error.h"
 #include "exr.h"
-#include "scene_file.h"
 
 namespace {
 
@@ -149,6 +148,7 @@ std::map<std::string, bool &> flags(Options &o) {
         {"--quiet", o.quiet},
         {"--single-scatter", o.single_scatter},
         {"--photometric", o.photometric},
+        {"--clamp", o.clamp},
         {"--allow-outside", o.allow_outside},
         {"--allow-changed", o.allow_changed},
         {"--list", o.list},
@@ -221,7 +221,7 @@ Renders a scene with one of libbn's samplers to out.exr, and a preview to out.pn
 merge pictures of different regions (--crop) or different samples (--first-sample), and continue a
 picture that was stopped. When interrupted, it writes the picture so far.
 
-  --scene NAME|FILE      the scene (default cornell): a built-in one (see --list), or a .gltf, .glb or .obj file
+  --scene NAME|FILE      the scene (default cornell): a built-in one (see --list), or a .gltf or .glb file
   --camera N             use the scene's camera number N (default 0); see --list-cameras
   --eye x,y,z            position of the camera
   --target x,y,z         point that the camera looks at
@@ -243,6 +243,7 @@ picture that was stopped. When interrupted, it writes the picture so far.
   --lights coin          try no light apart from the path: one direction off each surface, from its material or
                          towards a light, as a coin decides
   --env FILE             replace the scene's environment by a latitude-longitude EXR, "sky" or "none"
+  --clamp                bound texels of --env that are not finite, and negative ones
   --photometric          the file's punctual lights are in candela and lux: divide them by 683
   --allow-outside        let a scene file, or the picture of --resume, name files outside its folder
   --allow-changed        let --resume and --merge mix pictures whose files differ in contents

@@ -19,7 +19,6 @@
 #include "error.h"
 #include "film.h"
 #include "image.h"
-#include "scene_file.h"
 
 namespace fs = std::filesystem;
 

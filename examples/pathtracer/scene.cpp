@@ -4,10 +4,8 @@
 
 #include <limits>
 
-#include "distribution.h"
 #include "error.h"
 #include "scene_builder.h"
-#include "scene_file.h"
 
 namespace {
 
@@ -56,16 +54,13 @@ void prepare_lights(Scene &scene) {
     const float beyond = 4 * (radius + length(scene.camera.position - 0.5f * (e.low + e.high)));
     for (Light &light : scene.lights) light.distance = beyond;
 
-    std::vector<double> powers;
     std::vector<int32_t> new_index;
     size_t kept = 0;
     for (const Light &light : scene.lights) {
-        const float power = light_power(light, radius);
+        const float power = light_power(light);
         const bool shines = power > 0 && std::isfinite(power);
         new_index.push_back(shines ? static_cast<int32_t>(kept) : -1);
-        if (!shines) continue;
-        powers.push_back(static_cast<double>(power));
-        scene.lights[kept++] = light;
+        if (shines) scene.lights[kept++] = light;
     }
     scene.lights.resize(kept);
     const auto renumber = [&](int32_t &light) {
@@ -77,11 +72,61 @@ void prepare_lights(Scene &scene) {
         const int32_t light = scene.surfaces[i].light;
         if (light >= 0) scene.lights[light].triangle = static_cast<uint32_t>(i);
     }
+    scene.light_tree = light_tree(scene.lights);
+}
 
-    scene.light_limits.assign(kept + 1, 1);
-    if (kept > 0) distribution_build(powers.data(), kept, scene.light_limits.data());
-    for (size_t i = 0; i < kept; ++i)
-        scene.lights[i].probability = scene.light_limits[i + 1] - scene.light_limits[i];
+// Interpolates a vertex attribute over a triangle.
+template <typename Value>
+Value interpolated(const std::vector<Value> &values, const Triangle &t, SurfacePoint p) {
+    const Value a = values[t.vertices[0]], b = values[t.vertices[1]], c = values[t.vertices[2]];
+    return (1 - p.u - p.v) * a + p.u * b + p.v * c;
+}
+
+Vec2 transformed(const TextureUse &use, Vec2 uv) {
+    return use.transform * Vec3(uv, 1);
+}
+
+const SurfaceMaps &maps_of(const Scene &scene, SurfacePoint p) {
+    const Material &material = material_of(scene, p.triangle);
+    return scene.maps[material.maps];
+}
+
+glm::vec4 looked_up(const Scene &scene, const TextureUse &use, SurfacePoint p) {
+    const std::vector<Vec2> &coordinates = scene.texture_coordinates[use.set];
+    const Vec2 uv = coordinates.empty() ? Vec2{0, 0}
+                                        : interpolated(coordinates, scene.triangles[p.triangle], p);
+    return texture_at(scene.textures[use.texture], transformed(use, uv));
+}
+
+// The shading normal, bent by the material's normal map if it has one.
+Vec3 mapped_normal(const Scene &scene, SurfacePoint p, Vec3 normal) {
+    const int32_t index = material_of(scene, p.triangle).maps;
+    if (index < 0 || scene.maps[index].normal.texture < 0) return normal;
+    const SurfaceMaps &maps = scene.maps[index];
+    const std::vector<Vec2> &coordinates = scene.texture_coordinates[maps.normal.set];
+    if (coordinates.empty()) return normal;
+    const Triangle &t = scene.triangles[p.triangle];
+    const auto along_surface = [&](Vec3 v) {
+        return normalize_or(v - dot(v, normal) * normal, {0, 0, 0});
+    };
+    Vec3 across, up; // the directions in which u, and the image upwards, increase
+    const glm::vec4 tangent = interpolated(scene.tangents, t, p);
+    if (max_magnitude(Vec3(tangent)) > 0) {
+        across = along_surface(Vec3(tangent));
+        up = (tangent.w < 0 ? -1.0f : 1.0f) * cross(normal, across);
+    } else {
+        const Vec3 edge1 = scene.vertices[t.vertices[1]] - scene.vertices[t.vertices[0]];
+        const Vec3 edge2 = scene.vertices[t.vertices[2]] - scene.vertices[t.vertices[0]];
+        const Vec2 uv0 = transformed(maps.normal, coordinates[t.vertices[0]]);
+        const Vec2 uv1 = transformed(maps.normal, coordinates[t.vertices[1]]) - uv0;
+        const Vec2 uv2 = transformed(maps.normal, coordinates[t.vertices[2]]) - uv0;
+        const float turn = uv1.x * uv2.y - uv1.y * uv2.x > 0 ? 1.0f : -1.0f;
+        across = along_surface(turn * (uv2.y * edge1 - uv1.y * edge2));
+        up = along_surface(-turn * (uv1.x * edge2 - uv2.x * edge1)); // v points down
+    }
+    const Vec3 n = looked_up(scene, maps.normal, p);
+    const float x = maps.normal_scale * (2 * n.x - 1), y = maps.normal_scale * (2 * n.y - 1);
+    return normalize_or(x * across + y * up + (2 * n.z - 1) * normal, normal);
 }
 
 // Bends a shading normal just enough to reflect `wo` above the surface, whose normal is
@@ -130,25 +175,28 @@ void scene_finish(Scene &scene) {
     for (Material &material : scene.materials) material_prepare(material);
 }
 
-Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal, Vec3 wo) {
+ShadingNormals shading_normals(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal,
+                               Vec3 wo) {
+    const Material &material = material_of(scene, triangle);
+    Vec3 smooth = normal;
+    if (!scene.normals.empty())
+        smooth = normalize_or(
+            interpolated(scene.normals, scene.triangles[triangle], {triangle, u, v}), normal);
+    Vec3 bent = scene.maps.empty() ? smooth : mapped_normal(scene, {triangle, u, v}, smooth);
+    if (dot(smooth, normal) < 0) { // the corners are in the wrong order, or the normals turned
+        if (material.single_sided)
+            smooth = -smooth, bent = -bent;
+        else
+            normal = -normal;
+    }
     const bool front = dot(normal, wo) > 0;
     const Vec3 geometric = front ? normal : -normal;
-    if (scene.normals.empty() && scene.maps.empty()) return geometric;
-    Vec3 smooth = normal;
-    if (!scene.normals.empty()) {
-        const auto &t = scene.triangles[triangle].vertices;
-        smooth = normalize_or((1 - u - v) * scene.normals[t[0]] + u * scene.normals[t[1]] +
-                                  v * scene.normals[t[2]],
-                              normal);
-    }
-    const bool mirrors = material_of(scene, triangle).kind != Material::DIFFUSE;
-    if (!scene.maps.empty()) {
-        const Vec3 bent = mapped_normal(scene, {triangle, u, v}, smooth);
-        if (mirrors || dot(front ? bent : -bent, wo) > 0) smooth = bent;
-    }
+    if (scene.normals.empty() && scene.maps.empty()) return {geometric, geometric, front};
+    const bool mirrors = material.kind != Material::DIFFUSE;
+    if (mirrors || dot(front ? bent : -bent, wo) > 0) smooth = bent;
     const Vec3 turned = front ? smooth : -smooth;
-    if (mirrors) return mirroring_normal(turned, geometric, wo);
-    return dot(turned, wo) > 0 ? turned : geometric;
+    if (mirrors) return {geometric, mirroring_normal(turned, geometric, wo), front};
+    return {geometric, dot(turned, wo) > 0 ? turned : geometric, front};
 }
 
 const std::vector<SceneEntry> &scene_entries() {
@@ -182,6 +230,9 @@ Scene scene_build(const std::string &name, const SceneOptions &options) {
         }
         return scene;
     }
+    if (name.find('.') != std::string::npos)
+        throw Error(name, ": scenes are read from .gltf and .glb; convert it: scripts/to-gltf ",
+                    name);
     std::string known;
     for (const SceneEntry &entry : scene_entries()) {
         if (name == entry.name) {
@@ -194,5 +245,36 @@ Scene scene_build(const std::string &name, const SceneOptions &options) {
         known += (known.empty() ? "" : ", ") + std::string(entry.name);
     }
     throw Error("there is no scene '", name, "'; the scenes are ", known,
-                ", or a file named .gltf, .glb or .obj");
+                ", or a file named .gltf or .glb");
+}
+
+Material material_at(const Scene &scene, const Material &material, SurfacePoint p) {
+    Material m = material;
+    const SurfaceMaps &maps = maps_of(scene, p);
+    if (maps.vertex_colours && !scene.colours.empty())
+        m.albedo *= Vec3(interpolated(scene.colours, scene.triangles[p.triangle], p));
+    if (maps.colour.texture >= 0) m.albedo *= Vec3(looked_up(scene, maps.colour, p));
+    if (maps.metallic_roughness.texture >= 0) {
+        const glm::vec4 texel = looked_up(scene, maps.metallic_roughness, p);
+        m.metallic *= texel.b;
+        m.roughness *= texel.g;
+    }
+    return m;
+}
+
+bool is_cut_out(const Scene &scene, SurfacePoint p) {
+    if (material_of(scene, p.triangle).maps < 0) return false;
+    const SurfaceMaps &maps = maps_of(scene, p);
+    if (!(maps.alpha_cutoff > 0)) return false;
+    float alpha = maps.alpha;
+    if (maps.vertex_colours) alpha *= interpolated(scene.colours, scene.triangles[p.triangle], p).a;
+    if (maps.cut_out.texture >= 0) alpha *= looked_up(scene, maps.cut_out, p).a;
+    return alpha < maps.alpha_cutoff;
+}
+
+Vec3 emission_at(const Scene &scene, SurfacePoint p) {
+    if (is_cut_out(scene, p)) return Vec3(0);
+    const SurfaceMaps &maps = maps_of(scene, p);
+    if (maps.emission.texture < 0) return maps.emission_factor;
+    return maps.emission_factor * Vec3(looked_up(scene, maps.emission, p));
 }

@@ -38,16 +38,16 @@ struct TextureUse {
 };
 
 struct SurfaceMaps {
-    TextureUse colour;              // times Material::albedo
-    TextureUse metallic_roughness;  // blue times metallic, green times roughness
-    TextureUse roughness, metallic; // the same, each from red
-    TextureUse emission;            // times emission_factor
-    TextureUse normal;              // in tangent space
-    TextureUse cut_out;             // alpha, or red where the texture has none
+    TextureUse colour;             // times Material::albedo
+    TextureUse metallic_roughness; // blue times metallic, green times roughness
+    TextureUse emission;           // times emission_factor
+    TextureUse normal;             // in tangent space
+    TextureUse cut_out;            // alpha
     Vec3 emission_factor = {0, 0, 0};
     float normal_scale = 1;
-    float alpha = 1, alpha_cutoff = 0; // cut out if alpha times the texture's is below
-    bool vertex_colours = false;       // times Material::albedo
+    float alpha = 1,
+          alpha_cutoff = 0;      // cut out if alpha times the texture's and the vertices' is below
+    bool vertex_colours = false; // times Material::albedo, and their fourth component times alpha
 };
 
 // A point on a triangle: the barycentric weights of its second and third vertex.
@@ -73,7 +73,9 @@ struct Scene {
     std::vector<Vec3> motions; // of each vertex while the shutter is open, on a straight line, or
                                // none if all stands still. Lights do not move
     std::vector<Vec2> texture_coordinates[2]; // two sets, each one per vertex, or none
-    std::vector<Vec3> colours;                // likewise; linear
+    std::vector<glm::vec4> colours;           // likewise; linear
+    std::vector<glm::vec4> tangents;          // likewise; the sign w is that of the other tangent,
+                                              // w cross(normal, tangent). Zero: from the triangle
     std::vector<Triangle> triangles;
     std::vector<Surface> surfaces; // one per triangle
     std::vector<Material> materials;
@@ -90,8 +92,8 @@ struct Scene {
     uint32_t light_samples = 1;
 
     // Set by scene_finish.
-    std::vector<float> light_limits; // for choosing lights, see distribution.h
-    int32_t environment_light = -1;  // index of the environment's light, or -1 if it is not sampled
+    LightTree light_tree;           // for choosing lights
+    int32_t environment_light = -1; // index of the environment's light, or -1 if it is not sampled
 
     std::vector<std::string> notes; // tell the user what was left out of a scene file
 };
@@ -111,10 +113,16 @@ Bounds scene_bounds(const Scene &scene);
 // the environment into a light, and prepares lights and materials. All vertices must be finite.
 void scene_finish(Scene &scene);
 
-// The shading normal of a hit, on the side of `wo`: the interpolated vertex normal, bent by a
-// normal map, if the scene has these, otherwise `normal`. For reflecting materials it reflects `wo`
-// above the surface; for diffuse ones `wo` is on its front.
-Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal, Vec3 wo);
+// A hit's normals on the side of `wo`: the geometric one, and for shading the interpolated vertex
+// normal, bent by a normal map, if the scene has these. For reflecting materials it reflects `wo`
+// above the surface; for diffuse ones `wo` is on its front. Where vertex normals point to the back of
+// the triangle, they say where the front of a surface with two sides is; others keep their own.
+struct ShadingNormals {
+    Vec3 geometric, shading;
+    bool front; // `wo` is on the front
+};
+ShadingNormals shading_normals(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal,
+                               Vec3 wo);
 
 struct SceneEntry {
     const char *name;
@@ -145,7 +153,7 @@ struct SceneOptions {
     InputRecord *record = nullptr; // gets the files of the scene
 };
 
-// Builds a scene by name, or reads it from a .gltf, .glb or .obj file, and finishes it. The
+// Builds a scene by name, or reads it from a .gltf or .glb file, and finishes it. The
 // environment and camera in the options replace the scene's own. Throws Error that lists the known
 // scenes, or says what is wrong with the file or the camera.
 Scene scene_build(const std::string &name, const SceneOptions &options);
@@ -169,23 +177,22 @@ std::string scene_extent_text(const Scene &scene);
 // One line per camera of the scene.
 std::string camera_list(const Scene &scene);
 
-// ---- surface_maps.cpp: looking up what varies
+// ---- Looking up what varies
 
 // The material at a point; material.maps must not be -1.
 Material material_at(const Scene &scene, const Material &material, SurfacePoint point);
 
-// The emission at a point of a material with an emission map.
+// The emission at a point of a material with maps: none where it is cut out.
 Vec3 emission_at(const Scene &scene, SurfacePoint point);
-
-// The mean emission over the whole texture of an emission map.
-Vec3 mean_emission(const Scene &scene, const SurfaceMaps &maps);
-
-// The mean of emission_at() over a few points of a triangle, plus a small share of the mean of the
-// whole texture, so that it is zero only if the texture is black everywhere.
-Vec3 mean_emission(const Scene &scene, uint32_t triangle, Vec3 whole_texture);
 
 // Whether the surface is cut out at this point.
 bool is_cut_out(const Scene &scene, SurfacePoint point);
 
-// The shading normal, bent by the material's normal map if it has one.
-Vec3 mapped_normal(const Scene &scene, SurfacePoint point, Vec3 normal);
+// ---- gltf.cpp
+
+// Whether a name is that of a scene file: it ends in .gltf or .glb, in upper or lower case.
+bool is_scene_file(const std::string &name);
+
+// Reads a scene; scene_finish must still be called. An environment in the options replaces the sky.
+// Throws Error.
+Scene scene_file_read(const std::string &path, const SceneOptions &options);

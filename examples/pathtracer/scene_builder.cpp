@@ -5,12 +5,11 @@
 namespace {
 
 uint32_t add_material(Scene &scene, Material::Kind kind, Vec3 albedo, float roughness = 0,
-                      Vec3 edge = Vec3(1), float ior = 1.5f) {
+                      float ior = 1.5f) {
     Material material;
     material.kind = kind;
     material.albedo = albedo;
     material.roughness = roughness;
-    material.edge = edge;
     material.ior = ior;
     scene.materials.push_back(material);
     return static_cast<uint32_t>(scene.materials.size() - 1);
@@ -34,12 +33,12 @@ uint32_t add_diffuse(Scene &scene, Vec3 albedo) {
     return add_material(scene, Material::DIFFUSE, albedo);
 }
 
-uint32_t add_conductor(Scene &scene, Vec3 albedo, float roughness, Vec3 edge) {
-    return add_material(scene, Material::CONDUCTOR, albedo, roughness, edge);
+uint32_t add_conductor(Scene &scene, Vec3 albedo, float roughness) {
+    return add_material(scene, Material::CONDUCTOR, albedo, roughness);
 }
 
 uint32_t add_dielectric(Scene &scene, float ior, float roughness, Vec3 passed) {
-    return add_material(scene, Material::DIELECTRIC, passed, roughness, Vec3(1), ior);
+    return add_material(scene, Material::DIELECTRIC, passed, roughness, ior);
 }
 
 void add_quad(Scene &scene, Surface surface, Vec3 a, Vec3 b, Vec3 c, Vec3 d) {

@@ -7,7 +7,7 @@
 #include "scene.h"
 
 uint32_t add_diffuse(Scene &scene, Vec3 albedo);
-uint32_t add_conductor(Scene &scene, Vec3 albedo, float roughness, Vec3 edge = {1, 1, 1});
+uint32_t add_conductor(Scene &scene, Vec3 albedo, float roughness);
 uint32_t add_dielectric(Scene &scene, float ior, float roughness, Vec3 passed = {1, 1, 1});
 
 // A quadrilateral, its corners counter-clockwise as seen from its front. It need not be flat.

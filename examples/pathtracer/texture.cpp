@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// libpng decodes PNG, libjpeg-turbo JPEG, and stb_image, which tinygltf includes, BMP and TGA.
+// libpng decodes PNG, and libjpeg-turbo JPEG.
 #include "texture.h"
 
-#include <tiny_gltf.h>
 #include <turbojpeg.h>
 
 #include <array>
@@ -31,24 +30,6 @@ void check_extent(int64_t width, int64_t height) {
 template <size_t N>
 bool starts_with(const std::vector<unsigned char> &b, const char (&start)[N]) {
     return b.size() >= N - 1 && std::memcmp(b.data(), start, N - 1) == 0;
-}
-
-// TGA has no signature: valid are a palette flag, an image type and a depth.
-bool is_tga(const std::vector<unsigned char> &b) {
-    if (b.size() < 26) return false;
-    const bool kind = b[2] == 1 || b[2] == 2 || b[2] == 3 || b[2] == 9 || b[2] == 10 || b[2] == 11;
-    const bool depth = b[16] == 8 || b[16] == 15 || b[16] == 16 || b[16] == 24 || b[16] == 32;
-    return b[1] <= 1 && kind && depth;
-}
-
-// stb_image leaves texels that an unpacked TGA lacks as they were in memory.
-bool tga_is_whole(const std::vector<unsigned char> &b) {
-    constexpr size_t HEADER = 18; // bytes
-    if (b[2] >= 9) return true;   // packed: the rest is zero
-    const auto word = [&](size_t at) { return b[at] | size_t{b[at + 1]} << 8; };
-    const auto bytes_of = [](size_t bits) { return (bits + 7) / 8; };
-    return b.size() >=
-           HEADER + b[0] + b[1] * word(5) * bytes_of(b[7]) + word(12) * word(14) * bytes_of(b[16]);
 }
 
 // Makes room for the texels. Throws Error unless a texture may be that large.
@@ -82,23 +63,6 @@ void decode_jpeg(const std::vector<unsigned char> &bytes, Texture &texture) {
     // libjpeg's words, the only sign of it.
     texture.cut_short =
         std::strstr(tjGetErrorStr2(handle.get()), "Premature end of JPEG") != nullptr;
-}
-
-void decode_with_stb(const std::vector<unsigned char> &bytes, Texture &texture) {
-    const bool bmp = starts_with(bytes, "BM");
-    if (!bmp && !is_tga(bytes))
-        throw Error("is not an image that can be read (PNG, JPEG, BMP or TGA)");
-    if (!bmp && !tga_is_whole(bytes)) throw Error("is cut short");
-    tinygltf::Image image;
-    std::string error, warning;
-    if (!tinygltf::LoadImageData(&image, 0, &error, &warning, 0, 0, bytes.data(),
-                                 static_cast<int>(bytes.size()), nullptr) ||
-        image.component != 4 || image.bits != 8)
-        throw Error(DAMAGED);
-    check_extent(image.width, image.height);
-    texture.width = image.width;
-    texture.height = image.height;
-    texture.rgba = std::move(image.image);
 }
 
 // Decodes a byte of sRGB to linear.
@@ -146,7 +110,7 @@ Texture texture_decode(const std::vector<unsigned char> &bytes) {
     } else if (starts_with(bytes, "\xff\xd8")) {
         decode_jpeg(bytes, texture);
     } else {
-        decode_with_stb(bytes, texture);
+        throw Error("is not an image that can be read (PNG or JPEG)");
     }
     for (size_t i = 3; i < texture.rgba.size() && !texture.has_alpha; i += 4)
         texture.has_alpha = texture.rgba[i] != 255;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Textures with 8 bits per channel, read from PNG, JPEG, BMP or TGA and looked up with bilinear
+// Textures with 8 bits per channel, read from PNG or JPEG and looked up with bilinear
 // interpolation.
 #pragma once
 

@@ -21,7 +21,6 @@
 #include <cstring>
 #include <limits>
 
-#include "distribution.h"
 #include "error.h"
 #include "intersect.h"
 #include "light.h"
@@ -82,11 +81,12 @@ struct Tracer {
 
     // The light of one lamp on a diffuse surface of albedo 1.
     Vec3 direct(Vec3 point, Vec3 normal, Vec2 u) const {
-        const Choice c = distribution_choose(scene.light_limits.data(), scene.lights.size(), u.x);
-        const LightSample s = light_sample(scene.lights[c.index], point, {c.rest, u.y});
+        const LightChoice c = light_choose(scene.light_tree, {point, normal, true}, u.x);
+        if (c.light < 0) return {0, 0, 0};
+        const Light &light = scene.lights[static_cast<size_t>(c.light)];
+        const LightSample s = light_sample(light, point, u);
         const float cosine = s.pdf > 0 ? dot(normal, s.direction) : 0;
-        if (!(cosine > 0) ||
-            occluded(*geometry, point, offset_point(s.point, scene.lights[c.index].normal, 0), 0))
+        if (!(cosine > 0) || occluded(*geometry, point, offset_point(s.point, light.normal, 0), 0))
             return {0, 0, 0};
         return (cosine / (PI * s.pdf * c.probability)) * s.radiance;
     }

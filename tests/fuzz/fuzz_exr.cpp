@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // EXR: as a reference, as an environment, and as a picture to merge or resume.
-#include "environment.h"
 #include "exr.h"
+#include "light.h"
 #include "reader_fuzzer.h"
 
 bool fuzz_input_was_read;

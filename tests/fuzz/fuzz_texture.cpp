@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Textures: PNG, JPEG, BMP and TGA. One that is read has all its texels.
+// Textures: PNG and JPEG. One that is read has all its texels.
 #include "reader_fuzzer.h"
 #include "texture.h"
 

@@ -71,6 +71,7 @@ inline double unevenness(const std::vector<double> &counted, const std::vector<d
         }
     }
     if (rest_expected >= 10) add(rest_counted, rest_expected);
+    if (cells < 1) return 0;
     const double d = cells;
     return (std::cbrt(chi_square / d) - (1 - 2 / (9 * d))) / std::sqrt(2 / (9 * d));
 }

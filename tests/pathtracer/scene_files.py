@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes small glTF, GLB and OBJ files for the tests: nothing is checked, so that wrong ones can be written too."""
+"""Writes small glTF and GLB files for the tests: nothing is checked, so that wrong ones can be written too."""
 
 import base64
 import copy
@@ -216,12 +216,6 @@ FOUR = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [128, 64, 200]]], np.
 FOUR_COLOURS = linear(FOUR.reshape(4, 3))
 LARGE_FOUR = FOUR.repeat(16, axis=0).repeat(16, axis=1)
 CORNERS = ((6, 6), (6, 18), (18, 6), (18, 18))
-# A square of an OBJ, of material a, its texture coordinates as large as itself.
-SQUARE = """usemtl a
-v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0
-vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1
-f 1/1 2/2 3/3 4/4
-"""
 
 
 def textured_floor(pixels=FOUR, kind="PNG", sampler=None, info=None, **floor):

@@ -53,7 +53,8 @@ BAD_ARGUMENTS = """
     --crop 5,0,3,10                              | --crop
     --crop 0,0,10,10 --size 9x20                 | --crop, 9x20
     --fast                                       | --fast, --help
-    scene.obj                                    | scene.obj, --help
+    scene.glb                                    | scene.glb, --help
+    --scene a.obj                                | a.obj, scripts/to-gltf a.obj
     --mask builtin                               | --mask, blue
     --sampler mask --mask absent.png             | absent.png
     --reference absent.exr                       | absent.exr

@@ -139,13 +139,13 @@ def test_options_are_sorted(tmp_path, monkeypatch):
 
 
 def test_another_program_or_file_is_noticed(tmp_path, monkeypatch):
-    program, scene = tmp_path / "program", tmp_path / "scene.obj"
+    program, scene = tmp_path / "program", tmp_path / "scene.glb"
     program.write_bytes(b"1")
     scene.write_bytes(b"2")
     wanted = worker.fingerprint(str(program), [str(scene)])
     assert worker.complaint(str(program), wanted, [str(scene)]) == ""
     scene.write_bytes(b"two")
-    assert "scene.obj is another file" in worker.complaint(str(program), wanted, [str(scene)])
+    assert "scene.glb is another file" in worker.complaint(str(program), wanted, [str(scene)])
     scene.unlink()
     assert "cannot read" in worker.complaint(str(program), wanted, [str(scene)])
     other = tmp_path / "other"

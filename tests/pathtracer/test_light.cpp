@@ -3,7 +3,6 @@
 // pdf that is stated, and the estimates it gives are the integrals they should be. Seeds are fixed.
 #include "light.h"
 
-#include "distribution.h"
 #include "scenes.h"
 
 namespace {
@@ -133,26 +132,104 @@ void test_area_lights() {
     }
 }
 
-// Lights are chosen by power, those without any not at all.
-void test_lights_by_power() {
+// Lights without power or area are left out, and surfaces know theirs.
+void test_lights_that_shine() {
     Scene scene;
     const uint32_t black = add_diffuse(scene, {0, 0, 0});
     add_light(scene, black, {1, 1, 1}, {0, 1, 0}, {1, 1, 0}, {1, 1, 1});
     add_light(scene, black, {0, 0, 0}, {2, 1, 0}, {3, 1, 0}, {3, 1, 1});
     add_light(scene, black, {3, 3, 3}, {4, 1, 0}, {5, 1, 0}, {5, 1, 1});
     add_light(scene, black, {9, 9, 9}, {6, 1, 0}, {6, 1, 0}, {6, 1, 1}); // no area
-    add_light(scene, black, {2, 2, 2}, {7, 1, 0}, {8, 1, 0}, {8, 1, 1});
-    scene.lights.back().both_sides = true;
     scene_finish(scene);
-    CHECK(scene.lights.size() == 3, "%zu lights", scene.lights.size());
-    const float expected[] = {0.125f, 0.375f, 0.5f};
-    for (size_t i = 0; i < 3; ++i)
-        CHECK(std::abs(scene.lights[i].probability - expected[i]) < 1e-5f, "%g",
-              scene.lights[i].probability);
-    CHECK(scene.triangles.size() == 8, "%zu triangles", scene.triangles.size());
-    const int32_t lights[] = {0, 0, -1, -1, 1, 1, 2, 2};
-    for (size_t i = 0; i < 8; ++i)
+    CHECK(scene.lights.size() == 2 && scene.triangles.size() == 6, "%zu lights",
+          scene.lights.size());
+    const int32_t lights[] = {0, 0, -1, -1, 1, 1};
+    for (size_t i = 0; i < 6; ++i)
         CHECK(scene.surfaces[i].light == lights[i], "surface %zu: %d", i, scene.surfaces[i].light);
+}
+
+std::vector<Light> random_lights(int count, Random &random) {
+    const auto vector = [&] { return Vec3{random(), random(), random()} - 0.5f; };
+    std::vector<Light> lights;
+    for (int i = 0; i < count; ++i) {
+        Light light = area_light(i % 2 ? Light::TRIANGLE : Light::PARALLELOGRAM, 8.0f * vector(),
+                                 vector(), vector(), Vec3(0.1f + random()));
+        light.both_sides = i % 5 == 0;
+        if (i % 7 == 3)
+            light.kind = i % 3 ? Light::POINT : i % 2 ? Light::SPOT : Light::DIRECTIONAL;
+        if (light.kind >= Light::POINT) light.edge_u = light.edge_v = Vec3(0);
+        light.cosine_inner = 0.9f;
+        light.cosine_outer = 0.6f;
+        lights.push_back(light);
+    }
+    return lights;
+}
+
+// Lights are chosen as often as is stated, and the same is stated when a ray hits one; one that is
+// never chosen brings nothing; what is left of the number is spread evenly. Two lights, one level of
+// the tree, and many.
+void test_choice_of_lights() {
+    Random random{3};
+    for (const int count : {1, 2, 8, 9, 60, 1500}) {
+        const std::vector<Light> lights = random_lights(count, random);
+        const LightTree tree = light_tree(lights);
+        for (int n = 0; n < 12; ++n) {
+            const Vec3 normal = phase_sample(0, {random(), random()});
+            const Receiver to = {8.0f * (Vec3{random(), random(), random()} - 0.5f), normal,
+                                 n % 3 > 0};
+            std::vector<double> expected, counted(lights.size() + 1);
+            double total = 0;
+            for (uint32_t i = 0; i < lights.size(); ++i) {
+                const float probability = light_probability(tree, to, i);
+                CHECK(probability >= 0 && probability <= 1, "%g", probability);
+                total += probability;
+                expected.push_back(20000 * double{probability});
+                for (int k = 0; k < 8 && probability == 0; ++k) {
+                    const LightSample s = light_sample(lights[i], to.point, {random(), random()});
+                    CHECK(!(s.pdf > 0) || (to.one_side && dot(s.direction, normal) <= 1e-5f),
+                          "light %u of %d is never chosen", i, count);
+                }
+            }
+            CHECK(total < 1.001, "%d lights: %g", count, total);
+            // A node may promise light that none of its children brings: then none is chosen.
+            expected.push_back(20000 * std::max(1 - total, 0.0));
+            Mean left;
+            for (int k = 0; k < 20000; ++k) {
+                float u = (static_cast<float>(k) + random()) / 20000;
+                const LightChoice choice = light_choose(tree, to, u);
+                if (choice.light < 0) {
+                    ++counted.back();
+                    continue;
+                }
+                const auto chosen = static_cast<uint32_t>(choice.light);
+                const float again = light_probability(tree, to, chosen);
+                CHECK(std::abs(again - choice.probability) <= 1e-5f * again, "%g and %g", again,
+                      choice.probability);
+                CHECK(u >= 0 && u < 1, "%g is left", u);
+                ++counted[chosen];
+                left.add(u);
+            }
+            // Strata make counts more even than chance does.
+            CHECK(unevenness(counted, expected) < 4.5, "%d lights: %g", count,
+                  unevenness(counted, expected));
+            if (left.count < 2) continue;
+            check_mean(left, 0.5, "what is left");
+        }
+    }
+}
+
+// A lamp of 1e8 times the power of another, 1e4 times as far: each brings half of the light.
+void test_a_dim_lamp_that_is_near() {
+    Scene scene = floor_scene({1, 1, 1});
+    scene.camera = camera_look_at({0, 3, 0}, {0, 0, 0}, {0, 0, -1}, 1e-4f);
+    const uint32_t black = add_diffuse(scene, {0, 0, 0});
+    add_light_towards(scene, black, {1e4f, 1e4f, 1e4f}, {0, 1, 0.5f}, {0, 0, 0}, 0.01f, 0.01f);
+    add_light_towards(scene, black, {1e4f, 1e4f, 1e4f}, {1e4f, 1e4f, 0}, {0, 0, 0}, 100, 100);
+    scene_finish(scene);
+    const double near = 1 / 1.25 * std::sqrt(0.8), far = 1e8 / 2e8 * std::sqrt(0.5);
+    const Mean seen = picture(scene, {16, 1, "sobol"}).mean;
+    CHECK(std::abs(seen.mean() / ((near + far) / double{PI}) - 1) < 0.01, "%g, should be %g",
+          seen.mean(), (near + far) / double{PI});
 }
 
 } // namespace
@@ -161,6 +238,8 @@ int main() {
     test_distribution_is_exact();
     test_environments();
     test_area_lights();
-    test_lights_by_power();
+    test_lights_that_shine();
+    test_choice_of_lights();
+    test_a_dim_lamp_that_is_near();
     return 0;
 }

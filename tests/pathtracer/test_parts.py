@@ -93,7 +93,7 @@ PARTS_DIFFER_IN = {
 }  # fmt: skip
 SETTINGS = {
     "scene", "camera", "environment", "sampler", "mask", "draws", "inputs", "declaredSpp", "seed", "maxDepth", "lightSamples",
-    "singleScatter", "photometric", "noise", "minSpp", "noiseExposure",
+    "singleScatter", "photometric", "clamp", "noise", "minSpp", "noiseExposure",
 }  # fmt: skip
 
 

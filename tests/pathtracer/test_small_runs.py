@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from pathtracer_driver import SAMPLERS, SCENES
 from PIL import Image
-from scene_files import DOWN, FOUR, SQUARE, ball, textured_floor, write_environment
+from scene_files import DOWN, FOUR, ball, textured_floor, write_environment
 
 TINY = ["--size", "20x18", "--spp", 2, "--threads", 3]
 
@@ -37,14 +37,6 @@ def test_gltf(pathtracer, name):
     path = everything_of_gltf().save(pathtracer.folder / name)
     pathtracer.render(*TINY, "--scene", path)
     pathtracer.render(*TINY, "--scene", path, "--env", "sky", "--photometric", "--single-scatter")
-
-
-def test_obj(pathtracer):
-    path = pathtracer.folder / "a.obj"
-    path.write_text(f"mtllib a.mtl\n{SQUARE}usemtl b\nf 1 2 4\n")
-    (pathtracer.folder / "a.mtl").write_text("newmtl a\nKd 1 1 1\nmap_Kd four.png\nnewmtl b\nKe 2 2 2\nKd 0 0 0\n")
-    Image.fromarray(FOUR).save(pathtracer.folder / "four.png")
-    pathtracer.render(*TINY, "--scene", path)
 
 
 def test_masks_and_environments(pathtracer):

@@ -124,9 +124,17 @@ void test_weights_of_light_samples() {
             const Vec3 low[4] = {{-1, 0, -1}, {1, 0, -1}, {1, 0, 1}, {-1, 0, 1}}, up = {0, 1, 0};
             add_quad(room, floor, low[3], low[2], low[1], low[0]);
             const uint32_t black = add_diffuse(room, {0, 0, 0});
+            // One light, or nine, which are a tree of several levels.
             const auto shine = [&](Vec3 a, Vec3 b, Vec3 c) {
-                add_light(room, black, {1, 1, 1}, turned ? c : a, b, turned ? a : c);
-                room.lights.back().both_sides = turned;
+                const int parts = metal ? 1 : 3;
+                const Vec3 u = (b - a) / float(parts), v = (c - b) / float(parts);
+                for (int i = 0; i < parts * parts; ++i) {
+                    const Vec3 corner = a + float(i % parts) * u + float(i / parts) * v;
+                    const Vec3 ends[] = {corner, corner + u, corner + u + v};
+                    add_light(room, black, {1, 1, 1}, ends[turned ? 2 : 0], ends[1],
+                              ends[turned ? 0 : 2]);
+                    room.lights.back().both_sides = turned;
+                }
             };
             for (int i = 0; i < 4; ++i) shine(low[i], low[(i + 1) % 4], low[(i + 1) % 4] + up);
             shine(low[0] + up, low[1] + up, low[2] + up);

@@ -41,6 +41,7 @@ from ..renders.judge import Cells, Run, Task, pictures_of, render_references
 from ..renders.renderer import REFERENCE_PARTS, progressive, scene_label
 from ..renders.variants import OWN
 from ..renders.views import View
+from ..scenes.to_gltf import scene_for
 
 MEASURES = {"rmse": "RMSE", "rmse_1.0": "sigma 1.0", "rmse_2.1": "sigma 2.1", "displayed_2.1": "displayed, sigma 2.1"}
 PLOTTED = {"rmse_2.1": "RMSE after a blur of 2.1 pixels", "rmse": "RMSE"}
@@ -226,7 +227,7 @@ def parse_options(arguments):
     parser = Parser("", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
                     epilog="Arguments after -- are passed to the path tracer: scripts/demo my.gltf -- --env sky.exr")
     parser.prog, parser.description = "scripts/demo", __doc__
-    parser.add_argument("scene", nargs="?", help="a built-in scene (pathtracer --list) or a .gltf, .glb or .obj file")
+    parser.add_argument("scene", nargs="?", help="a built-in scene (pathtracer --list), a .gltf or .glb file, or a mesh, which scripts/to-gltf converts")
     parser.add_argument("--samplers", type=names_of("sampler", OWN), default=SAMPLERS, metavar="A,B,...",
                         help=f"samplers out of {', '.join(OWN)} (default {','.join(SAMPLERS)})")
     parser.number("--spp", 64, "largest number of samples per pixel")
@@ -255,6 +256,7 @@ def parse_options(arguments):
 
 def run(arguments):
     options = parse_options(arguments)
+    options.scene = scene_for(options.scene, options.out, "demo")
     view = View(options.scene, "", *options.size, options.more, options.exposure)
     # Try names and options with one sample before spending hours on a reference.
     for label in options.samplers:
