@@ -26,8 +26,7 @@
 #include <new>
 #include <type_traits>
 
-#include "error.h"
-#include "input_file.h"
+#include "files.h"
 
 namespace {
 
@@ -84,28 +83,25 @@ void read_windows(const Imf::Header &header, int &full_width, int &full_height, 
     crop = {static_cast<int>(x0), static_cast<int>(y0), static_cast<int>(x1), static_cast<int>(y1)};
 }
 
-// The attributes that parts of one picture do not share.
-template <typename Attributes, typename Visit>
-void own_attributes(Attributes &a, Visit visit) {
-    visit("spp", a.spp);
-    visit("firstSample", a.first_sample);
-    visit("endSample", a.end_sample);
-    visit("exposure", a.exposure);
-    visit("seconds", a.seconds);
-    visit("rays", a.ray_count);
-    visit("threads", a.threads);
-    visit("samplingShare", a.sampling_share);
+template <typename Statistics, typename Visit>
+void visit_statistics(Statistics &s, Visit visit) {
+    visit("spp", s.spp);
+    visit("firstSample", s.first_sample);
+    visit("endSample", s.end_sample);
+    visit("exposure", s.exposure);
+    visit("seconds", s.seconds);
+    visit("rays", s.ray_count);
+    visit("threads", s.threads);
+    visit("samplingShare", s.sampling_share);
 }
 
-// Text and 64-bit numbers, which do not fit the format's integers, are stored as text.
+// 64-bit numbers, which do not fit the format's integers, are stored as text.
 struct WriteAttribute {
     Imf::Header &header;
 
     template <typename Value>
     void operator()(const char *name, const Value &value) const {
-        if constexpr (std::is_same_v<Value, std::string>)
-            header.insert(name, Imf::StringAttribute(value));
-        else if constexpr (std::is_same_v<Value, uint64_t>)
+        if constexpr (std::is_same_v<Value, uint64_t>)
             header.insert(name, Imf::StringAttribute(std::to_string(value)));
         else if constexpr (std::is_floating_point_v<Value>)
             header.insert(name, Imf::FloatAttribute(static_cast<float>(value)));
@@ -128,9 +124,7 @@ struct ReadAttribute {
         const auto refuse_unless = [&](bool good, const std::string &is) {
             if (!good) throw Error("its ", name, " is ", is);
         };
-        if constexpr (std::is_same_v<Value, std::string>) {
-            value = found<Imf::StringAttribute>(name);
-        } else if constexpr (std::is_same_v<Value, uint64_t>) {
+        if constexpr (std::is_same_v<Value, uint64_t>) {
             const auto text = found<Imf::StringAttribute>(name);
             const char *end = text.data() + text.size();
             const auto [stop, error] = std::from_chars(text.data(), end, value);
@@ -151,11 +145,16 @@ struct ReadAttribute {
 ExrHead read_head(const Imf::Header &header) {
     ExrHead head{};
     read_windows(header, head.full_width, head.full_height, head.crop);
-    ExrAttributes &a = head.attributes;
-    exr_settings(a, ReadAttribute{header});
-    own_attributes(a, ReadAttribute{header});
-    if (a.end_sample < a.first_sample || a.end_sample > uint64_t{1} << 32)
+    PictureStatistics &s = head.statistics;
+    visit_statistics(s, ReadAttribute{header});
+    if (s.end_sample < s.first_sample || s.end_sample > uint64_t{1} << 32)
         throw Error("its firstSample or endSample are impossible");
+    for (auto at = header.begin(); at != header.end(); ++at)
+        if (const auto *text = dynamic_cast<const Imf::StringAttribute *>(&at.attribute()))
+            head.settings[at.name()] = text->value();
+    for (const char *other :
+         {"firstSample", "endSample", "rays", "software", "bnVersion", "name", "type"})
+        head.settings.erase(other);
     return head;
 }
 
@@ -177,16 +176,19 @@ auto reading(const std::string &path, Read read) {
 
 } // namespace
 
-std::string exr_encode(const Film &film, const ExrAttributes &attributes) {
+std::string exr_encode(const Film &film, const ExrHead &head) {
     const Imath::Box2i display({0, 0}, {film.full_width - 1, film.full_height - 1});
     const Imath::Box2i data = box(film.crop);
     Imf::Header header(display, data, 1, {0, 0}, 1, Imf::INCREASING_Y, Imf::ZIP_COMPRESSION);
 
     const WriteAttribute write{header};
-    exr_settings(attributes, write);
-    own_attributes(attributes, write);
-    write("software", std::string("libbn pathtracer ") + bn_version_string());
-    write("bnVersion", std::string(bn_version_string())); // the format itself uses "version"
+    visit_statistics(head.statistics, write);
+    const auto text = [&](const std::string &name, const std::string &value) {
+        header.insert(name, Imf::StringAttribute(value));
+    };
+    for (const auto &[name, value] : head.settings) text(name, value);
+    text("software", std::string("libbn pathtracer ") + bn_version_string());
+    text("bnVersion", bn_version_string()); // the format itself uses "version"
 
     Planes planes(film.crop);
     const size_t count = film.pixels.size();
@@ -269,7 +271,7 @@ Film exr_read_film(const std::string &path) {
         file.setFrameBuffer(planes.buffer);
         file.readPixels(head.crop.y0, head.crop.y1 - 1);
 
-        const uint64_t most = head.attributes.end_sample - head.attributes.first_sample;
+        const uint64_t most = head.statistics.end_sample - head.statistics.first_sample;
         for (size_t i = 0; i < film.pixels.size(); ++i) {
             if (planes.counts[i] > most) throw Error("it has more samples than its attributes say");
             FilmPixel &p = film.pixels[i];

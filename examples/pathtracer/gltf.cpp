@@ -18,8 +18,7 @@
 #include <glm/gtc/type_ptr.hpp>
 #include <nlohmann/json.hpp>
 
-#include "error.h"
-#include "input_file.h"
+#include "files.h"
 #include "scene.h"
 
 namespace {

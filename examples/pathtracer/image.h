@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures: linear RGB, or the part of one inside a crop; PNG.
+// Pictures: linear RGB, or the part of one inside a crop; PNG; textures with 8 bits per channel.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
+
+#include <glm/vec4.hpp>
 
 #include "math.h"
 
@@ -31,8 +32,6 @@ struct Image {
     std::vector<Vec3> rgb;       // height(crop) rows of width(crop) pixels
 };
 
-// ---- difference.cpp
-
 // The part of an image inside a crop, which must lie within the image's own crop.
 Image image_crop(const Image &image, const Crop &crop);
 
@@ -40,8 +39,6 @@ Image image_crop(const Image &image, const Crop &crop);
 // cut off at four sigma and mirrors the picture at its edges. Sigma 0 is the plain RMSE. Both
 // images must cover the same pixels.
 double blurred_rmse(const Image &image, const Image &reference, double sigma);
-
-// ---- png_image.cpp
 
 // Encodes an 8-bit sRGB preview as a PNG file: applies the exposure in stops, a tone curve that
 // keeps middle greys and rolls off highlights, and dithering with one of libbn's blue-noise masks,
@@ -56,7 +53,24 @@ struct GreyImage {
 // Reads a PNG as 16-bit grey. Throws Error.
 GreyImage png_read_grey(const std::string &path);
 
-// Decodes a PNG as rows of 8-bit red, green, blue and alpha, into what make_room(width, height)
-// returns. False if it is damaged.
-bool png_decode_rgba(const std::vector<unsigned char> &bytes,
-                     const std::function<uint8_t *(int64_t, int64_t)> &make_room);
+// ---- Textures, looked up with bilinear interpolation
+
+struct Texture {
+    enum Wrap : uint8_t { REPEAT, MIRROR, CLAMP };
+    int width = 0, height = 0;
+    Wrap wrap_u = REPEAT, wrap_v = REPEAT;
+    bool nearest = false;      // the nearest texel, not bilinear
+    bool srgb = false;         // decode red, green and blue; alpha is always linear
+    bool has_alpha = false;    // some texel is not opaque
+    bool cut_short = false;    // the file ends early: the rest is guessed
+    std::vector<uint8_t> rgba; // height rows of width texels, top row first
+};
+
+// Decodes the bytes of an image file. Throws Error, its text to follow the image's name.
+Texture texture_decode(const std::vector<unsigned char> &bytes);
+
+// The colour at uv: (0, 0) is the top left corner of the image, (1, 1) the bottom right.
+glm::vec4 texture_at(const Texture &texture, Vec2 uv);
+
+// The mean of all texels: above zero if any of them is.
+Vec3 texture_mean(const Texture &texture);

@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-#include "error.h"
+#include "files.h"
 
 #if BN_EMBREE_MAJOR == 4
 #include <embree4/rtcore.h>

@@ -11,8 +11,8 @@
 #include <cmath>
 #include <limits>
 
-#include "error.h"
 #include "exr.h"
+#include "files.h"
 
 namespace {
 

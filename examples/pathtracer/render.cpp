@@ -12,7 +12,7 @@
 #include <system_error>
 #include <thread>
 
-#include "error.h"
+#include "files.h"
 
 namespace {
 

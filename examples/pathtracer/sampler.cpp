@@ -2,7 +2,7 @@
 // Creating a sampler from its name on the command line.
 #include "sampler.h"
 
-#include "error.h"
+#include "files.h"
 #include "image.h"
 
 #ifndef BN_NO_NEURAL

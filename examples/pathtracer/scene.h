@@ -11,10 +11,10 @@
 #include <glm/mat3x2.hpp>
 
 #include "camera.h"
+#include "image.h"
 #include "light.h"
 #include "material.h"
 #include "medium.h"
-#include "texture.h"
 
 // Counter-clockwise as seen from its front.
 struct Triangle {
@@ -158,7 +158,7 @@ struct SceneOptions {
 // scenes, or says what is wrong with the file or the camera.
 Scene scene_build(const std::string &name, const SceneOptions &options);
 
-// ---- scene_camera.cpp: choosing the camera
+// ---- Choosing the camera
 
 // Sets the scene's camera; call this before scene_finish. Up in the picture is +y, or -z if the
 // camera looks straight down, or +z if it looks straight up. A lens keeps its radius and focus

@@ -50,14 +50,11 @@ void add_motion(Scene &scene, size_t first, const std::function<Vec3(Vec3)> &end
 
 // ---- The scenes listed in scene.cpp
 
-// scene_direct.cpp
 Scene scene_cornell();
 Scene scene_penumbra();
 Scene scene_glossy();
 Scene scene_lens();
 Scene scene_motion();
-
-// scene_indirect.cpp
 Scene scene_glass();
 Scene scene_interior();
 Scene scene_fog();

@@ -13,7 +13,7 @@ import unicodedata
 from pathlib import Path
 
 from . import cluster, worker
-from .parts import FarmError, PartsFolder, hashes_of, split
+from .parts import FarmError, PartsFolder, names_of, split
 
 # Options of the path tracer that make no sense for a part.
 REFUSED = ("--merge", "--resume", "--time", "--noise", "--min-spp", "--allow-changed", "--list", "--list-cameras", "--list-inputs")
@@ -148,8 +148,7 @@ def run(arguments):
     shared, merging = sort_out(others)
     shared += ["--size", "{}x{}".format(*options.size)]
     listed = run_pathtracer(program, [*shared, "--list-inputs"]).stdout
-    hashes = hashes_of(listed)
-    inputs = list(hashes)
+    inputs = names_of(listed)
     # Compared with the inputs, because the program that merges does not know them.
     for file in (output, output.with_suffix(".png")):
         if file.is_dir():
@@ -164,7 +163,7 @@ def run(arguments):
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
         run_pathtracer(program, [*shared, *merging, "--first-sample", str(options.first_sample + options.spp - 1), "--spp", "1",
                                  "--crop", f"{x0},{y0},{x0 + 1},{y0 + 1}", "-o", os.path.join(folder, "probe.exr")])
-    found = {**worker.fingerprint(program, []), **hashes}
+    found = worker.fingerprint(program, inputs)
     output.parent.mkdir(parents=True, exist_ok=True)
     folder = PartsFolder(output, {"arguments": shared, "files": found, "crop": options.crop, "tile": options.tile,
                                   "samples": [options.first_sample, options.spp, options.samples_per_task]}, listed)

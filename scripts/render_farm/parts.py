@@ -48,16 +48,10 @@ def split(crop, first, count, tile, samples_per_task=None):
             for y in range(y0, y1, tile[1]) for x in range(x0, x1, tile[0]) for s in range(first, first + count, step)]
 
 
-def hashes_of(listed):
-    """{path: SHA-256} of what pathtracer --list-inputs says, which are lines of sha256sum."""
-    found = {}
-    for line in filter(None, os.fsencode(listed).split(b"\n")):
-        escaped = line.startswith(b"\\")
-        digest, _, name = line[escaped:].partition(b"  ")
-        if escaped:
-            name = name.decode("unicode_escape").encode("latin-1")
-        found[os.fsdecode(name)] = digest.decode()
-    return found
+def names_of(listed):
+    """The files that pathtracer --list-inputs lists, whose names may have escapes."""
+    names = (line.partition(b"  ")[2] for line in os.fsencode(listed).split(b"\n") if line)
+    return [os.fsdecode(name.decode("unicode_escape").encode("latin-1")) for name in names]
 
 
 @contextlib.contextmanager

@@ -21,7 +21,7 @@
 #include <cstring>
 #include <limits>
 
-#include "error.h"
+#include "files.h"
 #include "intersect.h"
 #include "light.h"
 #include "scene.h"

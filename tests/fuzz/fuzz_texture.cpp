@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Textures: PNG and JPEG. One that is read has all its texels.
+#include "image.h"
 #include "reader_fuzzer.h"
-#include "texture.h"
 
 bool fuzz_input_was_read;
 

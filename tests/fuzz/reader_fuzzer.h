@@ -12,7 +12,7 @@
 #include <new>
 #include <string>
 
-#include "error.h"
+#include "files.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
 

@@ -4,7 +4,6 @@
 The tests of the cluster need Dask, which scripts/farm installs."""
 
 import contextlib
-import hashlib
 import json
 import os
 import shutil
@@ -23,7 +22,7 @@ SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
 from render_farm import cluster, worker  # noqa: E402
 from render_farm.__main__ import parse, sort_out  # noqa: E402
-from render_farm.parts import FarmError, PartsFolder, hashes_of, split  # noqa: E402
+from render_farm.parts import FarmError, PartsFolder, names_of, split  # noqa: E402
 
 # A larger picture would only take longer; each part takes long enough to be interrupted.
 PICTURE = ["--size", "70x50", "--spp", "1000", "--seed", "5"]
@@ -125,7 +124,7 @@ def test_the_list_of_inputs_is_read(pathtracer):
         (pathtracer.folder / name).write_bytes(name.encode(errors="replace"))
         done = subprocess.run([pathtracer.binary, "--mask", name, "--list-inputs"], cwd=pathtracer.folder, capture_output=True,
                               text=True, errors="surrogateescape", check=True)
-        assert hashes_of(done.stdout) == {name: hashlib.sha256((pathtracer.folder / name).read_bytes()).hexdigest()}
+        assert names_of(done.stdout) == [name]
 
 
 def test_options_are_sorted(tmp_path, monkeypatch):

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The files that a picture is made of: --list-inputs, and parts whose files have changed meanwhile."""
 
-import hashlib
 import json
 import os
 import subprocess
+import zlib
 
 import numpy as np
 import pytest
@@ -42,7 +42,8 @@ def test_all_files_are_listed(pathtracer):
     names = sorted([scene, *names, "mask.png", "sky.exr"], key=str.encode)
     options = ["--scene", scene, "--env", "sky.exr", "--sampler", "mask", "--mask", "mask.png"]
     listed = pathtracer.success(*options, "--list-inputs").stdout
-    wanted = [f"{hashlib.sha256((folder / name).read_bytes()).hexdigest()}  {name}\n" for name in names]
+    data = [(folder / name).read_bytes() for name in names]
+    wanted = [f"{zlib.crc32(d):08x}-{len(d)}  {name}\n" for d, name in zip(data, names)]
     assert listed.splitlines(keepends=True) == wanted
     assert read_exr(pathtracer.render(*options, *SMALL, "--spp", 1))[1]["inputs"] == listed
     for name in names:
@@ -54,14 +55,13 @@ def test_all_files_are_listed(pathtracer):
 
 
 def test_names_of_any_kind(pathtracer):
-    """sha256sum can check the list, whatever the names; what is no UTF-8, as attributes have to be, becomes escapes."""
+    """One line for each, whatever the names; what is no UTF-8, as attributes have to be, becomes escapes."""
     folder = pathtracer.folder
     (folder / "sub").mkdir()
     for name in ["a b.png", "back\\slash.png", "line\nbreak.png", "\u00e9.png", "sub/../a b.png", "./-o.png"]:
         (folder / name).write_bytes(b"x")
         listed = pathtracer.success("--mask", name, "--list-inputs").stdout
-        done = subprocess.run(["sha256sum", "--check", "--strict", "--quiet"], input=listed, text=True, cwd=folder, check=False)
-        assert listed.count("\n") == 1 and done.returncode == 0, listed
+        assert listed.count("\n") == 1 and listed.endswith("  " + name.replace("\\", "\\\\").replace("\n", "\\n") + "\n"), listed
     assert pathtracer.success("--scene", "cornell", "--env", "sky", "--list-inputs").stdout == ""
     for name in [b"\xe4.png", b"\xc3\xa9.png", b"\xc0\x80", b"\xf4\x90\x80\x80", b"\xf0\x9f\x98\x80", b"\xe2\x82"]:
         (folder / os.fsdecode(name)).write_bytes(b"x")

@@ -43,7 +43,7 @@ def test_attributes(pathtracer):
     arguments += ["--first-sample", 7, "--max-depth", 3, "--threads", 2, "--size", "20x10"]
     header = read_exr(pathtracer.render(*arguments))[1]
     wanted = {"scene": "cornell", "sampler": "zorder", "spp": 5, "declaredSpp": "16", "seed": str(2**64 - 1),
-              "firstSample": "7", "endSample": "12", "maxDepth": 3, "threads": 2}
+              "firstSample": "7", "endSample": "12", "maxDepth": "3", "threads": 2}
     assert {name: header[name] for name in wanted} == wanted
     assert header["seconds"] > 0 and 0.001 < header["samplingShare"] < 0.9 and int(header["rays"]) >= 20 * 10 * 5
     assert len(header["bnVersion"].split(".")) == 3 and header["bnVersion"] in header["software"]
@@ -133,7 +133,7 @@ def test_single_scattering_is_darker_and_said(pathtracer):
     common = ["--scene", "glossy", "--size", "24x24", "--spp", 16]
     whole = pathtracer.render(*common)
     one = pathtracer.render(*common, "--single-scatter", "--first-sample", 16)
-    assert read_exr(whole)[1]["singleScatter"] == 0 and read_exr(one)[1]["singleScatter"] == 1
+    assert read_exr(whole)[1]["singleScatter"] == "0" and read_exr(one)[1]["singleScatter"] == "1"
     same = pathtracer.image(*common, "--single-scatter")
     assert 0.9 < same.mean() / read_exr(whole)[0].mean() < 0.9999
     pathtracer.failure("--merge", whole, one, "-o", "out.exr", said=["singleScatter"])

@@ -69,7 +69,7 @@ def test_adaptive_pictures_go_on(pathtracer, crop):
     assert_near(read_layers(pathtracer.render(*common, "--spp", 64)), even)
     for change in (["--noise", 0.2], ["--min-spp", 2], ["--exposure", 1]):
         pathtracer.failure("--resume", adaptive, "--spp", 128, *change, *OUT, said=["not an earlier state"])
-    pathtracer.failure("--resume", pathtracer.render(*common, "--spp", 5), *noise, *OUT, said=["noise '0' and '0.1"])
+    pathtracer.failure("--resume", pathtracer.render(*common, "--spp", 5), *noise, *OUT, said=["minSpp '16' and '4'"])
 
 
 def test_what_is_not_the_same_picture_is_refused(pathtracer):

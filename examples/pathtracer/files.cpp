@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "files.h"
+
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <fstream>
+#include <list>
+#include <locale>
+#include <new>
+#include <random>
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int64_t MAX_FILE = int64_t{1} << 32; // bytes
+constexpr int MAX_LINKS = 40;                  // followed from one name; Linux has the same limit
+
+volatile std::sig_atomic_t waiting = 0;
+
+// Signals that would end the program wait as long as this lives, so that no temporary file stays.
+class Undisturbed {
+  public:
+    Undisturbed() {
+        for (auto &[signal, before] : handlers_) {
+            before = std::signal(signal, [](int number) { waiting = number; });
+            if (before == SIG_IGN) std::signal(signal, SIG_IGN);
+        }
+    }
+    ~Undisturbed() {
+        for (const auto &[signal, before] : handlers_) std::signal(signal, before);
+        const int number = waiting;
+        waiting = 0;
+        if (number) std::raise(number);
+    }
+
+  private:
+    std::pair<int, void (*)(int)> handlers_[3] = {{SIGINT, {}}, {SIGTERM, {}}, {SIGHUP, {}}};
+};
+
+Error cannot_write(const fs::path &path, const std::string &why) {
+    return Error("cannot write ", path.string(), ": ", why);
+}
+
+// The target of a path's symbolic links, whether or not a file exists there.
+fs::path resolve(const fs::path &path) {
+    fs::path result = path;
+    std::error_code ignored;
+    for (int links = 0; fs::is_symlink(fs::symlink_status(result, ignored)); ++links) {
+        if (links == MAX_LINKS) throw cannot_write(path, std::strerror(ELOOP));
+        result = result.parent_path() / fs::read_symlink(result, ignored);
+    }
+    return result;
+}
+
+// A file that is removed when it goes out of scope, unless it was renamed.
+class TemporaryFile {
+  public:
+    // Creates a file next to what `path` leads to.
+    explicit TemporaryFile(const fs::path &path)
+        : path_(path), target_(resolve(path)), name_(target_) {
+        std::random_device random;
+        char suffix[32];
+        std::snprintf(suffix, sizeof suffix, ".part-%08x%08x", random(), random());
+        name_ += suffix;
+        file_ =
+            std::fopen(name_.c_str(), "wxe"); // exclusively; programs started here do not get it
+        check(file_ != nullptr);
+    }
+    TemporaryFile(const TemporaryFile &) = delete;
+    ~TemporaryFile() {
+        if (file_) std::fclose(file_);
+        if (!renamed_) unlink(name_.c_str());
+    }
+
+    // Writes the file and flushes it to disk.
+    void write(const std::string &bytes) {
+        check(std::fwrite(bytes.data(), 1, bytes.size(), file_) == bytes.size() &&
+              std::fflush(file_) == 0 && fsync(fileno(file_)) == 0);
+    }
+
+    // Puts the file in place.
+    void rename() {
+        check(std::rename(name_.c_str(), target_.c_str()) == 0);
+        renamed_ = true;
+    }
+
+  private:
+    void check(bool good) const {
+        if (!good) throw cannot_write(path_, std::strerror(errno));
+    }
+
+    fs::path path_, target_, name_;
+    std::FILE *file_;
+    bool renamed_ = false;
+};
+
+[[noreturn]] void say_why_and_exit() {
+    const char *why = "stopped by an internal error";
+    try {
+        if (std::current_exception()) std::rethrow_exception(std::current_exception());
+    } catch (const std::bad_alloc &) {
+        why = "out of memory; --max-memory allows more, where there is more";
+    } catch (...) {
+    }
+    std::fprintf(stderr, "pathtracer: %s\n", why);
+    std::_Exit(1);
+}
+
+// Whether a path lies below a folder. Both must be canonical.
+bool is_below(const fs::path &path, const fs::path &folder) {
+    const auto [end, rest] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
+    return end == folder.end() && rest != path.end();
+}
+
+bool is_utf8(const std::string &text) {
+    using Utf8 = std::codecvt<char32_t, char, std::mbstate_t>;
+    std::mbstate_t state{};
+    const auto &utf8 = std::use_facet<Utf8>(std::locale::classic());
+    const char *const begin = text.data();
+    return utf8.length(state, begin, begin + text.size(), text.size()) ==
+           static_cast<int>(text.size());
+}
+
+// Backslashes, control characters and what is no UTF-8, which readers of EXR attributes refuse, as
+// escapes.
+std::string escaped(const std::string &name) {
+    const std::string clean = without_controls(name);
+    const bool plain = is_utf8(name);
+    std::string result;
+    for (size_t i = 0; i < name.size(); ++i) {
+        char code[8];
+        const size_t known = std::string_view("\\\n\r").find(name[i]);
+        if (known != std::string::npos) {
+            result += {'\\', "\\nr"[known]};
+        } else if (clean[i] != name[i] || (!plain && (name[i] & 0x80) != 0)) {
+            std::snprintf(code, sizeof code, "\\x%02x", static_cast<unsigned char>(name[i]));
+            result += code;
+        } else {
+            result += name[i];
+        }
+    }
+    return result;
+}
+
+// The names of a text, each with what tells its contents.
+std::map<std::string, std::string> parsed(const std::string &text) {
+    std::map<std::string, std::string> lines;
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);) {
+        const size_t blank = line.find("  ");
+        if (blank != std::string::npos) lines[line.substr(blank + 2)] = line.substr(0, blank);
+    }
+    return lines;
+}
+
+} // namespace
+
+std::string printable(std::string text) {
+    constexpr size_t LONGEST = 200;
+    if (text.size() > LONGEST) text = text.substr(0, LONGEST) + "...";
+    return without_controls(text);
+}
+
+std::string without_controls(std::string text) {
+    for (size_t i = 0; i < text.size(); ++i) {
+        const auto c = static_cast<unsigned char>(text[i]);
+        // In UTF-8, a second set of controls from U+0080 to U+009F: some terminals obey them.
+        const bool second =
+            c == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xa0;
+        if (c < 32 || c == 127 || second) text[i] = '?';
+        if (second) text[i + 1] = '?';
+    }
+    return text;
+}
+
+void say(const std::string &message) {
+    std::fprintf(stderr, "pathtracer: %s\n", without_controls(message).c_str());
+}
+
+void exit_where_it_would_abort() {
+    std::set_terminate(say_why_and_exit);
+}
+
+void check_regular(const fs::path &path) {
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    if (status.type() == fs::file_type::not_found) throw Error("there is no such file");
+    if (error) throw Error("cannot be opened: ", error.message());
+    if (!fs::is_regular_file(status)) throw Error("is not a regular file");
+}
+
+std::vector<unsigned char> read_file(const fs::path &path) {
+    check_regular(path);
+    std::ifstream file(path, std::ios::binary | std::ios::ate);
+    if (!file) throw Error("cannot be opened: ", std::strerror(errno));
+    const std::streamoff size = file.tellg();
+    if (size >= MAX_FILE) throw Error("is too large: files below 4 GiB are read");
+    std::vector<unsigned char> bytes(static_cast<size_t>(size));
+    file.seekg(0);
+    if (!file.read(reinterpret_cast<char *>(bytes.data()), size))
+        throw Error("cannot be read completely");
+    return bytes;
+}
+
+SceneFolder::SceneFolder(const fs::path &scene, bool allow_outside, InputRecord *record)
+    : scene_(scene), allow_outside_(allow_outside), record_(record) {
+    std::error_code error;
+    const fs::path folder = scene.parent_path();
+    folder_ = fs::canonical(folder.empty() ? fs::path(".") : folder, error);
+    if (error) throw Error("there is no such file");
+}
+
+fs::path SceneFolder::resolve(const std::string &name) const {
+    // The system would read the name only up to there, while the checks below see all of it.
+    if (name.find('\0') != std::string::npos) throw Error("has a zero byte in its name");
+    std::error_code error;
+    // Follows links in the part of the path that exists and normalises the rest.
+    const fs::path path = fs::weakly_canonical(folder_ / name, error);
+    if (error) throw Error("cannot be opened: ", error.message());
+    if (!allow_outside_ && !is_below(path, folder_))
+        throw Error("is outside the scene's folder; use --allow-outside to read it");
+    return path;
+}
+
+std::vector<unsigned char> SceneFolder::load(const fs::path &path, const fs::path &name) {
+    std::vector<unsigned char> bytes = read_file(path);
+    if (record_) record_->add(name, bytes);
+    return bytes;
+}
+
+std::vector<unsigned char> SceneFolder::read(const std::string &name) {
+    const fs::path path = resolve(name);
+    // As the scene's own path is written.
+    return load(path, scene_.parent_path() / path.lexically_relative(folder_));
+}
+
+void InputRecord::add(const fs::path &path, const std::vector<unsigned char> &bytes) {
+    char hash[32];
+    std::snprintf(hash, sizeof hash, "%08lx-%zu", crc32_z(0, bytes.data(), bytes.size()),
+                  bytes.size());
+    const auto [known, is_new] = files.try_emplace(path.string(), hash);
+    if (!is_new && known->second != hash) throw Error("has changed while it was read; try again");
+}
+
+void InputRecord::add_file(const fs::path &path) {
+    try {
+        add(path, read_file(path));
+    } catch (const Error &error) {
+        throw Error("cannot read ", path.string(), ": ", error.what());
+    }
+}
+
+std::string InputRecord::text() const {
+    std::string result;
+    for (const auto &[name, hash] : files) result += hash + "  " + escaped(name) + "\n";
+    return result;
+}
+
+std::string inputs_difference(const std::string &one, const std::string &other) {
+    const auto a = parsed(one), b = parsed(other);
+    auto all = a;
+    all.insert(b.begin(), b.end());
+    for (const auto &[name, contents] : all) {
+        if (a.count(name) != b.count(name))
+            return printable(name) + ", which only one of them reads";
+        if (a.at(name) != b.at(name)) return "the contents of " + printable(name);
+    }
+    return one == other ? "" : "the list of their files";
+}
+
+void check_writable(const fs::path &path) {
+    std::error_code none;
+    if (fs::exists(path, none) && !fs::is_regular_file(path, none))
+        throw cannot_write(path, "it exists and is not a regular file");
+    const Undisturbed undisturbed;
+    const TemporaryFile probe(path);
+}
+
+void write_files(const std::vector<std::pair<fs::path, std::string>> &files) {
+    const Undisturbed undisturbed;
+    std::list<TemporaryFile> parts;
+    for (const auto &[path, bytes] : files) parts.emplace_back(path).write(bytes);
+    for (TemporaryFile &part : parts) part.rename();
+}
+
+bool is_same_file(const fs::path &one, const fs::path &other) {
+    std::error_code none;
+    if (fs::exists(one, none) && fs::exists(other, none)) return fs::equivalent(one, other, none);
+    const fs::path target = fs::weakly_canonical(resolve(one), none);
+    return !none && target == fs::weakly_canonical(other, none);
+}

@@ -1,0 +1,580 @@
+// SPDX-License-Identifier: Apache-2.0
+// Building blocks for scenes in code, and the scenes made of them. y is up.
+#include "scene_builder.h"
+
+namespace {
+
+uint32_t add_material(Scene &scene, Material::Kind kind, Vec3 albedo, float roughness = 0,
+                      float ior = 1.5f) {
+    Material material;
+    material.kind = kind;
+    material.albedo = albedo;
+    material.roughness = roughness;
+    material.ior = ior;
+    scene.materials.push_back(material);
+    return static_cast<uint32_t>(scene.materials.size() - 1);
+}
+
+void add_vertex(Scene &scene, Vec3 position, Vec3 normal) {
+    // Zero marks earlier vertices as having no normal.
+    scene.normals.resize(scene.vertices.size(), {0, 0, 0});
+    scene.vertices.push_back(position);
+    scene.normals.push_back(normal);
+}
+
+void add_triangle(Scene &scene, Surface surface, uint32_t a, uint32_t b, uint32_t c) {
+    scene.triangles.push_back({{a, b, c}});
+    scene.surfaces.push_back(surface);
+}
+
+} // namespace
+
+uint32_t add_diffuse(Scene &scene, Vec3 albedo) {
+    return add_material(scene, Material::DIFFUSE, albedo);
+}
+
+uint32_t add_conductor(Scene &scene, Vec3 albedo, float roughness) {
+    return add_material(scene, Material::CONDUCTOR, albedo, roughness);
+}
+
+uint32_t add_dielectric(Scene &scene, float ior, float roughness, Vec3 passed) {
+    return add_material(scene, Material::DIELECTRIC, passed, roughness, ior);
+}
+
+void add_quad(Scene &scene, Surface surface, Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
+    const auto first = static_cast<uint32_t>(scene.vertices.size());
+    scene.vertices.insert(scene.vertices.end(), {a, b, c, d});
+    add_triangle(scene, surface, first, first + 1, first + 2);
+    add_triangle(scene, surface, first, first + 2, first + 3);
+}
+
+void add_quad(Scene &scene, uint32_t material, Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
+    add_quad(scene, Surface{material, -1}, a, b, c, d);
+}
+
+void add_light(Scene &scene, uint32_t material, Vec3 radiance, Vec3 a, Vec3 b, Vec3 c) {
+    const auto number = static_cast<int32_t>(scene.lights.size());
+    scene.lights.push_back(area_light(Light::PARALLELOGRAM, a, b - a, c - b, radiance));
+    add_quad(scene, Surface{material, number}, a, b, c, a + (c - b));
+}
+
+void add_light_towards(Scene &scene, uint32_t material, Vec3 radiance, Vec3 middle, Vec3 target,
+                       float width, float height) {
+    const Vec3 normal = normalize(target - middle);
+    const Vec3 x = normalize_or(cross({0, 1, 0}, normal), {1, 0, 0});
+    const Vec3 half_x = (0.5f * width) * x, half_y = (0.5f * height) * cross(normal, x);
+    add_light(scene, material, radiance, middle - half_x - half_y, middle + half_x - half_y,
+              middle + half_x + half_y);
+}
+
+void add_block(Scene &scene, uint32_t material, float height, const Vec2 (&corners)[4]) {
+    const auto at = [](Vec2 corner, float y) { return Vec3{corner.x, y, corner.y}; };
+    add_quad(scene, material, at(corners[0], height), at(corners[1], height),
+             at(corners[2], height), at(corners[3], height));
+    for (int i = 0; i < 4; ++i) {
+        const Vec2 p = corners[i], q = corners[(i + 1) % 4];
+        add_quad(scene, material, at(p, 0), at(q, 0), at(q, height), at(p, height));
+    }
+}
+
+void add_box(Scene &scene, uint32_t material, Vec3 m, Vec3 x, Vec3 y, Vec3 z) {
+    const auto face = [&](Vec3 out, Vec3 a, Vec3 b) { // a, b, out right-handed
+        add_quad(scene, material, m + out - a - b, m + out + a - b, m + out + a + b,
+                 m + out - a + b);
+    };
+    face(x, y, z), face(-x, z, y);
+    face(y, z, x), face(-y, x, z);
+    face(z, x, y), face(-z, y, x);
+}
+
+void add_box(Scene &scene, uint32_t material, Vec3 middle, Vec3 half) {
+    add_box(scene, material, middle, {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z});
+}
+
+void add_sphere(Scene &scene, uint32_t material, Vec3 middle, float radius, int around) {
+    const int rings = around / 2;
+    const auto top = static_cast<uint32_t>(scene.vertices.size());
+    for (int ring = 0; ring <= rings; ++ring)
+        for (int column = 0; column < around; ++column) {
+            const float theta = PI * static_cast<float>(ring) / static_cast<float>(rings);
+            const float phi = 2 * PI * static_cast<float>(column) / static_cast<float>(around);
+            const Vec3 n = {std::sin(theta) * std::cos(phi), std::cos(theta),
+                            std::sin(theta) * std::sin(phi)};
+            add_vertex(scene, middle + radius * n, n);
+        }
+    const auto index = [&](int ring, int column) {
+        return top + static_cast<uint32_t>(ring * around + column % around);
+    };
+    for (int ring = 0; ring < rings; ++ring)
+        for (int column = 0; column < around; ++column) {
+            const uint32_t a = index(ring, column), b = index(ring, column + 1);
+            const uint32_t c = index(ring + 1, column), d = index(ring + 1, column + 1);
+            if (ring > 0) add_triangle(scene, {material, -1}, a, b, c);
+            if (ring + 1 < rings) add_triangle(scene, {material, -1}, b, d, c);
+        }
+}
+
+void add_bar(Scene &scene, uint32_t material, Vec3 a, Vec3 b, float radius, int around) {
+    const glm::mat3 frame = frame_around(normalize(b - a));
+    const auto first = static_cast<uint32_t>(scene.vertices.size());
+    for (int i = 0; i < around; ++i) {
+        const float phi = 2 * PI * static_cast<float>(i) / static_cast<float>(around);
+        const Vec3 n = std::cos(phi) * frame[0] + std::sin(phi) * frame[1];
+        add_vertex(scene, a + radius * n, n);
+        add_vertex(scene, b + radius * n, n);
+    }
+    for (int i = 0; i < around; ++i) {
+        const auto p = first + static_cast<uint32_t>(2 * i);
+        const auto q = first + static_cast<uint32_t>(2 * ((i + 1) % around));
+        add_triangle(scene, {material, -1}, p, q, q + 1);
+        add_triangle(scene, {material, -1}, p, q + 1, p + 1);
+    }
+}
+
+void add_profile(Scene &scene, uint32_t material, float x0, float x1,
+                 const std::vector<Vec2> &profile) {
+    const auto first = static_cast<uint32_t>(scene.vertices.size());
+    for (size_t i = 0; i < profile.size(); ++i) {
+        const Vec2 before = profile[i > 0 ? i - 1 : 0];
+        const Vec2 after = profile[std::min(i + 1, profile.size() - 1)];
+        const Vec3 n = normalize(Vec3{0, after.x - before.x, before.y - after.y});
+        add_vertex(scene, {x0, profile[i].y, profile[i].x}, n);
+        add_vertex(scene, {x1, profile[i].y, profile[i].x}, n);
+    }
+    for (size_t i = 0; i + 1 < profile.size(); ++i) {
+        const auto p = first + static_cast<uint32_t>(2 * i);
+        add_triangle(scene, {material, -1}, p, p + 2, p + 3);
+        add_triangle(scene, {material, -1}, p, p + 3, p + 1);
+    }
+}
+
+void add_backdrop(Scene &scene, uint32_t material, float half_width, Vec2 top, Vec2 centre,
+                  float radius, Vec2 front) {
+    constexpr int PARTS = 24;
+    std::vector<Vec2> sheet = {top};
+    for (int i = 0; i <= PARTS; ++i) {
+        const float angle = 0.5f * PI * static_cast<float>(i) / PARTS;
+        sheet.push_back({centre.x - radius * std::cos(angle), centre.y - radius * std::sin(angle)});
+    }
+    sheet.push_back(front);
+    add_profile(scene, material, -half_width, half_width, sheet);
+}
+
+void add_motion(Scene &scene, size_t first, const std::function<Vec3(Vec3)> &end) {
+    scene.motions.resize(scene.vertices.size(), {0, 0, 0});
+    for (size_t i = first; i < scene.vertices.size(); ++i)
+        scene.motions[i] = end(scene.vertices[i]) - scene.vertices[i];
+}
+
+// ---- Scenes lit mostly by direct light: few decisions make a pixel, so these show what good
+// low-dimensional samples are worth.
+
+// The box measured at Cornell (Goral et al., "Modeling the Interaction of Light Between Diffuse
+// Surfaces", 1984; dimensions, camera and materials as published by the Program of Computer
+// Graphics, spectra as the linear RGB in common use). Included because everybody knows it: soft
+// shadows, colour bleeding, several bounces. Lengths in millimetres, as measured; the open side is
+// at z = 0.
+Scene scene_cornell() {
+    Scene scene;
+    const float sensor_height = 0.025f, focal_length = 0.035f;
+    scene.camera = camera_look_at({278, 273, -800}, {278, 273, 0}, {0, 1, 0},
+                                  0.5f * sensor_height / focal_length);
+
+    const uint32_t white = add_diffuse(scene, {0.725f, 0.71f, 0.68f});
+    const uint32_t red = add_diffuse(scene, {0.63f, 0.065f, 0.05f});
+    const uint32_t green = add_diffuse(scene, {0.14f, 0.45f, 0.091f});
+    const uint32_t lamp = add_diffuse(scene, {0.78f, 0.78f, 0.78f});
+
+    const float top = 548.8f, back = 559.2f;
+    const float lamp_x0 = 213, lamp_x1 = 343, lamp_z0 = 227, lamp_z1 = 332;
+
+    add_light(scene, lamp, {17, 12, 4}, {lamp_x0, top, lamp_z0}, {lamp_x1, top, lamp_z0},
+              {lamp_x1, top, lamp_z1});
+    // The lamp fills a hole in the ceiling, so that no two surfaces coincide.
+    const auto ceiling = [&](float x0, float x1, float z0, float z1) {
+        add_quad(scene, white, {x0, top, z0}, {x1, top, z0}, {x1, top, z1}, {x0, top, z1});
+    };
+    ceiling(0, 556, 0, lamp_z0);
+    ceiling(0, 556, lamp_z1, back);
+    ceiling(0, lamp_x0, lamp_z0, lamp_z1);
+    ceiling(lamp_x1, 556, lamp_z0, lamp_z1);
+
+    add_quad(scene, white, {552.8f, 0, 0}, {0, 0, 0}, {0, 0, back}, {549.6f, 0, back});
+    add_quad(scene, white, {549.6f, 0, back}, {0, 0, back}, {0, top, back}, {556, top, back});
+    add_quad(scene, green, {0, 0, back}, {0, 0, 0}, {0, top, 0}, {0, top, back});
+    add_quad(scene, red, {552.8f, 0, 0}, {549.6f, 0, back}, {556, top, back}, {556, top, 0});
+
+    add_block(scene, white, 165, {{130, 65}, {82, 225}, {240, 272}, {290, 114}});
+    add_block(scene, white, 330, {{423, 247}, {265, 296}, {314, 456}, {472, 406}});
+    return scene;
+}
+
+// A large panel and a lamp of a hundredth of its area, each giving half of the light, behind bars
+// and slats that can hide all of the lamp but only part of the panel. Included because neighbouring
+// pixels differ mainly in visibility: smooth penumbrae and sharp edges cross.
+Scene scene_penumbra() {
+    Scene scene;
+    scene.camera = camera_look_at({0.15f, 2.3f, 6.0f}, {0, 0.42f, 0.1f}, {0, 1, 0}, 0.235f);
+
+    const uint32_t paper = add_diffuse(scene, {0.31f, 0.30f, 0.285f});
+    const uint32_t blue = add_diffuse(scene, {0.08f, 0.14f, 0.28f});
+    const uint32_t orange = add_diffuse(scene, {0.40f, 0.15f, 0.05f});
+    const uint32_t dark = add_diffuse(scene, {0.12f, 0.12f, 0.13f});
+    const uint32_t lamp = add_diffuse(scene, {0.1f, 0.1f, 0.1f});
+
+    // A paper backdrop that curves up behind everything.
+    add_backdrop(scene, paper, 9, {-3.4f, 9}, {-1.6f, 1.8f}, 1.8f, {9, 0});
+
+    add_light_towards(scene, lamp, {16, 19, 23}, {-3.4f, 4.4f, -0.6f}, {0, 0.3f, 0}, 1.8f, 1.8f);
+    add_light_towards(scene, lamp, {2000, 1450, 860}, {3.2f, 3.2f, -0.9f}, {0, 0.3f, 0}, 0.18f,
+                      0.18f);
+
+    // Bars in an arc, each taller and thinner than the last.
+    for (int i = 0; i < 11; ++i) {
+        const float t = static_cast<float>(i) / 10;
+        const float angle = PI * (0.95f - 0.9f * t);
+        const Vec3 foot = {1.25f * std::cos(angle), 0, -0.55f * std::sin(angle) - 0.1f};
+        add_bar(scene, i % 2 ? dark : orange, foot, foot + Vec3{0, 0.5f + 0.9f * t, 0},
+                0.035f - 0.026f * t);
+    }
+    // Slats floating above the floor in front.
+    for (int i = 0; i < 9; ++i) {
+        const float x = -1.25f + 0.12f * static_cast<float>(i);
+        add_box(scene, blue, {x, 0.42f, 0.75f}, {0.022f, 0.014f, 0}, {-0.004f, 0.006f, 0},
+                {0, 0, 0.38f});
+    }
+    add_sphere(scene, orange, {0.05f, 0.34f, 0.1f}, 0.34f);
+    add_sphere(scene, blue, {0.9f, 0.16f, 0.8f}, 0.16f);
+    return scene;
+}
+
+// Four lamps of equal power, from small to large, reflected by plates from smooth to rough (after
+// Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995).
+// Included because neither light sampling nor material sampling is good everywhere.
+Scene scene_glossy() {
+    Scene scene;
+    const Vec3 eye = {0, 2.4f, 8}, lamps = {0, 4.3f, -1.6f};
+    scene.camera = camera_look_at(eye, {0, 0.95f, 0.9f}, {0, 1, 0}, 0.245f);
+
+    scene.light_samples = 4; // there are five lights, and most points reflect one
+
+    const uint32_t wall = add_diffuse(scene, {0.30f, 0.31f, 0.34f});
+    const uint32_t black = add_diffuse(scene, {0.02f, 0.02f, 0.02f});
+    add_backdrop(scene, wall, 12, {-2.6f, 9}, {-1.4f, 1.0f}, 1.2f, {10, -0.2f});
+
+    const float sides[4] = {0.16f, 0.3f, 0.55f, 1.0f};
+    const float places[4] = {-2.45f, -1.05f, 0.35f, 2.05f};
+    const Vec3 colours[4] = {
+        {1.0f, 0.45f, 0.25f}, {0.95f, 0.85f, 0.45f}, {0.4f, 0.85f, 0.6f}, {0.4f, 0.6f, 1.0f}};
+    for (int i = 0; i < 4; ++i)
+        add_light_towards(scene, black, (1.3f / (sides[i] * sides[i])) * colours[i],
+                          lamps + Vec3{places[i], 0, 0}, {0.7f * places[i], 1, 2}, sides[i],
+                          sides[i]);
+
+    // A dim panel above the eye fills in what the lamps do not reach.
+    add_light_towards(scene, black, {0.6f, 0.6f, 0.6f}, {0, 6, 7}, {0, 0.8f, 0}, 4, 3);
+
+    // Each plate is tilted to reflect the lamps to the eye.
+    const float roughnesses[4] = {0.14f, 0.22f, 0.33f, 0.5f};
+    const Vec3 middles[4] = {
+        {0, 1.85f, -0.7f}, {0, 1.22f, 0.35f}, {0, 0.66f, 1.4f}, {0, 0.22f, 2.4f}};
+    for (int i = 0; i < 4; ++i) {
+        const uint32_t metal = add_conductor(scene, {0.78f, 0.77f, 0.75f}, roughnesses[i]);
+        const Vec3 up = normalize(normalize(lamps - middles[i]) + normalize(eye - middles[i]));
+        const Vec3 x = {1, 0, 0};
+        add_box(scene, metal, middles[i], 2.3f * x, 0.02f * up, 0.46f * cross(x, up));
+    }
+    return scene;
+}
+
+// Balls and posts on a plain under a sky with a sun, through a wide-aperture lens. Included because
+// pixel, lens and light positions make six dimensions at once, and because the environment is
+// sampled by brightness: the sun is a ten-thousandth of it and gives most of the light.
+Scene scene_lens() {
+    Scene scene;
+    scene.camera = camera_look_at({0, 0.8f, 4.2f}, {0, 0.33f, 0}, {0, 1, 0}, 0.23f);
+    camera_set_lens(scene.camera, 0.075f, {0, 0.3f, 0.35f});
+    scene.environment =
+        std::make_shared<Environment>(environment_sky(normalize(Vec3{-0.62f, 0.52f, 0.40f})));
+
+    const uint32_t plain = add_diffuse(scene, {0.42f, 0.38f, 0.33f});
+    add_quad(scene, plain, {-60, 0, 60}, {60, 0, 60}, {60, 0, -60}, {-60, 0, -60});
+
+    const Vec3 colours[5] = {{0.60f, 0.13f, 0.08f},
+                             {0.68f, 0.42f, 0.10f},
+                             {0.55f, 0.56f, 0.54f},
+                             {0.12f, 0.38f, 0.34f},
+                             {0.10f, 0.18f, 0.45f}};
+    for (int i = 0; i < 5; ++i) {
+        const uint32_t ball = add_diffuse(scene, colours[i]);
+        const float t = static_cast<float>(i);
+        add_sphere(scene, ball, {-0.52f + 0.36f * t, 0.25f, 1.75f - 0.9f * t}, 0.25f);
+    }
+    const uint32_t chalk = add_diffuse(scene, {0.78f, 0.76f, 0.70f});
+    add_sphere(scene, chalk, {0.42f, 0.16f, 1.55f}, 0.16f);
+    const uint32_t post = add_diffuse(scene, {0.5f, 0.5f, 0.5f});
+    for (int i = 0; i < 7; ++i) {
+        const float x = -2.4f + 0.7f * static_cast<float>(i);
+        add_bar(scene, post, {x, 0, -4}, {x, 1.5f, -4}, 0.04f);
+    }
+    return scene;
+}
+
+namespace {
+
+// A point turned about an axis through `middle`, which is a unit vector.
+Vec3 turned(Vec3 point, Vec3 middle, Vec3 axis, float angle) {
+    const Vec3 p = point - middle;
+    const Vec3 along = dot(p, axis) * axis;
+    return middle + along + std::cos(angle) * (p - along) + std::sin(angle) * cross(axis, p);
+}
+
+} // namespace
+
+// Balls in flight, a pinwheel, a tumbling die and a shuttle of thin rods under soft light, with the
+// shutter open. Included because time multiplies with the position in the pixel: what an edge
+// uncovers depends on both, and each moves at its own speed in its own direction.
+Scene scene_motion() {
+    Scene scene;
+    scene.camera = camera_look_at({0.1f, 1.5f, 6.0f}, {0, 0.93f, 0}, {0, 1, 0}, 0.225f);
+
+    const uint32_t paper = add_diffuse(scene, {0.50f, 0.50f, 0.49f});
+    const uint32_t red = add_diffuse(scene, {0.62f, 0.10f, 0.07f});
+    const uint32_t yellow = add_diffuse(scene, {0.75f, 0.48f, 0.08f});
+    const uint32_t teal = add_diffuse(scene, {0.06f, 0.34f, 0.36f});
+    const uint32_t white = add_diffuse(scene, {0.74f, 0.73f, 0.70f});
+    const uint32_t dark = add_diffuse(scene, {0.07f, 0.07f, 0.08f});
+    const uint32_t lamp = add_diffuse(scene, {0.1f, 0.1f, 0.1f});
+
+    add_backdrop(scene, paper, 9, {-3.4f, 9}, {-1.6f, 1.8f}, 1.8f, {9, 0});
+    add_light_towards(scene, lamp, {46, 41, 34}, {-3.2f, 4.6f, 2.2f}, {0, 0.7f, 0}, 1.5f, 1.5f);
+    add_light_towards(scene, lamp, {3.6f, 4.8f, 6.6f}, {4.6f, 3.0f, 1.5f}, {0, 0.8f, 0}, 2.0f,
+                      2.6f);
+
+    size_t first = scene.vertices.size();
+    const auto flies = [&](Vec3 by) {
+        add_motion(scene, first, [by](Vec3 p) { return p + by; });
+        first = scene.vertices.size();
+    };
+    const auto turns = [&](Vec3 middle, Vec3 axis, float angle, Vec3 by) {
+        add_motion(scene, first,
+                   [=](Vec3 p) { return turned(p, middle, normalize(axis), angle) + by; });
+        first = scene.vertices.size();
+    };
+
+    // Balls thrown from the left, each farther along and slower to rise than the one before.
+    for (int i = 0; i < 5; ++i) {
+        const float t = static_cast<float>(i) / 4;
+        add_sphere(scene, i % 2 ? yellow : red,
+                   {-0.72f + 1.6f * t, 0.62f + 2.6f * t * (1 - t) + 0.15f * t, 0.7f - 0.2f * t},
+                   0.15f);
+        flies({0.22f, 0.36f * (1 - 2 * t), -0.03f});
+    }
+
+    // A pinwheel: its post stands still.
+    const Vec3 hub = {-1.22f, 1.35f, -0.35f};
+    add_bar(scene, dark, {hub.x, 0, hub.z - 0.08f}, hub - Vec3{0, 0, 0.08f}, 0.03f);
+    first = scene.vertices.size();
+    for (int i = 0; i < 6; ++i) {
+        const float angle = PI * static_cast<float>(i) / 3;
+        const Vec3 out = {std::cos(angle), std::sin(angle), 0};
+        const Vec3 side = {-out.y, out.x, 0.25f};
+        const Vec3 tip = hub + 0.66f * out, foot = hub + 0.06f * out;
+        add_quad(scene, i % 2 ? white : teal, foot, tip - 0.02f * side, tip + 0.2f * side,
+                 foot + 0.05f * side);
+    }
+    turns(hub, {0, 0, 1}, 0.32f, {0, 0, 0});
+
+    // A die that tumbles down on the right.
+    const Vec3 die = {1.28f, 1.25f, 0.1f};
+    add_box(scene, white, die, {0.21f, 0.08f, 0.06f}, {-0.08f, 0.2f, 0.08f},
+            {-0.02f, -0.09f, 0.2f});
+    turns(die, {0.3f, 0.2f, 1}, 0.35f, {0.05f, -0.28f, 0.1f});
+
+    // A shuttle of rods that slides to the left, between rods that do not move.
+    for (int i = 0; i < 9; ++i) {
+        const float x = 0.35f + 0.16f * static_cast<float>(i);
+        add_bar(scene, i % 2 ? teal : yellow, {x, 0, -0.7f}, {x, 0.8f, -0.7f}, 0.025f);
+        if (i % 2) flies({-0.2f, 0, 0});
+        first = scene.vertices.size();
+    }
+
+    // A pendulum that swings to the right; it hangs from above the picture.
+    const Vec3 pivot = {0.62f, 3.2f, -0.6f}, bob = {0.40f, 1.76f, -0.6f};
+    add_bar(scene, dark, pivot, bob, 0.012f);
+    add_sphere(scene, teal, bob, 0.13f);
+    turns(pivot, {0, 0, 1}, 0.15f, {0, 0, 0});
+
+    // Low over the floor: one ball rolls towards the camera, one away, one stands.
+    add_sphere(scene, teal, {-0.35f, 0.2f, 1.05f}, 0.2f);
+    flies({-0.30f, 0, 0.22f});
+    add_sphere(scene, yellow, {0.75f, 0.14f, 1.0f}, 0.14f);
+    flies({0.32f, 0, -0.25f});
+    add_sphere(scene, red, {0.2f, 0.12f, 1.35f}, 0.12f);
+    return scene;
+}
+
+// ---- Scenes where light takes many bounces, or ones that only chance finds: these show how much of
+// its advantage a sampler keeps.
+
+// Smooth, rough and tinted glass in a studio. Included because only scattered rays find light
+// behind a smooth surface, and because each surface offers a path two ways on.
+Scene scene_glass() {
+    Scene scene;
+    scene.camera = camera_look_at({0, 1.45f, 5.0f}, {0.02f, 0.42f, 0}, {0, 1, 0}, 0.265f);
+
+    const uint32_t paper = add_diffuse(scene, {0.66f, 0.65f, 0.63f});
+    const uint32_t red = add_diffuse(scene, {0.60f, 0.10f, 0.07f});
+    const uint32_t teal = add_diffuse(scene, {0.07f, 0.36f, 0.38f});
+    const uint32_t black = add_diffuse(scene, {0.02f, 0.02f, 0.02f});
+    const uint32_t clear = add_dielectric(scene, 1.5f, 0);
+    const uint32_t satin = add_dielectric(scene, 1.5f, 0.22f);
+    const uint32_t frosted = add_dielectric(scene, 1.45f, 0.5f, {0.80f, 0.95f, 0.90f});
+    const uint32_t amber = add_dielectric(scene, 1.6f, 0.05f, {0.95f, 0.70f, 0.30f});
+
+    add_backdrop(scene, paper, 9, {-2.6f, 8}, {-1.4f, 1.2f}, 1.2f, {9, 0});
+
+    add_light_towards(scene, black, {5.5f, 5.3f, 5.0f}, {-2.6f, 3.2f, 1.0f}, {0, 0.3f, 0}, 2.4f,
+                      2.4f);
+    add_light_towards(scene, black, {2.2f, 2.6f, 3.2f}, {3.2f, 2.0f, 1.6f}, {0, 0.4f, 0}, 1.0f,
+                      2.6f);
+
+    for (int i = 0; i < 9; ++i) {
+        const float x = -1.5f + 0.375f * static_cast<float>(i);
+        add_bar(scene, i % 2 ? red : teal, {x, 0, -1.1f}, {x, 1.3f, -1.1f}, 0.05f);
+    }
+    add_sphere(scene, clear, {-0.78f, 0.401f, 0.25f}, 0.4f);
+    add_sphere(scene, satin, {0.08f, 0.401f, -0.1f}, 0.4f);
+    add_sphere(scene, frosted, {0.9f, 0.351f, 0.25f}, 0.35f);
+    add_box(scene, amber, {0.2f, 0.121f, 0.85f}, {0.22f, 0, 0.1f}, {0, 0.12f, 0},
+            {-0.06f, 0, 0.132f});
+    return scene;
+}
+
+// A room lit through a small window by a bright panel outside. Included because most of the light
+// comes from the third bounce and later, where samples of many domains multiply.
+Scene scene_interior() {
+    Scene scene;
+    scene.camera = camera_look_at({1.9f, 1.5f, 2.6f}, {-0.5f, 1.1f, -1.6f}, {0, 1, 0}, 0.46f);
+
+    const uint32_t plaster = add_diffuse(scene, {0.76f, 0.74f, 0.70f});
+    const uint32_t wood = add_diffuse(scene, {0.46f, 0.30f, 0.17f});
+    const uint32_t rug = add_diffuse(scene, {0.45f, 0.14f, 0.12f});
+    const uint32_t cloth = add_diffuse(scene, {0.20f, 0.34f, 0.42f});
+    const uint32_t outside = add_diffuse(scene, {0.3f, 0.3f, 0.3f});
+    const uint32_t steel = add_conductor(scene, {0.72f, 0.70f, 0.66f}, 0.3f);
+
+    // The room, with a window in the left wall from (low_z, low_y) to (high_z, high_y).
+    const float left = -2.4f, right = 2.4f, back = -3.2f, front = 3.0f, top = 2.7f;
+    const float low_z = -1.9f, high_z = -0.7f, low_y = 0.95f, high_y = 2.15f, sill = -2.65f;
+    add_quad(scene, wood, {left, 0, front}, {right, 0, front}, {right, 0, back}, {left, 0, back});
+    add_quad(scene, plaster, {left, top, back}, {right, top, back}, {right, top, front},
+             {left, top, front});
+    add_quad(scene, plaster, {left, 0, back}, {right, 0, back}, {right, top, back},
+             {left, top, back});
+    add_quad(scene, plaster, {right, 0, front}, {left, 0, front}, {left, top, front},
+             {right, top, front});
+    add_quad(scene, cloth, {right, 0, back}, {right, 0, front}, {right, top, front},
+             {right, top, back});
+    const auto left_wall = [&](float z0, float z1, float y0, float y1) {
+        add_quad(scene, plaster, {left, y0, z1}, {left, y0, z0}, {left, y1, z0}, {left, y1, z1});
+    };
+    left_wall(back, low_z, 0, top);
+    left_wall(high_z, front, 0, top);
+    left_wall(low_z, high_z, 0, low_y);
+    left_wall(low_z, high_z, high_y, top);
+    // The window's reveal.
+    add_quad(scene, plaster, {sill, low_y, low_z}, {sill, low_y, high_z}, {left, low_y, high_z},
+             {left, low_y, low_z});
+    add_quad(scene, plaster, {sill, high_y, high_z}, {sill, high_y, low_z}, {left, high_y, low_z},
+             {left, high_y, high_z});
+    add_quad(scene, plaster, {sill, low_y, low_z}, {left, low_y, low_z}, {left, high_y, low_z},
+             {sill, high_y, low_z});
+    add_quad(scene, plaster, {left, low_y, high_z}, {sill, low_y, high_z}, {sill, high_y, high_z},
+             {left, high_y, high_z});
+
+    add_light_towards(scene, outside, {15, 17, 20}, {-4.4f, 2.2f, -2.2f}, {0, 1.2f, -1.6f}, 6.5f,
+                      3.6f);
+
+    // A table with a bowl, a chest, a rug.
+    const auto box = [&](uint32_t material, Vec3 low, Vec3 high) {
+        const Vec3 half = 0.5f * (high - low);
+        add_box(scene, material, low + half, half);
+    };
+    box(wood, {-1.2f, 0.70f, -2.0f}, {0.5f, 0.76f, -1.0f});
+    for (const float x : {-1.15f, 0.39f})
+        for (const float z : {-1.95f, -1.11f}) box(wood, {x, 0, z}, {x + 0.06f, 0.70f, z + 0.06f});
+    add_sphere(scene, steel, {-0.75f, 0.93f, -1.5f}, 0.17f);
+    add_sphere(scene, cloth, {-0.05f, 0.88f, -1.35f}, 0.12f);
+    box(cloth, {1.35f, 0, -3.0f}, {2.25f, 0.85f, -2.3f});
+    box(rug, {-1.7f, 0.001f, -0.7f}, {0.6f, 0.015f, 0.9f});
+    return scene;
+}
+
+namespace {
+
+constexpr Vec3 FOG_LOW = {-6, -0.1f, -6}, FOG_HIGH = {6, 4.4f, 6};
+
+// Banks of fog over the ground: thinner with height, torn by waves that bend each other.
+float fog_density(Vec3 p) {
+    const Vec3 q = {p.x + 0.9f * std::sin(1.1f * p.z + 0.5f) + 0.4f * std::sin(2.3f * p.y),
+                    1.6f * p.y + 0.5f * std::sin(1.3f * p.x + 0.7f * p.z),
+                    p.z + 0.8f * std::sin(0.9f * p.x - 0.4f) + 0.4f * std::sin(1.9f * p.y + 1)};
+    const float waves = std::sin(1.3f * q.x + 0.3f) * std::sin(1.5f * q.y) * std::sin(1.2f * q.z) +
+                        0.5f * std::sin(2.9f * q.x + q.z) * std::sin(3.1f * q.z - q.y + 1) +
+                        0.25f * std::sin(6.1f * q.y + q.x) * std::sin(5.7f * q.z + 2.1f * q.x);
+    const float torn = std::max(0.45f + 0.7f * waves, 0.04f);
+    return 0.16f * torn * std::exp(-std::max(p.y, 0.0f) / 1.8f) + 0.012f;
+}
+
+} // namespace
+
+// A pergola at night: a warm lamp behind it and a cold one on the right, both high above drifting
+// fog. Included because how far a ray flies is one more decision at every vertex, and how much light
+// a shadow ray brings another: loops that take as many numbers as it happens.
+Scene scene_fog() {
+    Scene scene;
+    scene.camera = camera_look_at({-0.6f, 2.0f, 8.8f}, {0, 1.2f, 0}, {0, 1, 0}, 0.265f);
+    scene.medium = std::make_shared<Medium>(
+        medium_create(FOG_LOW, FOG_HIGH, {96, 40, 96}, {0.92f, 0.94f, 0.96f}, 0.5f, fog_density));
+
+    const uint32_t stone = add_diffuse(scene, {0.42f, 0.38f, 0.33f});
+    const uint32_t ground = add_diffuse(scene, {0.28f, 0.26f, 0.24f});
+    const uint32_t black = add_diffuse(scene, {0.02f, 0.02f, 0.02f});
+    add_quad(scene, ground, {-40, 0, 40}, {40, 0, 40}, {40, 0, -40}, {-40, 0, -40});
+
+    add_light_towards(scene, black, {1700, 950, 400}, {-4.2f, 7.6f, -6.5f}, {0.2f, 0.8f, 0}, 0.7f,
+                      0.7f);
+    add_light_towards(scene, black, {80, 150, 270}, {6.8f, 5.6f, 0.8f}, {0, 0.8f, 0.4f}, 0.8f,
+                      0.8f);
+
+    for (int row = 0; row < 2; ++row) {
+        const float z = row == 0 ? -1.6f : 1.2f;
+        for (int i = 0; i < 4; ++i) {
+            const float x = -2.55f + 1.7f * static_cast<float>(i);
+            add_box(scene, stone, {x, 1.2f, z}, {0.11f, 1.2f, 0.11f});
+            add_box(scene, stone, {x, 0.07f, z}, {0.19f, 0.07f, 0.19f});
+        }
+        add_box(scene, stone, {0, 2.5f, z}, {2.9f, 0.1f, 0.12f});
+    }
+    for (int i = 0; i < 9; ++i)
+        add_box(scene, stone, {-2.72f + 0.68f * static_cast<float>(i), 2.66f, -0.2f},
+                {0.16f, 0.06f, 1.9f});
+    return scene;
+}
+
+// A closed cube whose walls emit half and reflect half, so every picture of it is known without
+// rendering: radiance 1 - 2^-(bounces + 1) in every pixel. A check, not a showpiece.
+Scene scene_furnace() {
+    Scene scene;
+    scene.camera = camera_look_at({0.1f, 0.2f, -0.3f}, {1, 0.5f, 1}, {0, 1, 0}, 0.8f);
+    const uint32_t wall = add_diffuse(scene, {0.5f, 0.5f, 0.5f});
+    const Vec3 glow = {0.5f, 0.5f, 0.5f};
+    add_light(scene, wall, glow, {-1, -1, -1}, {-1, -1, 1}, {1, -1, 1});
+    add_light(scene, wall, glow, {-1, 1, -1}, {1, 1, -1}, {1, 1, 1});
+    add_light(scene, wall, glow, {-1, -1, -1}, {-1, 1, -1}, {-1, 1, 1});
+    add_light(scene, wall, glow, {1, -1, -1}, {1, -1, 1}, {1, 1, 1});
+    add_light(scene, wall, glow, {-1, -1, -1}, {1, -1, -1}, {1, 1, -1});
+    add_light(scene, wall, glow, {-1, -1, 1}, {-1, 1, 1}, {1, 1, 1});
+    return scene;
+}
