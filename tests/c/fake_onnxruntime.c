@@ -6,6 +6,7 @@
 #include "../../libbn/src/neural/onnxruntime_api.h"
 #include <math.h>
 #include <pthread.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -29,6 +30,12 @@ struct bn_ort_value {
 struct bn_ort_session {
     int64_t radius, align;
     int cuda;
+    char text[4096]; /* of the model */
+};
+
+struct bn_ort_type_info {
+    const bn_ort_session *session;
+    int is_input;
 };
 
 struct bn_ort_session_options {
@@ -124,10 +131,127 @@ static bn_ort_status *append_cuda(bn_ort_session_options *options,
     return called();
 }
 
-/* The number behind a key of the metadata: the value's field comes next. */
-static int64_t metadata(const void *model, size_t size, const char *key) {
-    const char *found = memmem(model, size, key, strlen(key));
-    return found != NULL ? atoi(found + strlen(key) + 2) : -1;
+/* The first value of a key, which needs as much room as the whole model; 0 if there is none. */
+static int look_up(const bn_ort_session *session, const char *key, char *value) {
+    char wanted[64];
+    const size_t length = (size_t)snprintf(wanted, sizeof wanted, "\n%s=", key);
+    const char *found = strstr(session->text, wanted);
+    if (found == NULL) return 0;
+    found += length;
+    const size_t size = strcspn(found, "\n");
+    memcpy(value, found, size);
+    value[size] = 0;
+    return 1;
+}
+
+static int64_t number(const bn_ort_session *session, const char *key) {
+    char value[sizeof session->text];
+    return look_up(session, key, value) ? atoi(value) : -1;
+}
+
+/* A text that the caller gives back; NULL for a key that is not there. */
+static bn_ort_status *give_text(const bn_ort_session *session, const char *key, char **text) {
+    char value[sizeof session->text];
+    bn_ort_status *status = called();
+    *text = NULL;
+    if (status != NULL || !look_up(session, key, value)) return status;
+    *text = make(strlen(value) + 1);
+    memcpy(*text, value, strlen(value) + 1);
+    return NULL;
+}
+
+static bn_ort_status *get_metadata(const bn_ort_session *session,
+                                   bn_ort_model_metadata **metadata) {
+    bn_ort_status *status = create((void **)metadata, sizeof session);
+    if (status == NULL) memcpy(*metadata, &session, sizeof session);
+    return status;
+}
+
+static bn_ort_status *look_up_metadata(const bn_ort_model_metadata *metadata,
+                                       bn_ort_allocator *allocator, const char *key, char **value) {
+    const bn_ort_session *session;
+    memcpy(&session, metadata, sizeof session);
+    (void)allocator;
+    return give_text(session, key, value);
+}
+
+static bn_ort_status *get_allocator(bn_ort_allocator **allocator) {
+    *allocator = NULL;
+    return called();
+}
+
+static bn_ort_status *give_back(bn_ort_allocator *allocator, void *memory) {
+    (void)allocator;
+    forget(memory);
+    return called();
+}
+
+static bn_ort_status *count_inputs(const bn_ort_session *session, size_t *count) {
+    *count = (size_t)number(session, "inputs");
+    return called();
+}
+
+static bn_ort_status *count_outputs(const bn_ort_session *session, size_t *count) {
+    *count = (size_t)number(session, "outputs");
+    return called();
+}
+
+static bn_ort_status *input_name(const bn_ort_session *session, size_t index,
+                                 bn_ort_allocator *allocator, char **name) {
+    (void)allocator;
+    return index == 0 ? give_text(session, "input", name) : make(1);
+}
+
+static bn_ort_status *output_name(const bn_ort_session *session, size_t index,
+                                  bn_ort_allocator *allocator, char **name) {
+    (void)allocator;
+    return index == 0 ? give_text(session, "output", name) : make(1);
+}
+
+static bn_ort_status *describe(const bn_ort_session *session, int is_input,
+                               bn_ort_type_info **type) {
+    bn_ort_status *status = create((void **)type, sizeof **type);
+    if (status == NULL) **type = (bn_ort_type_info){session, is_input};
+    return status;
+}
+
+static bn_ort_status *input_type(const bn_ort_session *session, size_t index,
+                                 bn_ort_type_info **type) {
+    return index == 0 ? describe(session, 1, type) : make(1);
+}
+
+static bn_ort_status *output_type(const bn_ort_session *session, size_t index,
+                                  bn_ort_type_info **type) {
+    return index == 0 ? describe(session, 0, type) : make(1);
+}
+
+static const bn_ort_type_info *type_of(const bn_ort_tensor_info *tensor) {
+    return (const bn_ort_type_info *)(const void *)tensor;
+}
+
+static bn_ort_status *as_tensor(const bn_ort_type_info *type, const bn_ort_tensor_info **tensor) {
+    const int is_tensor = number(type->session, "element") != 0;
+    *tensor = is_tensor ? (const bn_ort_tensor_info *)(const void *)type : NULL;
+    return called();
+}
+
+static bn_ort_status *get_element(const bn_ort_tensor_info *tensor, int *element) {
+    *element = (int)number(type_of(tensor)->session, "element");
+    return called();
+}
+
+static bn_ort_status *count_axes(const bn_ort_tensor_info *tensor, size_t *count) {
+    *count = (size_t)number(type_of(tensor)->session, "axes");
+    return called();
+}
+
+static bn_ort_status *get_extents(const bn_ort_tensor_info *tensor, int64_t *extents,
+                                  size_t count) {
+    const bn_ort_type_info *type = type_of(tensor);
+    for (size_t i = 0; i < count; ++i) extents[i] = -1;
+    extents[0] = number(type->session, "batch");
+    extents[1] = number(type->session, type->is_input ? "in_channels" : "out_channels");
+    return called();
 }
 
 static bn_ort_status *create_session(const bn_ort_env *env, const void *model, size_t size,
@@ -140,8 +264,10 @@ static bn_ort_status *create_session(const bn_ort_env *env, const void *model, s
         (*session)->cuda = options->cuda;
         state.fallbacks += options->cuda && !options->stays;
         state.rough += options->cuda && !options->precise;
-        (*session)->radius = metadata(model, size, "bn.receptive_radius");
-        (*session)->align = metadata(model, size, "bn.align");
+        memcpy((*session)->text, model,
+               size < sizeof(*session)->text ? size : sizeof(*session)->text - 1);
+        (*session)->radius = number(*session, "bn.receptive_radius");
+        (*session)->align = number(*session, "bn.align");
     }
     return status;
 }
@@ -231,6 +357,8 @@ RELEASE(release_session, bn_ort_session)
 RELEASE(release_value, bn_ort_value)
 RELEASE(release_options, bn_ort_session_options)
 RELEASE(release_cuda, bn_ort_cuda_options)
+RELEASE(release_type, bn_ort_type_info)
+RELEASE(release_metadata, bn_ort_model_metadata)
 
 static const bn_ort_api table = {
     .get_error_code = get_error_code,
@@ -245,6 +373,22 @@ static const bn_ort_api table = {
     .set_inter_op_num_threads = set_number,
     .create_tensor_with_data_as_ort_value = create_tensor,
     .create_cpu_memory_info = create_memory,
+    .session_get_input_count = count_inputs,
+    .session_get_output_count = count_outputs,
+    .session_get_input_type_info = input_type,
+    .session_get_output_type_info = output_type,
+    .session_get_input_name = input_name,
+    .session_get_output_name = output_name,
+    .cast_type_info_to_tensor_info = as_tensor,
+    .get_tensor_element_type = get_element,
+    .get_dimensions_count = count_axes,
+    .get_dimensions = get_extents,
+    .allocator_free = give_back,
+    .get_allocator_with_default_options = get_allocator,
+    .release_type_info = release_type,
+    .session_get_model_metadata = get_metadata,
+    .model_metadata_lookup_custom_metadata_map = look_up_metadata,
+    .release_model_metadata = release_metadata,
     .release_env = release_env,
     .release_status = release_status,
     .release_memory_info = release_memory,

@@ -6,10 +6,11 @@
 
 #include "check.h"
 #include "fake_onnxruntime.h"
-#include "onnx_writer.h"
 #include <bn/neural.h>
 #include <dlfcn.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define FAKE_RUNTIME BN_FAKE_DIR "/libfake_onnxruntime.so"
 
@@ -28,6 +29,35 @@ static inline fake_state *fake_reset(void) {
     state->living = living;
     state->spinning = 1; /* as threads of ONNX Runtime do */
     return state;
+}
+
+/* A model of the fake runtime: lines of a key, an equals sign and a value, of which the first counts. */
+typedef struct message {
+    char bytes[4096];
+    size_t size;
+} message;
+
+/* What a model is made of; start from model_parts_default(). */
+typedef struct model_parts {
+    const char *radius, *align, *spacing; /* of the metadata; NULL leaves the entry out */
+    uint32_t channels;
+    const char *first; /* lines that come before all others */
+} model_parts;
+
+static inline model_parts model_parts_default(void) {
+    return (model_parts){.radius = "1", .align = "1", .channels = 1, .first = ""};
+}
+
+static inline void make_model(const model_parts *parts, message *model) {
+    char spacing[64] = "";
+    if (parts->spacing != NULL) {
+        snprintf(spacing, sizeof spacing, "bn.sparse_spacing=%s\n", parts->spacing);
+    }
+    model->size = (size_t)snprintf(
+        model->bytes, sizeof model->bytes,
+        "%s\nbn.version=1\nbn.receptive_radius=%s\nbn.align=%s\n%sinputs=1\noutputs=1\n"
+        "input=noise\noutput=mask\naxes=4\nelement=1\nbatch=1\nin_channels=1\nout_channels=%u\n",
+        parts->first, parts->radius, parts->align, spacing, (unsigned)parts->channels);
 }
 
 /* Options for a model in the fake runtime. */

@@ -313,23 +313,6 @@ static void test_cuda(void) {
     }
 }
 
-/* A model that holds more per texel gets smaller tiles. */
-static void test_memory(void) {
-    enum { extent = 1100, count = extent * extent };
-    static float values[count];
-    for (uint32_t spare = 0; spare <= 80; spare += 80) {
-        model_parts parts = model_parts_default();
-        parts.spare_outputs = spare;
-        bn_neural *neural;
-        fake_state *state = fake_reset();
-        CHECK(open_on("cuda", &parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
-        const int before = state->runs;
-        CHECK(bn_neural_window(neural, 0, 0, extent, extent, 1, values, count) == BN_SUCCESS);
-        CHECK((state->runs - before == 1) == (spare == 0));
-        bn_neural_close(neural);
-    }
-}
-
 /* Without CUDA or without a GPU: an error. Whether the model is to blame, the status tells. */
 static void test_nothing_to_run_on(void) {
     model_parts parts = model_parts_default();
@@ -350,6 +333,88 @@ static void test_nothing_to_run_on(void) {
 }
 
 /* ---- Failures */
+
+/* What a model says about itself is checked: a line, and what comes of it. */
+static void test_models(void) {
+    const bn_result bad = BN_ERROR_BAD_DATA, good = BN_SUCCESS, other = BN_ERROR_UNSUPPORTED;
+    const struct {
+        const char *key, *value;
+        bn_result expected;
+    } cases[] = {
+        {"bn.version", "0", other},
+        {"bn.version", "2", other},
+        {"bn.version", "", bad},
+        {"bn.version", "1.0", bad},
+        {"bn.receptive_radius", "256", good},
+        {"bn.receptive_radius", "257", bad},
+        {"bn.receptive_radius", "-1", bad},
+        {"bn.receptive_radius", " 1", bad},
+        {"bn.receptive_radius", "4294967297", bad},
+        {"bn.receptive_radius", "", bad},
+        {"bn.align", "64", good},
+        {"bn.align", "65", bad},
+        {"bn.align", "0", bad},
+        {"bn.align", "", bad},
+        {"bn.sparse_spacing", "1", good},
+        {"bn.sparse_spacing", "10000", good},
+        {"bn.sparse_spacing", "10001", bad},
+        {"bn.sparse_spacing", "0", bad},
+        {"bn.sparse_spacing", "3.5", bad},
+        {"inputs", "0", bad},
+        {"inputs", "2", bad},
+        {"outputs", "2", bad},
+        {"input", "image", bad},
+        {"axes", "3", bad},
+        {"axes", "5", bad},
+        {"element", "10", bad}, /* float16 */
+        {"element", "0", bad},  /* not a tensor */
+        {"batch", "2", bad},
+        {"in_channels", "2", bad},
+        {"out_channels", "-1", bad}, /* not fixed */
+        {"out_channels", "0", bad},
+        {"out_channels", "16", good},
+        {"out_channels", "17", bad},
+    };
+    char line[2048];
+    bn_neural *neural;
+    model_parts parts = model_parts_default();
+    parts.first = line;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        snprintf(line, sizeof line, "\n%s=%s", cases[i].key, cases[i].value);
+        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == cases[i].expected);
+        bn_neural_close(neural);
+    }
+    snprintf(line, sizeof line, "\noutput=%01500d", 7); /* longer than any name */
+    CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_ERROR_BAD_DATA);
+    CHECK(fake_reset()->living == 0);
+}
+
+static void test_quantiles(void) {
+    static const struct {
+        int count, first, step;
+        bn_result expected;
+    } cases[] = {{65, -1000, 1000, BN_SUCCESS},       {65, 7, 0, BN_ERROR_BAD_DATA},
+                 {65, 100000, -1, BN_ERROR_BAD_DATA}, {64, 0, 1, BN_ERROR_BAD_DATA},
+                 {66, 0, 1, BN_ERROR_BAD_DATA},       {1, 1, 1, BN_ERROR_BAD_DATA}};
+    static const char *const texts[] = {",", "0.5", "-", "--1", "1,,2", "1,"};
+    char line[2048];
+    bn_neural *neural;
+    model_parts parts = model_parts_default();
+    parts.first = line;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        int at = snprintf(line, sizeof line, "\nbn.quantiles=");
+        for (int k = 0; k < cases[i].count; ++k) {
+            at += snprintf(line + at, sizeof line - (size_t)at, "%s%d", k == 0 ? "" : ",",
+                           cases[i].first + k * cases[i].step);
+        }
+        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == cases[i].expected);
+        bn_neural_close(neural);
+    }
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; ++i) {
+        snprintf(line, sizeof line, "\nbn.quantiles=%s", texts[i]);
+        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_ERROR_BAD_DATA);
+    }
+}
 
 static void test_arguments(void) {
     model_parts parts = model_parts_default();
@@ -525,8 +590,9 @@ int main(void) {
     test_threads_are_used();
     test_progress();
     test_cuda();
-    test_memory();
     test_nothing_to_run_on();
+    test_models();
+    test_quantiles();
     test_arguments();
     test_failing_calls(NULL);
     test_failing_calls("cuda");

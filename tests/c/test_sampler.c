@@ -60,30 +60,6 @@ static void test_making(void) {
     CHECK(is_refused(&o, BN_ERROR_INVALID_ARGUMENT));
 }
 
-/* Older and newer versions of the options structure. */
-static void test_struct_size(void) {
-    struct {
-        bn_sampler_options options;
-        unsigned char tail[16];
-    } newer;
-    memset(&newer, 0, sizeof newer);
-    newer.options = bn_sampler_options_default();
-    newer.options.struct_size = sizeof newer;
-    bn_sampler a;
-    CHECK(bn_sampler_init(&a, &newer.options) == BN_SUCCESS);
-    newer.tail[9] = 1;
-    CHECK(is_refused(&newer.options, BN_ERROR_UNSUPPORTED));
-
-    /* A structure that ends before the seed: the seed written there is not read. */
-    bn_sampler_options o = bn_sampler_options_default();
-    o.kind = BN_SAMPLER_SOBOL;
-    o.seed = 99;
-    o.struct_size = offsetof(bn_sampler_options, seed);
-    CHECK(bn_sampler_init(&a, &o) == BN_SUCCESS);
-    const bn_sampler b = bn_sampler_make(BN_SAMPLER_SOBOL, 0);
-    CHECK(equal(&a, &b));
-}
-
 /* All forms of a draw agree, at ordinary and at extreme arguments. */
 static void test_forms(void) {
     static const int32_t coordinates[] = {0, 1, -1, 127, 128, 4095, 4096, INT32_MAX, INT32_MIN};
@@ -248,7 +224,6 @@ static void test_mask_values(void) {
 int main(void) {
     test_mask_values();
     test_making();
-    test_struct_size();
     test_forms();
     test_block_arguments();
     test_nets();

@@ -7,7 +7,6 @@ import sys
 import pytest
 from conftest import ROOT, cmake_build, run
 
-HEADERS = "".join(path.read_text() for path in sorted((ROOT / "libbn" / "include" / "bn").glob("*.h")))
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
@@ -30,10 +29,6 @@ def program():
     return RENDERER + text + MAIN
 
 
-def test_the_languages_are_there():
-    assert len(examples("cpp")) == 1 and len(examples("cmake")) == 1
-
-
 def test_program(static_library, tmp_path):
     (tmp_path / "main.cpp").write_text(program())
     lines = run(static_library.compile_cpp(tmp_path / "main", tmp_path / "main.cpp")).splitlines()
@@ -53,24 +48,3 @@ def test_python(tmp_path, text):
     pytest.importorskip("bluenoise")
     (tmp_path / "example.py").write_text(text)
     run(sys.executable, "-W", "error", "example.py", cwd=tmp_path)
-
-
-def test_files_it_names_exist():
-    links = re.findall(r"\]\(([^)#]+)\)", README)
-    named = re.findall(r"`((?:scripts|examples|libbn|bindings|tests|docs)/[\w./-]+)`", README)
-    missing = [path for path in links + named if "://" not in path and not (ROOT / path).exists()]
-    assert missing == []
-
-
-@pytest.mark.parametrize("option", sorted(set(re.findall(r"`(BN_[A-Z_]+)`", README))))
-def test_options_it_names_exist(option):
-    cmake = (ROOT / "CMakeLists.txt").read_text()
-    assert re.search(rf"\b{option}\b", cmake + HEADERS)
-
-
-def test_functions_it_names_exist():
-    pages = (path for path in (ROOT / "docs").glob("*.md") if path.stem not in ("blue", "shaders"))
-    text = README + "".join(path.read_text(encoding="utf-8") for path in pages)
-    names = set(re.findall(r"`(bn_[a-z0-9_]+)`", text))
-    declared = [name for name in names if re.search(rf"\b{name}\(|\}} {name};|^typedef struct {name}\b", HEADERS, re.M)]
-    assert len(names) > 5 and sorted(names) == sorted(declared)

@@ -164,7 +164,7 @@ def test_vectors(builtin):
         (lambda g: NeuralGenerator(Path("nowhere.onnx")), FileNotFoundError, ["nowhere.onnx"]),
         (lambda g: NeuralGenerator(Path(__file__)), ValueError, ["test_neural.py"]),
         (lambda g: NeuralGenerator(Path(__file__).parent), OSError, ["model"]),
-        (lambda g: NeuralGenerator(convolution(KERNELS, domain="com.example")), ValueError, ["not supported"]),
+        (lambda g: NeuralGenerator(convolution(KERNELS, domain="com.example")), ValueError, ["bad data"]),
         (lambda g: NeuralGenerator(convolution(KERNELS, receptive_radius=3)), ValueError, ["bad data"]),
         (lambda g: NeuralGenerator(convolution(KERNELS * np.inf)), ValueError, ["bad data"]),
         (lambda g: NeuralGenerator(ONE, runtime="nowhere.so"), RuntimeMissingError, ["nowhere.so", "pip install"]),

@@ -20,10 +20,9 @@
  *
  * Options. A function that takes an options structure accepts NULL for the defaults. Otherwise
  * start from the matching bn_*_options_default(), which fills in struct_size, and change what you
- * need. Programs and libraries of different versions work together: options that an older, shorter
- * structure lacks keep their defaults, and a newer, longer one is accepted as long as the options
- * that this library does not know are all zero. If one is not, the result is BN_ERROR_UNSUPPORTED.
- * A struct_size that was never set is BN_ERROR_INVALID_ARGUMENT.
+ * need. A library accepts the longer structure of a newer header as long as the options that it does
+ * not know are all zero; otherwise the result is BN_ERROR_UNSUPPORTED. Any other struct_size is
+ * BN_ERROR_INVALID_ARGUMENT.
  *
  * Arrays. Masks and images are row-major, x fastest: texel (x, y, z) of a mask is
  * ranks[(z * height + y) * width + x]. Every array comes with its number of elements. A count that

@@ -36,8 +36,7 @@
  * CUDA execution provider of ONNX Runtime. This needs an ONNX Runtime built with that provider, and
  * the versions of CUDA and cuDNN that it was built for, where the system's loader finds them. The
  * noise and the ranks are made on the processor, and all arguments are in main memory. Large windows
- * and masks should gain the most: tiles have up to 2048 x 2048 texels, and the tile of each thread may take
- * a gigabyte of the GPU's memory.
+ * and masks should gain the most: tiles have up to 1024 x 1024 texels.
  *
  * If the provider or the GPU is missing, or cannot run all of the network, bn_neural_open() fails
  * with BN_ERROR_RUNTIME and prints nothing. Nothing falls back to the processor by itself: a program
@@ -111,21 +110,18 @@ static inline bn_neural_options bn_neural_options_default(void) {
  *   IO                model_path cannot be read
  *   BAD_DATA          the model is damaged, larger than 64 MiB, not of the format below, or gives
  *                     numbers that are not finite
- *   UNSUPPORTED       the model has another bn.version, external data, sparse tensors, functions,
- *                     control flow or an operator that libbn does not know, or it needs too much
- *                     memory; this library has no built-in network; this system cannot load
- *                     libraries
+ *   UNSUPPORTED       the model has another bn.version; this library has no built-in network; this
+ *                     system cannot load libraries
  *   RUNTIME           ONNX Runtime was not found, is too old, lacks the provider, or failed; there
  *                     is no GPU, or it cannot run all of the model
  *   OUT_OF_MEMORY
  *
+ * A model is code. ONNX Runtime runs it with the rights of the process: it can use any amount of
+ * memory and time, and name other files. Open only models that you trust, or confine the process.
+ *
  * Model format. An ONNX file of at most 64 MiB with one input, `noise`, and one output, both
  * float32. The input has shape (1, 1, h + 2r, w + 2r) and is uniform in [0, 1). The output has
- * shape (1, C, h, w), with 1 to 16 channels. The graph pads nothing. Its operators are those of the
- * ONNX standard that keep images images: convolution, forward and transposed, and pooling, both
- * without padding, arithmetic, comparisons, activations, normalisation, slicing, concatenation and
- * depth to space; libbn/src/neural/onnx_memory.c has the list. For an input of 256 + 2r texels each
- * way, it holds at most 2^26 elements at a time, weights included.
+ * shape (1, C, h, w), with 1 to 16 channels. The graph pads nothing.
  * Its metadata hold:
  *
  *   bn.version           1

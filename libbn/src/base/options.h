@@ -10,20 +10,22 @@
 enum { BN_OPTIONS_MOST_BYTES = 4096 };
 
 /* Copies the caller's structure over `options`, which holds the defaults. `given` may be NULL.
- * Every options structure starts with its struct_size. Errors: INVALID_ARGUMENT (an impossible
- * size), UNSUPPORTED (the structure sets options that this library lacks). */
+ * Every options structure starts with its struct_size. A smaller structure than this version's is
+ * refused: there is no older version, and a size could end inside a pointer. Once a structure has
+ * grown, pass its older sizes and accept those alone. Errors: INVALID_ARGUMENT (an impossible size),
+ * UNSUPPORTED (the structure sets options that this library lacks). */
 static inline bn_result bn_options_read(void *options, size_t size, const void *given) {
     size_t given_size;
     const unsigned char *bytes = (const unsigned char *)given;
     if (given == NULL) return BN_SUCCESS;
     memcpy(&given_size, given, sizeof given_size);
-    if (given_size < sizeof given_size || given_size > BN_OPTIONS_MOST_BYTES) {
+    if (given_size < size || given_size > BN_OPTIONS_MOST_BYTES) {
         return BN_ERROR_INVALID_ARGUMENT;
     }
     for (size_t i = size; i < given_size; ++i) {
         if (bytes[i] != 0) return BN_ERROR_UNSUPPORTED;
     }
-    memcpy(options, given, given_size < size ? given_size : size);
+    memcpy(options, given, size);
     memcpy(options, &size, sizeof size);
     return BN_SUCCESS;
 }

@@ -16,8 +16,7 @@
 #include "base/threads.h"
 #include "masks/eliminate.h"
 #include "neural/files.h"
-#include "neural/onnx_memory.h"
-#include "neural/onnx_model.h"
+#include "neural/model.h"
 #include "neural/onnxruntime.h"
 #include <bn/neural.h>
 #include <string.h>
@@ -26,14 +25,7 @@ enum {
     /* The largest tiles have as many texels as a square of this extent: in measurements, larger ones
      * fall out of the cache. */
     BN_TILE_EXTENT = 256,
-    /* So do tiles of models that hold more elements than this at once: for those, the extent is
-     * halved, down to BN_TILE_HALVED_EXTENT. */
-    BN_CACHED_ELEMENTS = 3 << 22,
-    BN_TILE_HALVED_EXTENT = 64,
-    /* A GPU is only busy with large tiles: up to this extent, as long as the model holds at most so
-     * many elements at once. */
-    BN_GPU_TILE_EXTENT = 2048,
-    BN_GPU_MOST_ELEMENTS = 1 << 28,
+    BN_GPU_TILE_EXTENT = 1024,      /* a GPU is only busy with large tiles */
     BN_GPU_THREADS = 4,             /* make noise and copy results while the GPU works */
     BN_TILES_MOST_TEXELS = 1 << 21, /* of the tiles of all threads: bounds memory */
     BN_TILE_LEAST_EXTENT = 32,
@@ -51,12 +43,11 @@ extern const size_t bn_data_neural_vector_count;
 
 struct bn_neural {
     bn_runtime *runtime;
-    bn_onnx_model model;
+    bn_model model;
     uint32_t threads;
     bn_progress progress; /* or NULL */
     void *progress_user;
     bn_provider provider;
-    uint32_t tile_most_texels; /* of a tile */
 };
 
 /* ---- Noise */
@@ -140,26 +131,6 @@ static bn_result try_model(const bn_neural *n) {
     return result;
 }
 
-/* Chooses how many texels a tile may have. */
-static bn_result choose_most_texels(bn_neural *n, const void *bytes, size_t size) {
-    const bn_provider provider = n->provider;
-    const uint32_t margins = 2 * n->model.radius;
-    uint32_t extent = BN_TILE_EXTENT;
-    bn_result result = BN_SUCCESS;
-    while (provider != BN_PROVIDER_CPU && extent < BN_GPU_TILE_EXTENT) {
-        result = bn_onnx_memory_check(bytes, size, 2 * extent + margins, BN_GPU_MOST_ELEMENTS);
-        if (result != BN_SUCCESS) break;
-        extent *= 2;
-    }
-    while (provider == BN_PROVIDER_CPU && extent > BN_TILE_HALVED_EXTENT) {
-        result = bn_onnx_memory_check(bytes, size, extent + margins, BN_CACHED_ELEMENTS);
-        if (result != BN_ERROR_UNSUPPORTED) break;
-        extent /= 2;
-    }
-    n->tile_most_texels = extent * extent;
-    return result == BN_ERROR_UNSUPPORTED ? BN_SUCCESS : result;
-}
-
 static bn_result open_model(bn_neural *n, const bn_neural_options *o) {
     const void *bytes = o->model;
     size_t size = o->model_size;
@@ -177,17 +148,13 @@ static bn_result open_model(bn_neural *n, const bn_neural_options *o) {
         return BN_ERROR_UNSUPPORTED;
 #endif
     }
-    result = bn_onnx_model_read(bytes, size, &n->model);
-    if (result == BN_SUCCESS && o->channels != 0 && o->channels != n->model.channels) {
-        result = BN_ERROR_INVALID_ARGUMENT;
-    }
-    if (result == BN_SUCCESS) {
-        result = bn_onnx_memory_check(bytes, size, BN_TILE_EXTENT + 2 * n->model.radius,
-                                      BN_MODEL_MOST_ELEMENTS);
-    }
-    if (result == BN_SUCCESS) result = choose_most_texels(n, bytes, size);
+    if (size > BN_MODEL_MOST_BYTES) result = BN_ERROR_BAD_DATA;
     if (result == BN_SUCCESS) {
         result = bn_runtime_open(o->runtime_path, n->provider, bytes, size, &n->runtime);
+    }
+    if (result == BN_SUCCESS) result = bn_model_read(n->runtime, &n->model);
+    if (result == BN_SUCCESS && o->channels != 0 && o->channels != n->model.channels) {
+        result = BN_ERROR_INVALID_ARGUMENT;
     }
     if (result == BN_SUCCESS) result = try_model(n);
     bn_free(from_file);
@@ -280,11 +247,12 @@ static uint64_t next_division(uint64_t division) {
  *
  * A GPU runs one tile after the other, as a single thread would. */
 static void choose_tiles(image *m, uint32_t threads) {
-    const bn_onnx_model *model = &m->neural->model;
+    const bn_model *model = &m->neural->model;
     const uint64_t width = m->area_width, height = m->area_height;
     const uint64_t smallest = round_up(BN_TILE_LEAST_EXTENT, model->align);
-    uint64_t most = m->neural->tile_most_texels, least_time = UINT64_MAX;
+    uint64_t most = BN_TILE_EXTENT * BN_TILE_EXTENT, least_time = UINT64_MAX;
     if (m->neural->provider != BN_PROVIDER_CPU) {
+        most = BN_GPU_TILE_EXTENT * BN_GPU_TILE_EXTENT;
         threads = 1;
     } else if (most > BN_TILES_MOST_TEXELS / threads) {
         most = BN_TILES_MOST_TEXELS / threads;
@@ -313,7 +281,7 @@ static void choose_tiles(image *m, uint32_t threads) {
 
 /* A value of a window, in [0, 1): the share of the network's outputs that lie below it, if the
  * model has quantiles. */
-static float window_value(const bn_onnx_model *model, float value) {
+static float window_value(const bn_model *model, float value) {
     if (model->has_quantiles) {
         const float *q = model->quantiles;
         uint32_t below = 0;

@@ -268,6 +268,84 @@ void bn_runtime_close(bn_runtime *r) {
     bn_free(r);
 }
 
+/* Copies a text that the runtime allocated, and frees it; NULL becomes an empty one. */
+static bn_result take_text(const bn_runtime *r, bn_ort_allocator *allocator, char *from,
+                           char to[BN_RUNTIME_TEXT_SIZE]) {
+    const size_t length = from != NULL ? strlen(from) : 0;
+    const int fits = length < BN_RUNTIME_TEXT_SIZE;
+    if (fits && length != 0) memcpy(to, from, length);
+    to[fits ? length : 0] = 0;
+    if (from != NULL && !done(r->api, r->api->allocator_free(allocator, from))) {
+        return BN_ERROR_RUNTIME;
+    }
+    return fits ? BN_SUCCESS : BN_ERROR_BAD_DATA;
+}
+
+bn_result bn_runtime_metadata(const bn_runtime *r, const char *key,
+                              char text[BN_RUNTIME_TEXT_SIZE]) {
+    const bn_ort_api *api = r->api;
+    bn_ort_allocator *allocator = NULL;
+    bn_ort_model_metadata *metadata = NULL;
+    char *found = NULL;
+    if (!done(api, api->get_allocator_with_default_options(&allocator)) ||
+        !done(api, api->session_get_model_metadata(r->session, &metadata))) {
+        return BN_ERROR_RUNTIME;
+    }
+    const int good =
+        done(api, api->model_metadata_lookup_custom_metadata_map(metadata, allocator, key, &found));
+    api->release_model_metadata(metadata);
+    return good ? take_text(r, allocator, found, text) : BN_ERROR_RUNTIME;
+}
+
+/* The channels of a float tensor (1, C, h, w). */
+static bn_result read_shape(const bn_ort_api *api, const bn_ort_type_info *type,
+                            uint32_t *channels) {
+    const bn_ort_tensor_info *tensor = NULL; /* belongs to the type */
+    int64_t extents[4] = {0};
+    size_t axes = 0;
+    int element = 0;
+    if (!done(api, api->cast_type_info_to_tensor_info(type, &tensor))) return BN_ERROR_RUNTIME;
+    if (tensor == NULL) return BN_ERROR_BAD_DATA;
+    if (!done(api, api->get_tensor_element_type(tensor, &element)) ||
+        !done(api, api->get_dimensions_count(tensor, &axes))) {
+        return BN_ERROR_RUNTIME;
+    }
+    if (element != BN_ORT_FLOAT || axes != 4) return BN_ERROR_BAD_DATA;
+    if (!done(api, api->get_dimensions(tensor, extents, axes))) return BN_ERROR_RUNTIME;
+    if (extents[0] != 1 || extents[1] < 1 || extents[1] > INT32_MAX) return BN_ERROR_BAD_DATA;
+    *channels = (uint32_t)extents[1];
+    return BN_SUCCESS;
+}
+
+bn_result bn_runtime_value(const bn_runtime *r, bn_runtime_side side,
+                           char name[BN_RUNTIME_TEXT_SIZE], uint32_t *channels) {
+    const bn_ort_api *api = r->api;
+    const int in = side == BN_RUNTIME_INPUT;
+    bn_ort_allocator *allocator = NULL;
+    bn_ort_type_info *type = NULL;
+    size_t count = 0;
+    char *found = NULL;
+    if (!done(api, (in ? api->session_get_input_count : api->session_get_output_count)(r->session,
+                                                                                       &count))) {
+        return BN_ERROR_RUNTIME;
+    }
+    if (count != 1) return BN_ERROR_BAD_DATA;
+    if (!done(api, api->get_allocator_with_default_options(&allocator)) ||
+        !done(api, (in ? api->session_get_input_name
+                       : api->session_get_output_name)(r->session, 0, allocator, &found))) {
+        return BN_ERROR_RUNTIME;
+    }
+    bn_result result = take_text(r, allocator, found, name);
+    if (result != BN_SUCCESS) return result;
+    if (!done(api, (in ? api->session_get_input_type_info
+                       : api->session_get_output_type_info)(r->session, 0, &type))) {
+        return BN_ERROR_RUNTIME;
+    }
+    result = read_shape(api, type, channels);
+    api->release_type_info(type);
+    return result;
+}
+
 static bn_ort_value *make_value(const bn_runtime *r, const bn_tensor *t) {
     const int64_t shape[4] = {1, t->channels, t->height, t->width};
     const size_t count = (size_t)t->channels * t->height * t->width;

@@ -18,6 +18,21 @@ bn_result bn_runtime_open(const char *library_path, bn_provider provider, const 
                           size_t size, bn_runtime **runtime);
 void bn_runtime_close(bn_runtime *runtime);
 
+/* The longest metadata and names, with their zero. */
+enum { BN_RUNTIME_TEXT_SIZE = 1024 };
+
+/* Reads an entry of the model's metadata; an empty text if there is none. Errors: BAD_DATA (too long),
+ * RUNTIME. */
+bn_result bn_runtime_metadata(const bn_runtime *runtime, const char *key,
+                              char text[BN_RUNTIME_TEXT_SIZE]);
+
+typedef enum bn_runtime_side { BN_RUNTIME_INPUT, BN_RUNTIME_OUTPUT } bn_runtime_side;
+
+/* Reads the name and the channels of the model's only input or output. Errors: BAD_DATA (there is
+ * not one, or it is not a float tensor (1, C, h, w) with fixed, positive C), RUNTIME. */
+bn_result bn_runtime_value(const bn_runtime *runtime, bn_runtime_side side,
+                           char name[BN_RUNTIME_TEXT_SIZE], uint32_t *channels);
+
 /* A tensor of shape (1, channels, height, width). */
 typedef struct bn_tensor {
     float *values;

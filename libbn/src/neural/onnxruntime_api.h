@@ -25,6 +25,10 @@ typedef struct bn_ort_run_options bn_ort_run_options;
 typedef struct bn_ort_memory_info bn_ort_memory_info;
 typedef struct bn_ort_value bn_ort_value;
 typedef struct bn_ort_cuda_options bn_ort_cuda_options;
+typedef struct bn_ort_allocator bn_ort_allocator;
+typedef struct bn_ort_type_info bn_ort_type_info;
+typedef struct bn_ort_tensor_info bn_ort_tensor_info;
+typedef struct bn_ort_model_metadata bn_ort_model_metadata;
 typedef void(BN_ORT_CALL *bn_ort_gap)(void);
 
 enum {
@@ -68,22 +72,66 @@ typedef struct bn_ort_api {
                                                            int threads);
     bn_ort_status *(BN_ORT_CALL *set_inter_op_num_threads)(bn_ort_session_options *options,
                                                            int threads);
-    bn_ort_gap gap_26[23];
+    bn_ort_gap gap_26[4];
+    bn_ort_status *(BN_ORT_CALL *session_get_input_count)(const bn_ort_session *session,
+                                                          size_t *count);
+    bn_ort_status *(BN_ORT_CALL *session_get_output_count)(const bn_ort_session *session,
+                                                           size_t *count);
+    bn_ort_gap gap_32[1];
+    bn_ort_status *(BN_ORT_CALL *session_get_input_type_info)(const bn_ort_session *session,
+                                                              size_t index,
+                                                              bn_ort_type_info **type);
+    bn_ort_status *(BN_ORT_CALL *session_get_output_type_info)(const bn_ort_session *session,
+                                                               size_t index,
+                                                               bn_ort_type_info **type);
+    bn_ort_gap gap_35[1];
+    bn_ort_status *(BN_ORT_CALL *session_get_input_name)(const bn_ort_session *session,
+                                                         size_t index, bn_ort_allocator *allocator,
+                                                         char **name);
+    bn_ort_status *(BN_ORT_CALL *session_get_output_name)(const bn_ort_session *session,
+                                                          size_t index, bn_ort_allocator *allocator,
+                                                          char **name);
+    bn_ort_gap gap_38[11];
     bn_ort_status *(BN_ORT_CALL *create_tensor_with_data_as_ort_value)(
         const bn_ort_memory_info *memory, void *data, size_t data_size, const int64_t *shape,
         size_t shape_count, int element_type, bn_ort_value **value);
-    bn_ort_gap gap_50[19];
+    bn_ort_gap gap_50[5];
+    bn_ort_status *(BN_ORT_CALL *cast_type_info_to_tensor_info)(const bn_ort_type_info *type,
+                                                                const bn_ort_tensor_info **tensor);
+    bn_ort_gap gap_56[4];
+    bn_ort_status *(BN_ORT_CALL *get_tensor_element_type)(const bn_ort_tensor_info *tensor,
+                                                          int *element_type);
+    bn_ort_status *(BN_ORT_CALL *get_dimensions_count)(const bn_ort_tensor_info *tensor,
+                                                       size_t *count);
+    bn_ort_status *(BN_ORT_CALL *get_dimensions)(const bn_ort_tensor_info *tensor, int64_t *extents,
+                                                 size_t count);
+    bn_ort_gap gap_63[6];
     bn_ort_status *(BN_ORT_CALL *create_cpu_memory_info)(int allocator, int memory_type,
                                                          bn_ort_memory_info **memory);
-    bn_ort_gap gap_70[22];
+    bn_ort_gap gap_70[6];
+    bn_ort_status *(BN_ORT_CALL *allocator_free)(bn_ort_allocator *allocator, void *memory);
+    bn_ort_gap gap_77[1];
+    bn_ort_status *(BN_ORT_CALL *get_allocator_with_default_options)(bn_ort_allocator **allocator);
+    bn_ort_gap gap_79[13];
     void(BN_ORT_CALL *release_env)(bn_ort_env *env);
     void(BN_ORT_CALL *release_status)(bn_ort_status *status);
     void(BN_ORT_CALL *release_memory_info)(bn_ort_memory_info *memory);
     void(BN_ORT_CALL *release_session)(bn_ort_session *session);
     void(BN_ORT_CALL *release_value)(bn_ort_value *value);
-    bn_ort_gap gap_97[3];
+    bn_ort_gap gap_97[1];
+    void(BN_ORT_CALL *release_type_info)(bn_ort_type_info *type);
+    bn_ort_gap gap_99[1];
     void(BN_ORT_CALL *release_session_options)(bn_ort_session_options *options);
-    bn_ort_gap gap_101[29];
+    bn_ort_gap gap_101[10];
+    bn_ort_status *(BN_ORT_CALL *session_get_model_metadata)(const bn_ort_session *session,
+                                                             bn_ort_model_metadata **metadata);
+    bn_ort_gap gap_112[4];
+    bn_ort_status *(BN_ORT_CALL *model_metadata_lookup_custom_metadata_map)(
+        const bn_ort_model_metadata *metadata, bn_ort_allocator *allocator, const char *key,
+        char **value);
+    bn_ort_gap gap_117[1];
+    void(BN_ORT_CALL *release_model_metadata)(bn_ort_model_metadata *metadata);
+    bn_ort_gap gap_119[11];
     bn_ort_status *(BN_ORT_CALL *add_session_config_entry)(bn_ort_session_options *options,
                                                            const char *key, const char *value);
     bn_ort_gap gap_131[73];
