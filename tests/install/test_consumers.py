@@ -77,6 +77,27 @@ def test_a_project_of_one_language(way, language, static_library, expected, tmp_
     assert printed == expected if language == "C" else printed.splitlines() == [*expected.splitlines()[:5], "0"]
 
 
+# What a parent project may have decided for its own sources, as much as goes together.
+SETTINGS = {
+    "add_subdirectory": ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_C_STANDARD=90", "-DCMAKE_C_STANDARD_REQUIRED=ON", "-DCMAKE_C_EXTENSIONS=OFF",
+                         "-DCMAKE_C_FLAGS=-Werror -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wundef "
+                         "-Wmissing-prototypes -Wdeclaration-after-statement", "-DCMAKE_COMPILE_WARNING_AS_ERROR=ON", "-DCMAKE_C_CLANG_TIDY=false",
+                         "-DCMAKE_C_CPPCHECK=false", "-DCMAKE_DEBUG_POSTFIX=d", "-DCMAKE_ARCHIVE_OUTPUT_DIRECTORY=lib"],
+    "fetch_content": ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_C_STANDARD=17", "-DCMAKE_INTERPROCEDURAL_OPTIMIZATION=ON",
+                      "-DCMAKE_C_VISIBILITY_PRESET=hidden", "-DBUILD_SHARED_LIBS=ON", "-DCMAKE_C_FLAGS=-Ofast -funsigned-char"],
+}
+
+
+@pytest.mark.parametrize("way", SETTINGS)
+def test_settings_of_the_parent_do_not_reach_the_library(way, expected, tmp_path):
+    for name in ("bn/bn.h", "bn/bn_draw.h", "base/memory.h", "simd/simd.h"):  # headers of the same names
+        (tmp_path / "headers" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "headers" / name).write_text("#error not this one\n")
+    cmake_build(HERE / "part", tmp_path / "build", f"-DWAY={way}", "-DLANGUAGE=C", f"-DBN_SOURCE_DIR={ROOT}", "-DBN_SMALL_DATA=ON",
+                f"-DHEADERS={tmp_path / 'headers'}", *SETTINGS[way])
+    assert run(tmp_path / "build" / "consumer") == expected
+
+
 PART = ("-S", HERE / "part", "-DWAY=add_subdirectory", "-DLANGUAGE=C", f"-DBN_SOURCE_DIR={ROOT}")
 
 

@@ -9,7 +9,6 @@ int main(int argc, char **argv) {
     const char *name = argc == 2 ? argv[1] : "";
     int supported = -1;
     __builtin_cpu_init();
-    if (strcmp(name, "sse4.1") == 0) supported = __builtin_cpu_supports("sse4.1") != 0;
     if (strcmp(name, "avx2") == 0) supported = __builtin_cpu_supports("avx2") != 0;
     if (strcmp(name, "avx512") == 0) {
         supported = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&

@@ -53,7 +53,7 @@ BN_INLINE void change_tile(bn_field *f, size_t index, const int32_t *kernel, uin
     const ptrdiff_t step = f->kernel_step;
     bn_i32v low = i32_set(INT32_MAX), high = i32_set(0);
     for (int i = 0; i < BN_TILE_SIZE; i += BN_I32_LANES) {
-        bn_i32v value = i32_load(energy + i), add = i32_load_rows(kernel + i / 8 * step, step);
+        bn_i32v value = i32_load(energy + i), add = i32_load_any(kernel + i / 8 * step);
         value = sign > 0 ? i32_add(value, add) : i32_subtract(value, add);
         if (edge != 0) value = i32_and(value, i32_load(f->edge_keep[edge] + i));
         i32_store(energy + i, value);

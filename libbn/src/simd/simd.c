@@ -7,11 +7,11 @@
 #include <cpuid.h>
 #endif
 
-extern const bn_simd bn_simd_scalar, bn_simd_sse41, bn_simd_avx2, bn_simd_avx512, bn_simd_neon;
+extern const bn_simd bn_simd_scalar, bn_simd_avx2, bn_simd_avx512, bn_simd_neon;
 
 #if defined(BN_SIMD_X86)
 
-enum { SSE41 = 1, AVX2 = 2, AVX512 = 4 };
+enum { AVX2 = 1, AVX512 = 2 };
 
 /* What the processor has and the system saves the registers of. __builtin_cpu_supports() finds
  * nothing in programs that "zig cc" has linked. */
@@ -21,7 +21,6 @@ static int x86_sets(void) {
     unsigned a, b, c, d, saved, upper;
     int sets = 0;
     if (!__get_cpuid(1, &a, &b, &c, &d)) return 0;
-    if (c & bit_SSE4_1) sets |= SSE41;
     if (!(c & bit_OSXSAVE) || !(c & bit_AVX)) return sets;
     __asm__ volatile("xgetbv" : "=a"(saved), "=d"(upper) : "c"(0));
     if ((saved & vectors) != vectors || !__get_cpuid_count(7, 0, &a, &b, &c, &d)) return sets;
@@ -35,12 +34,11 @@ static int x86_sets(void) {
 #endif
 
 /* From the least capable to the most; the build defines which files there are. */
-static int available(const bn_simd *sets[5]) {
+static int available(const bn_simd *sets[3]) {
     int count = 0;
     sets[count++] = &bn_simd_scalar;
 #if defined(BN_SIMD_X86)
     const int have = x86_sets();
-    if (have & SSE41) sets[count++] = &bn_simd_sse41;
     if (have & AVX2) sets[count++] = &bn_simd_avx2;
     if (have & AVX512) sets[count++] = &bn_simd_avx512;
 #elif defined(BN_SIMD_ARM)
@@ -50,7 +48,7 @@ static int available(const bn_simd *sets[5]) {
 }
 
 static const bn_simd *choose(void) {
-    const bn_simd *sets[5];
+    const bn_simd *sets[3];
     int count = available(sets);
     const char *limit = getenv("BN_SIMD");
     if (limit != NULL) {

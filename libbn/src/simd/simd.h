@@ -52,7 +52,7 @@ typedef struct bn_simd {
 } bn_simd;
 
 /* The best instruction set of this machine. For tests, the environment variable BN_SIMD chooses
- * another: "scalar", "sse4.1", "avx2", "avx512" or "neon". */
+ * another: "scalar", "avx2", "avx512" or "neon". */
 const bn_simd *bn_simd_get(void);
 
 #endif

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The vector types of kernels.h, for the instruction set that the including file defines.
  *
- * bn_i32v: BN_I32_LANES 32-bit integers, 8 or 16 of them. Loads and stores are aligned, except for
- * i32_load_rows, which loads eight from any address and, with 16 lanes, eight more `step` elements
- * after it. i32_equal_bits has one bit per lane; i32_lowest and i32_highest reduce all lanes.
+ * bn_i32v: BN_I32_LANES 32-bit integers, 8 of them. Loads and stores are aligned, except for
+ * i32_load_any. i32_equal_bits has one bit per lane; i32_lowest and i32_highest reduce all lanes.
  *
  * bn_i16x16, bn_i32x8: 16 values and 8 sums, in one or more registers. i16_multiply_add adds the
  * products of all 16 lanes to the sums, in any order; i16_multiply_upper is (a b + 2^14) >> 15. */
@@ -25,8 +24,6 @@ static inline uint32_t first_bit(uint64_t bits) {
 
 #if defined(BN_SIMD_AVX2) || defined(BN_SIMD_AVX512)
 #include "simd/vec_avx2.h"
-#elif defined(BN_SIMD_SSE41)
-#include "simd/vec_sse41.h"
 #elif defined(BN_SIMD_NEON)
 #include "simd/vec_neon.h"
 #else

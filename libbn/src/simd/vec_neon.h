@@ -4,18 +4,54 @@
 #include <arm_neon.h>
 #define BN_SIMD_NAME "neon"
 #define BN_SIMD_TABLE bn_simd_neon
-typedef int32x4_t bn_i32x4;
-typedef int16x8_t bn_i16x8;
-#define i32x4_set vdupq_n_s32
-#define i32x4_load vld1q_s32
-#define i32x4_load_any vld1q_s32
-#define i32x4_store vst1q_s32
-#define i16x8_set vdupq_n_s16
-#define i16x8_load vld1q_s16
-#define i16x8_store vst1q_s16
-#define i16x8_min vminq_s16
-#define i16x8_max vmaxq_s16
-#include "simd/vec_pairs.h"
+#define BN_I32_LANES 8
+typedef struct bn_i32x8 {
+    int32x4_t a, b;
+} bn_i32x8, bn_i32v;
+typedef struct bn_i16x16 {
+    int16x8_t a, b;
+} bn_i16x16;
+
+/* A function of two vectors from an instruction. */
+#define BN_BINARY(name, type, operation)                                                           \
+    static inline type name(type x, type y) {                                                      \
+        type r = {operation(x.a, y.a), operation(x.b, y.b)};                                       \
+        return r;                                                                                  \
+    }
+
+static inline bn_i32v i32_set(int32_t v) {
+    bn_i32v r = {vdupq_n_s32(v), vdupq_n_s32(v)};
+    return r;
+}
+static inline bn_i32v i32_load(const int32_t *p) {
+    bn_i32v r = {vld1q_s32(p), vld1q_s32(p + 4)};
+    return r;
+}
+static inline void i32_store(int32_t *p, bn_i32v x) {
+    vst1q_s32(p, x.a);
+    vst1q_s32(p + 4, x.b);
+}
+#define i32_load_any i32_load
+static inline bn_i32x8 x8_zero(void) {
+    return i32_set(0);
+}
+static inline bn_i16x16 i16_set(int16_t v) {
+    bn_i16x16 r = {vdupq_n_s16(v), vdupq_n_s16(v)};
+    return r;
+}
+static inline bn_i16x16 i16_load(const int16_t *p) {
+    bn_i16x16 r = {vld1q_s16(p), vld1q_s16(p + 8)};
+    return r;
+}
+static inline bn_i16x16 i16_clamp(bn_i16x16 x, bn_i16x16 low, bn_i16x16 high) {
+    bn_i16x16 r = {vminq_s16(vmaxq_s16(x.a, low.a), high.a),
+                   vminq_s16(vmaxq_s16(x.b, low.b), high.b)};
+    return r;
+}
+static inline void i16_store(int16_t *p, bn_i16x16 x) {
+    vst1q_s16(p, x.a);
+    vst1q_s16(p + 8, x.b);
+}
 
 BN_BINARY(i32_add, bn_i32v, vaddq_s32)
 BN_BINARY(i32_subtract, bn_i32v, vsubq_s32)

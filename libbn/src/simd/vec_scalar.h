@@ -26,10 +26,7 @@ static inline bn_i32v i32_load(const int32_t *p) {
     memcpy(r.v, p, sizeof r.v);
     return r;
 }
-static inline bn_i32v i32_load_rows(const int32_t *p, ptrdiff_t step) {
-    (void)step;
-    return i32_load(p);
-}
+#define i32_load_any i32_load
 static inline void i32_store(int32_t *p, bn_i32v x) {
     memcpy(p, x.v, sizeof x.v);
 }
