@@ -65,6 +65,22 @@ def test_passes_the_tests_of_the_library(test, folder, compiled):
     run(program(folder, compiled[0], ROOT / "tests" / f"{test}.c", compiled[1]))
 
 
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_the_draws_alone_are_one_file(compiler, tmp_path):
+    """Their hashes are those of the library; the licences are in the file."""
+    run(ROOT / "scripts" / "amalgamate", "--draws", "--output", tmp_path)
+    (header,) = tmp_path.iterdir()
+    assert all((ROOT / path).read_text().rstrip() in header.read_text() for path in ("LICENSE", "libbn/data/LICENSE"))
+    (tmp_path / "draws.c").write_text(f'#define BN_DRAWS_IMPLEMENTATION\n#include "{header}"\n')
+    run(compiler, "-O2", *STRICT, "-c", "draws.c", cwd=tmp_path)
+    (tmp_path / "bn").mkdir()
+    for name in ("bn.h", "bn_path.h", "bn_choose.h"):
+        (tmp_path / "bn" / name).write_text(f'#include "{header}"\n')
+    run(program(tmp_path, compiler, ROOT / "tests/c/test_draw_hashes.c", tmp_path / "draws.o"))
+    external = symbols("-g", "--defined-only", tmp_path / "draws.o")
+    assert "bn_sampler_init" in external and [name for name in external if not name.startswith("bn_")] == []
+
+
 def test_masks_are_the_same_with_every_instruction_set(folder, compiled):
     hashes = program(folder, compiled[0], ROOT / "tests" / "simd" / "mask_hashes.c", compiled[1])
     expected = (ROOT / "tests" / "simd" / "expected.txt").read_text()

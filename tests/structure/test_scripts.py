@@ -33,7 +33,7 @@ def clone(folder):
 
 def run(folder, name, *arguments):
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-    environment |= {"PATH": f"{folder / 'bin'}:{environment['PATH']}", "PYTHONDONTWRITEBYTECODE": "1"}
+    environment["PATH"] = f"{folder / 'bin'}:{environment['PATH']}"  # caches of Python are files that a script makes, too
     return subprocess.run([folder / "scripts" / name, *arguments], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
                           capture_output=True, text=True, timeout=60, check=False)
 
