@@ -146,7 +146,7 @@ class Ray(_OnceOnly):
     """One ray of a path, from ``Path.ray``. It counts what it has handed out: make one for each ray, and pass it on. It cannot
     be copied or pickled."""
 
-    __slots__ = ("_1d", "_2d", "_4d", "_domain", "_kept", "_path", "_splits", "shape")
+    __slots__ = ("_1d", "_2d", "_4d", "_domain", "_kept", "_loops", "_path", "_splits", "shape")
 
     shape: tuple[int, ...]
 
@@ -157,7 +157,7 @@ class Ray(_OnceOnly):
 
     def _start(self, path: Path, domain: _Words) -> None:
         self._path, self._domain = path, domain
-        self._1d = self._2d = self._4d = self._splits = 0
+        self._1d = self._2d = self._4d = self._splits = self._loops = 0
         self._kept = np.empty(0, np.float32)
 
     def draw(self) -> _Floats:
@@ -174,7 +174,7 @@ class Ray(_OnceOnly):
 
     def draw_1d(self, k: int) -> _Floats:
         """(...): single number ``k`` of the ray, from 0, by an explicit counter: what call k + 1 of ``next_1d`` gives. The same
-        at every call. So are ``draw_2d``, ``draw_4d``, ``split`` and ``rng``; a loop and a split of one ``k`` are one decision."""
+        at every call. So are ``draw_2d``, ``draw_4d``, ``split`` and ``rng``."""
         return self._singles(_counter(k))[..., k & 1]
 
     def draw_2d(self, k: int) -> _Floats:
@@ -192,11 +192,11 @@ class Ray(_OnceOnly):
 
     def rng(self, k: int) -> Rng:
         """The numbers of loop ``k``."""
-        return Rng(self, self._split_domain(_counter(k)))
+        return Rng(self, np.asarray(_core.ray_loop_domain(self._domain, _counter(k)), np.uint32))
 
     def next_1d(self) -> _Floats:
-        """(...): the next single number, arranged for decisions that take one. Four in a row are stratified together in the
-        pixel; every other one costs nothing."""
+        """(...): the next single number. Four in a row are stratified together. Two are drawn at a time, so every second
+        call is free."""
         k = self._1d
         self._1d += 1
         if k & 1 == 0:
@@ -230,8 +230,8 @@ class Ray(_OnceOnly):
 
     def next_rng(self) -> Rng:
         """The numbers of a loop without bound, such as tracking through a medium."""
-        self._splits += 1
-        return self.rng(self._splits - 1)
+        self._loops += 1
+        return self.rng(self._loops - 1)
 
     def keyed(self, key: npt.ArrayLike) -> Ray:
         """A part of the ray with a key, from 0 to 2**32 - 1, such as the number of a primitive that may be transparent: a
@@ -252,7 +252,7 @@ class Ray(_OnceOnly):
 
     def _singles(self, k: int) -> _Floats:
         """The pair that holds number k."""
-        return self._draw(_core.ray_1d_domain(self._domain, k), 2 + ((k & 3) >> 1))
+        return self._draw(_core.ray_1d_domain(self._domain, k), (k & 3) >> 1)
 
     def _split_domain(self, k: int) -> _Words:
         return np.asarray(_core.ray_split_domain(self._domain, k), np.uint32)

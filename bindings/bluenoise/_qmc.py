@@ -41,10 +41,9 @@ class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
             return points
         for first in range(0, self.d, 4):
             width = min(4, self.d - first)
-            samples = self._sampler.block(
-                self._x, self._y, 1, 1, self.num_generated, n, _core.domain_child(0, first // 4)
-            )
-            points[:, first : first + width] = samples[0, 0, :, :width]
+            four = np.empty((n, 4), np.float64)
+            self._sampler._core.points(self._x, self._y, self.num_generated, _core.domain_child(0, first // 4), four)
+            points[:, first : first + width] = four[:, :width]
         return points
 
     def fast_forward(self, n: int) -> SamplerEngine:

@@ -118,7 +118,7 @@ class Sampler:
         domain: npt.ArrayLike = 0,
         dims: int = 4,
         *,
-        pair: Optional[Literal[0, 1, 2, 3]] = None,
+        pair: Optional[Literal[0, 1]] = None,
         out: Optional[npt.NDArray[np.float32]] = None,
     ) -> npt.NDArray[np.float32]:
         """Samples at arbitrary coordinates, float32 in [0, 1) of shape (..., dims).
@@ -126,14 +126,13 @@ class Sampler:
         ``x`` and ``y`` (pixel coordinates, -2**31 to 2**31 - 1), ``index`` and ``domain`` (0 to 2**32 - 1) are integers
         or integer arrays that broadcast against each other. ``dims`` is the number of dimensions, 1 to 4; use the pairs
         (0, 1) and (2, 3) for two-dimensional decisions. ``pair`` draws one of them alone, in about three quarters of the
-        time: dimensions (0, 1) for 0, (2, 3) for 1, of shape (..., 2); leave ``dims`` out. 2 and 3 draw the same dimensions
-        as single numbers, for decisions that take one number each: ``"blue"`` arranges each of them for itself. ``out`` is an array for the
+        time: dimensions (0, 1) for 0, (2, 3) for 1, of shape (..., 2); leave ``dims`` out. ``out`` is an array for the
         result, which is returned: float32, in C order. Large arrays take about ten nanoseconds per sample of ``"blue"``;
         new memory for them can take longer.
         """
         dims = arguments.integer("dims", dims, 1, 4)
         if pair is not None:
-            pair = cast(Literal[0, 1, 2, 3], arguments.integer("pair", pair, 0, 3))
+            pair = cast(Literal[0, 1], arguments.integer("pair", pair, 0, 1))
             if dims not in (2, 4):
                 raise ValueError(f"pair has two dimensions; leave dims out, not {dims}")
             dims = 2
@@ -220,7 +219,8 @@ class Sampler:
         return self._core.seed_words()
 
     def qmc(self, d: int, *, pixel: tuple[int, int] = (0, 0)) -> SamplerEngine:
-        """A ``scipy.stats.qmc.QMCEngine`` with d dimensions that returns the samples of pixel (x, y) in index order.
+        """A ``scipy.stats.qmc.QMCEngine`` with d dimensions that returns the samples of pixel (x, y) in index order, float64 in (0, 1):
+        all 32 bits, each in the middle of its interval, so that integrals have no bias.
         Dimensions 4k .. 4k + 3 are those of ``bluenoise.domain(k)``, so each group of sixteen belongs to one family. After 2**32
         points it raises ``ValueError``. Needs SciPy (else ``ImportError``)."""
         try:

@@ -21,6 +21,7 @@ namespace py = pybind11;
 /* Arrays from the Python side already have the right type and C order; nothing is converted here. */
 using Ranks = py::array_t<uint32_t, py::array::c_style>;
 using Floats = py::array_t<float, py::array::c_style>;
+using Doubles = py::array_t<double, py::array::c_style>;
 
 void bind_errors(py::module_ &module);
 void bind_sampler(py::module_ &module);

@@ -24,8 +24,8 @@ class Sampler {
         check(unlocked([&] { return bn_sampler_init(&sampler_, &options); }), arguments);
     }
 
-    /* For n lanes: `out` has shape (n, dimensions). `pair` is 0 to 3, as in bn_sample_pair(), or -1 for
-     * the first 1 to 4 dimensions. */
+    /* For n lanes: `out` has shape (n, dimensions). `pair` is 0 or 1, or -1 for the first 1 to 4
+     * dimensions. */
     void sample(const Int32s &x, const Int32s &y, const UInt32s &index, const UInt32s &domain,
                 Floats &out, int32_t pair) const {
         for (const py::array &lanes :
@@ -64,6 +64,17 @@ class Sampler {
                           ", index_count " + std::to_string(index_count));
     }
 
+    /* Samples first_index, first_index + 1 ... of one pixel with all 32 bits, each in the middle of its
+     * interval, for an integration without bias. `out` has shape (index_count, 4). */
+    void points(int32_t x, int32_t y, uint32_t first_index, uint32_t domain, Doubles &out) const {
+        double *to = out.mutable_data();
+        for (py::ssize_t i = 0; i < out.shape(0); ++i, to += 4) {
+            uint32_t bits[4];
+            bn_sample_4d_u32(&sampler_, x, y, first_index + static_cast<uint32_t>(i), domain, bits);
+            for (int d = 0; d < 4; ++d) to[d] = (bits[d] + 0.5) * (1.0 / 4294967296.0);
+        }
+    }
+
     UInt32s seed_words() const {
         UInt32s words(2);
         bn_sampler_seed(&sampler_, words.mutable_data());
@@ -100,6 +111,8 @@ void bind_sampler(py::module_ &module) {
              py::arg("out").noconvert(), py::arg("pair") = -1)
         .def("block", &Sampler::block, py::arg("x0"), py::arg("y0"), py::arg("first_index"),
              py::arg("domain"), py::arg("out").noconvert())
+        .def("points", &Sampler::points, py::arg("x"), py::arg("y"), py::arg("first_index"),
+             py::arg("domain"), py::arg("out").noconvert())
         .def("seed_words", &Sampler::seed_words);
     module.def("tables", &tables);
     /* These take numbers or arrays, which broadcast. */
@@ -115,6 +128,7 @@ void bind_sampler(py::module_ &module) {
     module.def("ray_2d_domain", py::vectorize(&bn_ray_2d_domain));
     module.def("ray_4d_domain", py::vectorize(&bn_ray_4d_domain));
     module.def("ray_split_domain", py::vectorize(&bn_ray_split_domain));
+    module.def("ray_loop_domain", py::vectorize(&bn_ray_loop_domain));
     module.def("ray_keyed_domain", py::vectorize(&bn_ray_keyed_domain));
     module.def("branch_domain", py::vectorize([](uint32_t split, uint32_t count, uint32_t k) {
                    return bn_path_branch({0, 0, 0, 0}, split, count, k).domain;

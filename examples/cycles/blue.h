@@ -33,7 +33,7 @@ ccl_device_inline bn_uint2 blue_seed(KernelGlobals kg) {
     return seed;
 }
 
-/* One pair of a domain, 0 or 1, or its single numbers, 2 or 3: in [0, 1). */
+/* One pair of a domain, 0 or 1: in [0, 1). */
 ccl_device_inline float2 blue_pair(KernelGlobals kg, const bn_path path, const uint domain,
                                    const uint pair) {
     const bn_uint2 v =
@@ -61,7 +61,7 @@ ccl_device_inline float blue_sample_1D(KernelGlobals kg, const uint rng_pixel, c
     const bn_path path = blue_path(kg, rng_pixel, sample);
     const uint bounce = uint(dimension) / PRNG_BOUNCE_NUM, slot = uint(dimension) % PRNG_BOUNCE_NUM;
     const uint ray = bn_path_ray_domain(path, bounce);
-    return blue_pair(kg, path, bn_ray_1d_domain(ray, 4u * slot), 2u).x;
+    return blue_pair(kg, path, bn_ray_1d_domain(ray, 4u * slot), 0u).x;
 }
 
 ccl_device_inline float2 blue_sample_2D(KernelGlobals kg, const uint rng_pixel, const uint sample,

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The fourth stage of bn_bake_sampler: which block of 4 x 4 pixels has which 16 labels, the same
+ * The second stage of bn_bake_sampler: which block of 4 x 4 pixels has which 16 labels, the same
  * for all members of a family.
  *
- * Annealing by swaps inside aligned groups of 4 x 4 blocks, which keeps the nets over 4 x 4 and 16
- * x 16 pixels. The energy is that of bake_labels.c for the mean features of a block, which the
- * arrangement inside it cannot change: of half-planes and products in all members, of products over
- * two members, and of steps in the pixel pair. Half a minute, most of it for features. */
+ * Annealing exchanges children of the quadtree's nodes, which keeps every net. The energy is that of
+ * bake_labels.c for the mean features of a block, which the arrangement inside it cannot change: of
+ * half-planes and products in all members, of products over two members, and of steps in the pixel
+ * pair. Half a minute, most of it for features. */
 #include "bake_tile.h"
 #include <math.h>
 #include <stdlib.h>
@@ -81,27 +81,47 @@ static float energy_at(const block_tile *t, int b, int upper) {
     return sum;
 }
 
+/* Exchanges two of the four children of a node, each of `side` x `side` blocks. */
+static void exchange(block_tile *t, int node, int side, int p, int q) {
+    const int across = WIDE / (2 * side), x0 = node % across * 2 * side,
+              y0 = node / across * 2 * side;
+    for (int i = 0; i < side * side; ++i) {
+        const int x = i % side, y = i / side;
+        const int a = (y0 + p / 2 * side + y) * WIDE + x0 + p % 2 * side + x;
+        const int b = (y0 + q / 2 * side + y) * WIDE + x0 + q % 2 * side + x;
+        const int upper = t->upper[a];
+        t->upper[a] = t->upper[b];
+        t->upper[b] = upper;
+    }
+}
+
+static double energy_of(const block_tile *t) {
+    double sum = 0;
+    for (int b = 0; b < BLOCKS; ++b) sum += energy_at(t, b, t->upper[b]);
+    return sum;
+}
+
 static void anneal(block_tile *t, const bake_options *options, double hot) {
     bake_random r = bake_random_make(options->seed, 8, 0);
-    int steps = bake_count(options, 6e6, 1000);
+    int steps = bake_count(options, 60000, 1000);
+    double energy = energy_of(t);
     for (int i = 0; i < steps; ++i) {
-        double temperature = hot * pow(0.01, (double)i / steps);
-        uint64_t bits = bake_random_bits(&r);
-        int group = (int)(bits & 15u), p = (int)(bits >> 4 & 15u);
-        int q = (p + 1 + (int)((bits >> 8 & 0xffffu) * 15 >> 16)) & 15;
-        int a = (group / 4 * 4 + p / 4) * WIDE + group % 4 * 4 + p % 4;
-        int b = (group / 4 * 4 + q / 4) * WIDE + group % 4 * 4 + q % 4;
-        int u = t->upper[a], v = t->upper[b];
-        float before = energy_at(t, a, u) + energy_at(t, b, v);
-        /* What a and b are to each other is counted twice, before and after. */
-        t->upper[a] = v;
-        t->upper[b] = u;
-        float cost = energy_at(t, a, v) + energy_at(t, b, u) - before;
-        if (cost > 0 && (double)(bits >> 32) * (1.0 / 4294967296.0) >= exp(-cost / temperature)) {
-            t->upper[a] = u;
-            t->upper[b] = v;
+        const double temperature = hot * pow(0.01, (double)i / steps);
+        const uint64_t bits = bake_random_bits(&r);
+        /* Nodes of the four levels in proportion to how many there are, but for the largest. */
+        const int level = (bits & 15u) < 9 ? 0 : (bits & 15u) < 13 ? 1 : (bits & 15u) < 15 ? 2 : 3;
+        const int side = 1 << level, across = WIDE / (2 * side);
+        const int node = (int)((bits >> 4 & 0xffffu) * (uint32_t)(across * across) >> 16);
+        const int p = (int)(bits >> 20 & 3u);
+        const int q = (p + 1 + (int)((bits >> 22 & 0xffu) * 3 >> 8)) & 3;
+        exchange(t, node, side, p, q);
+        const double now = energy_of(t), cost = now - energy;
+        if (cost > 0 && bake_random_double(&r) >= exp(-cost / temperature)) {
+            exchange(t, node, side, p, q);
+        } else {
+            energy = now;
         }
-        if (i % 65536 == 0) options->progress(0.8 + 0.2 * i / steps);
+        if (i % 256 == 0) options->progress(0.8 + 0.2 * i / steps);
     }
 }
 

@@ -249,22 +249,20 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
                                             .5,  .4,  .4,  .3,  .4, .3, .4, .3, .3};
     static const double bump_weight[] = {.5, .4, .4, .3, .3, .2, .2, .1, .1,
                                          .3, .3, .3, .2, .2, .2, .2, .1, .1};
-    static const double single_weight[] = {1.5, 1.5, 1.5, 1.5, 1.4, 1.4, 1.4, .6, .5,
-                                           .7,  .6,  .6,  .4,  .5,  .4,  .5,  .4, .4};
     static const double step_weight[] = {3, 1.5, 1.8, 1.2, 1.4, 1, 1, .4, .3};
     static const double axes_weight[] = {1, 1, 1, 1, 1, .7, .7, .4, .4};
+    static const double single_weight[] = {1.5, 1.5, 1.5, 1.5, 1.4, 1.2, 1.2, .5, .4};
     enum { MOST = 160 };
     static label_integrand list[MOST];
     static bake_pair pairs[2];
     int planes = fewer(options, 112, 8), both = fewer(options, 160, 8);
     int bumps = fewer(options, 32, 8), steps = fewer(options, 48, 8), axes = fewer(options, 20, 4);
-    int singles = fewer(options, 128, 8);
     int own = (2 * planes + both + 2 * bumps) * (LEVELS + PARTIALS);
     error_matrix m = {NULL,
-                      what == FEATURES_OWN      ? own
-                      : what == FEATURES_AXES   ? (member == 0 ? 2 : 4) * axes * LEVELS
-                      : what >= FEATURES_SINGLE ? (singles + bumps) * (LEVELS + PARTIALS)
-                                                : steps * LEVELS,
+                      what == FEATURES_OWN       ? own
+                      : what == FEATURES_AXES    ? (member == 0 ? 2 : 4) * axes * LEVELS
+                      : what == FEATURES_SINGLES ? 4 * steps * LEVELS
+                                                 : steps * LEVELS,
                       0};
     m.rows = bake_allocate((size_t)PIXELS * m.stride, sizeof *m.rows);
     for (int k = 0; k < 2; ++k) bake_pair_make(&pairs[k], &table->member[member], k);
@@ -286,21 +284,13 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
             for (int i = 0; i < bumps; ++i) list[i] = bump_make(&r, pair, 1, 1);
             add_integrands(&m, pairs, list, bumps, PARTIALS, bump_weight, &r);
         }
-    } else if (what >= FEATURES_SINGLE) {
-        const int d = what - FEATURES_SINGLE;
-        for (int i = 0; i < singles; ++i) {
-            list[i].uses = 1 << d / 2;
-            list[i].plane[d / 2] = bake_plane_step(d & 1, (i + bake_random_double(&r)) / singles);
-        }
-        add_integrands(&m, pairs, list, singles, PARTIALS, single_weight, &r);
-        for (int i = 0; i < bumps; ++i) list[i] = bump_make(&r, d / 2, !(d & 1), d & 1);
-        add_integrands(&m, pairs, list, bumps, PARTIALS, bump_weight, &r);
     } else {
         int n = what == FEATURES_AXES ? axes : steps;
         for (int pair = 0; pair < 2; ++pair) {
             for (int d = 0; d < 2; ++d) {
-                if (what == FEATURES_AXES ? member == 0 && pair == 0
-                                          : pair != 0 || d != what - FEATURES_STEP_X) {
+                if (what == FEATURES_AXES
+                        ? member == 0 && pair == 0
+                        : what != FEATURES_SINGLES && (pair != 0 || d != what - FEATURES_STEP_X)) {
                     continue;
                 }
                 for (int i = 0; i < n; ++i) {
@@ -308,11 +298,14 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
                     list[i].plane[pair] = bake_plane_step(d, (i + bake_random_double(&r)) / n);
                 }
                 add_integrands(&m, pairs, list, n, 0,
-                               what == FEATURES_AXES ? axes_weight : step_weight, &r);
+                               what == FEATURES_AXES      ? axes_weight
+                               : what == FEATURES_SINGLES ? single_weight
+                                                          : step_weight,
+                               &r);
             }
         }
     }
-    const int most = what == FEATURES_OWN ? 336 : what >= FEATURES_SINGLE ? 128 : 80;
+    const int most = what == FEATURES_OWN ? 336 : 80;
     make_features(f, &m, PIXELS, 1, fewer(options, most, 32) / LANES * LANES);
 }
 

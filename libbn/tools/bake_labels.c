@@ -1,17 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The last stage of bn_bake_sampler: which of its 16 labels each pixel of a block of 4 x 4 has.
+ * The third stage of bn_bake_sampler: which of its 16 labels each pixel of a block of 4 x 4 has.
  *
- * Annealing by swaps within blocks minimises the sum over pairs of pixels of the inner product of
- * their features times a kernel: the square of the blurred error (Georgiev and Fajardo, "Blue-noise
- * Dithered Sampling", 2016). Each pixel keeps the field of all others. A visit to a block computes
- * the products of its fields with all its labels once, proposes many swaps from them, each by a
- * look-up, and then adds what has changed to the fields: some 100 us a visit of 240 proposals. */
+ * Annealing permutes the four pixels of a quarter of a block, or its quarters, which keeps the nets
+ * of 2 x 2 pixels too. It minimises the sum over pairs of pixels of the inner product of their features
+ * times a kernel: the square of the blurred error (Georgiev and Fajardo, "Blue-noise Dithered
+ * Sampling", 2016). Each pixel keeps the field of all others. A visit to a block computes the products
+ * of its fields with all its labels once, proposes many swaps from them, each by a look-up, and then
+ * adds what has changed to the fields: some 100 us a visit of 120 proposals. */
 #include "bake_tile.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { REACH = BAKE_REACH, TAPS = BAKE_TAPS, MOST_GROUPS = 4, PROPOSALS = 240 };
+enum { REACH = BAKE_REACH, TAPS = BAKE_TAPS, MOST_GROUPS = 5, PROPOSALS = 120 };
 
 /* Features of one kind: of labels, or with `other` of two members' labels. */
 typedef struct {
@@ -47,19 +48,15 @@ typedef struct {
     double narrow;
 } bake_term;
 
-enum { MOST_TERMS = 5 };
+enum { MOST_TERMS = 6 };
 
-static int make_terms(int which, bake_term terms[MOST_TERMS]) {
-    const int member = which;
+static int make_terms(int member, bake_term terms[MOST_TERMS]) {
     int n = 0;
-    if (which >= MEMBERS) {
-        terms[n++] = (bake_term){FEATURES_SINGLE + which - MEMBERS, 0, 1, {3, 0}, 0.4};
-        return n;
-    }
     terms[n++] = (bake_term){FEATURES_OWN, 0, 1, {3, 0}, 0.25};
     for (int a = 0; a < member; ++a) {
         terms[n++] = (bake_term){FEATURES_OF_TWO, a, 2.0 / member, {3, 0}, 0.25};
     }
+    terms[n++] = (bake_term){FEATURES_SINGLES, 0, 0.5, {3, 0}, 0.25};
     terms[n++] = (bake_term){FEATURES_AXES, 0, member == 0 ? 0.4 : 0.12, {1, 2}, 0};
     /* Steps of dimension 0 lie along columns, of dimension 1 along rows. */
     for (int axis = 0; axis < 2 && member == 0; ++axis) {
@@ -227,6 +224,22 @@ static void swap(const arrangement *t, block_state *b, int p, int q) {
     b->label[q] = i;
 }
 
+/* The two pixels, or the four of two quarters and four others, that a move exchanges. */
+static int make_move(uint64_t bits, int from[4], int to[4]) {
+    const int quarter = (int)(bits & 3u), p = (int)(bits >> 2 & 3u);
+    const int q = (p + 1 + (int)((bits >> 4 & 0xffffu) * 3 >> 16)) & 3;
+    if ((bits >> 20 & 7u) != 0) { /* inside a quarter */
+        from[0] = (quarter / 2 * 2 + p / 2) * 4 + quarter % 2 * 2 + p % 2;
+        to[0] = (quarter / 2 * 2 + q / 2) * 4 + quarter % 2 * 2 + q % 2;
+        return 1;
+    }
+    for (int i = 0; i < 4; ++i) {
+        from[i] = (p / 2 * 2 + i / 2) * 4 + p % 2 * 2 + i % 2;
+        to[i] = (q / 2 * 2 + i / 2) * 4 + q % 2 * 2 + i % 2;
+    }
+    return 4;
+}
+
 static void visit(arrangement *t, int block, double temperature, bake_random *r) {
     static block_state b;
     enter_block(t, block, &b);
@@ -237,14 +250,19 @@ static void visit(arrangement *t, int block, double temperature, bake_random *r)
         }
     }
     for (int i = 0; i < PROPOSALS; ++i) {
-        uint64_t bits = bake_random_bits(r);
-        int p = (int)(bits & 15u), q = (p + 1 + (int)((bits >> 4 & 0xffffu) * 15 >> 16)) & 15;
-        float cost = swap_cost(t, &b, p, q);
-        if (cost > 0) {
-            if (cost > 16 * temperature) continue;
-            if ((double)(bits >> 32) * (1.0 / 4294967296.0) >= exp(-cost / temperature)) continue;
+        const uint64_t bits = bake_random_bits(r);
+        int from[4], to[4];
+        const int moved = make_move(bits, from, to);
+        float cost = 0;
+        for (int k = 0; k < moved; ++k) {
+            cost += swap_cost(t, &b, from[k], to[k]);
+            if (moved > 1) swap(t, &b, from[k], to[k]);
         }
-        swap(t, &b, p, q);
+        const int taken =
+            cost <= 0 || (cost <= 16 * temperature &&
+                          (double)(bits >> 32) * (1.0 / 4294967296.0) < exp(-cost / temperature));
+        if (moved == 1 && taken) swap(t, &b, from[0], to[0]);
+        for (int k = moved - 1; k >= 0 && moved > 1 && !taken; --k) swap(t, &b, from[k], to[k]);
     }
     for (int place = 0; place < 16; ++place) {
         int p = bake_pixel_of(block, place);
@@ -290,7 +308,7 @@ static arrangement *prepare(const bake_table *table, const bake_options *options
             g->crossed = 1;
             continue;
         }
-        bake_features_of_label(&f, table, options, member < MEMBERS ? member : 0, term->what);
+        bake_features_of_label(&f, table, options, member, term->what);
         g = add_group(&t);
         for (int k = 0; k < 2 && term->axes[k] != 0; ++k) {
             bake_kernel_add(&g->kernel, term->axes[k], term->narrow, term->weight);
@@ -301,16 +319,13 @@ static arrangement *prepare(const bake_table *table, const bake_options *options
 }
 
 void bake_labels(bake_table *table, const bake_options *options, int member, int part) {
-    const int parts = member < MEMBERS ? BAKE_LABEL_PARTS : BAKE_SINGLE_PARTS;
-    uint16_t *label = member < MEMBERS ? table->label[member] : table->single[member - MEMBERS];
+    const int parts = BAKE_LABEL_PARTS;
+    uint16_t *label = table->label[member];
     static arrangement *t;
     static int prepared = -1;
     if (prepared != member) {
         t = prepare(table, options, member);
         prepared = member;
-    }
-    if (part == 0 && member > 0) {
-        memcpy(label, table->label[0], sizeof table->label[0]);
     }
     memcpy(t->label, label, sizeof t->label);
     for (int i = 0; i < t->groups; ++i) {
@@ -320,7 +335,7 @@ void bake_labels(bake_table *table, const bake_options *options, int member, int
         for (int block = 0; block < BLOCKS; ++block) gram_of_block(g, t, block);
     }
     make_fields(t);
-    const double hot = member == 0 || member >= MEMBERS ? 9 : 14, cold = 0.1 * hot;
+    const double hot = member == 0 ? 9 : 14, cold = 0.1 * hot;
     bake_random r = bake_random_make(options->seed, 7, (uint64_t)(member * 64 + part));
     int sweeps = bake_count(options, 90, 1);
     for (int sweep = 0; sweep < sweeps; ++sweep) {

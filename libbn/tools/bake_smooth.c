@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The stage of bn_bake_sampler for smooth integrands: scramblings again, in single pixels.
+ * What bn_bake_sampler makes of smooth integrands, in single pixels.
  *
  * All pixels share one linear scrambling of each coordinate and differ by a digital shift. A step is
  * indifferent to that, a smooth function is not: the digit behind the first m of 2^m samples is a
  * sum of those m, and which sum decides the error. It falls as 1/N if the sum is empty or made of
  * coarse digits and as 1/N^2 with the digit next to it (Dick, "Walsh spaces containing smooth
- * functions and quasi-Monte Carlo rules of arbitrary high order", 2008). Annealing adds digits to
- * less significant ones, which keeps every net, and lowers the errors of waves, bumps and ramps over
- * random shifts, relative to Sobol', in one, two and four dimensions at once. The errors of
- * half-planes may not rise. A minute a member. */
+ * functions and quasi-Monte Carlo rules of arbitrary high order", 2008). The energy is the mean
+ * logarithm of the errors of waves, bumps and ramps over random shifts, relative to Sobol', in one,
+ * two, three and four dimensions. A millisecond. */
 #include "bake_tile.h"
 #include <math.h>
 #include <stdlib.h>
@@ -17,13 +16,11 @@
 enum {
     DIGITS = 12,
     CELLS = 1 << DIGITS,
-    SHIFTS = 64,
+    SHIFTS = 32,
     SINGLES = 8,
-    WITHOUT_INTERVALS = 5,
     MIXED = 40,
     FACTORS = SINGLES + MIXED,
-    SUMS = 116,
-    PLANES = 96
+    SUMS = 4 * SINGLES + 84
 };
 enum { GROUPS = 12, FEW_LEVELS = 7 };
 
@@ -35,16 +32,13 @@ typedef struct {
     double mean, sobol[LEVELS];
 } smooth_function;
 
-typedef struct {
+struct bake_smooth_judge {
     float factor[FACTORS][CELLS];
     double factor_mean[FACTORS];
     smooth_function f[SUMS];
     int count, factors;
-    int singles;          /* functions of one dimension */
-    double single_weight; /* of the penalty on those worse than with Sobol' */
     uint32_t shift[SHIFTS][4];
-    double planes_limit[2][2][LEVELS]; /* [pair][blurred, raw] */
-} smooth_judge;
+};
 
 /* ---- Integrands ---- */
 
@@ -60,7 +54,7 @@ static double curve_at(const curve *f, double u) {
     return floor(u * f->a) == f->b;
 }
 
-static int add_factor(smooth_judge *j, curve f) {
+static int add_factor(bake_smooth_judge *j, curve f) {
     double sum = 0;
     for (int i = 0; i < CELLS; ++i) {
         double v = curve_at(&f, (i + 0.5) / CELLS);
@@ -71,7 +65,7 @@ static int add_factor(smooth_judge *j, curve f) {
     return j->factors++;
 }
 
-static void add_function(smooth_judge *j, int group, int dimensions, const int *factor,
+static void add_function(bake_smooth_judge *j, int group, int dimensions, const int *factor,
                          const int *dimension) {
     smooth_function *f = &j->f[j->count++];
     f->group = group;
@@ -86,7 +80,7 @@ static void add_function(smooth_judge *j, int group, int dimensions, const int *
 
 /* Groups: 0 to 3 single dimensions, 4 and 5 the pairs, 6 to 9 across them, 10 a choice with (0) and
  * a point on what was chosen (2, 3), 11 all four. */
-static void make_functions(smooth_judge *j, bake_random *r) {
+static void make_functions(bake_smooth_judge *j, bake_random *r) {
     static const int cross[4][2] = {{0, 2}, {0, 3}, {1, 2}, {1, 3}};
     const curve single[SINGLES] = {{0, 1, 0, 0}, {0, 1, 0.25, 0}, {0, 2, 0, 0}, {2, 1, 0, 0},
                                    {2, 2, 0, 0}, {3, 3, 1, 0},    {3, 7, 2, 0}, {3, 17, 5, 0}};
@@ -99,7 +93,7 @@ static void make_functions(smooth_judge *j, bake_random *r) {
         more[n++] = add_factor(j, kind < 0.5 ? bump : kind < 0.8 ? wave : ramp);
     }
     for (int d = 0; d < 4; ++d) {
-        for (int i = 0; i < j->singles; ++i) add_function(j, d, 1, &one[i], &d);
+        for (int i = 0; i < SINGLES; ++i) add_function(j, d, 1, &one[i], &d);
     }
     for (int pair = 0; pair < 2; ++pair) {
         int of[2] = {2 * pair, 2 * pair + 1};
@@ -125,8 +119,9 @@ static void make_functions(smooth_judge *j, bake_random *r) {
 /* ---- Errors ---- */
 
 /* Adds squared errors at 1, 2, 4 ... of a function on points, `stride` words apart. */
-static void add_errors(const smooth_judge *j, const smooth_function *f, const uint32_t (*point)[4],
-                       const uint32_t *shift, int levels, double *square) {
+static void add_errors(const bake_smooth_judge *j, const smooth_function *f,
+                       const uint32_t (*point)[4], const uint32_t *shift, int levels,
+                       double *square) {
     float sum = 0;
     for (int i = 0, l = 0; l < levels; ++i) {
         float v = 1;
@@ -147,7 +142,7 @@ static int levels_of(const smooth_function *f) {
 }
 
 /* The root mean square errors of Owen-scrambled Sobol' pixels. */
-static void measure_sobol(smooth_judge *j) {
+static void measure_sobol(bake_smooth_judge *j) {
     enum { RUNS = 512 };
     static uint32_t point[POINTS][4];
     static const uint32_t none[4] = {0};
@@ -171,7 +166,7 @@ static void measure_sobol(smooth_judge *j) {
 }
 
 /* Ratios to Sobol' of the first samples of a member, [functions][LEVELS]. */
-static void measure_ratios(const smooth_judge *j, const uint32_t point[POINTS][4],
+static void measure_ratios(const bake_smooth_judge *j, const uint32_t point[POINTS][4],
                            double ratio[SUMS][LEVELS]) {
     for (int f = 0; f < j->count; ++f) {
         double square[LEVELS] = {0};
@@ -182,16 +177,18 @@ static void measure_ratios(const smooth_judge *j, const uint32_t point[POINTS][4
     }
 }
 
-static void judge_begin(smooth_judge *j, bake_random *r) {
+bake_smooth_judge *bake_smooth_begin(bake_random *r) {
+    bake_smooth_judge *j = bake_allocate(1, sizeof *j);
     make_functions(j, r);
     for (int s = 0; s < SHIFTS; ++s) {
         for (int d = 0; d < 4; ++d) j->shift[s][d] = (uint32_t)bake_random_bits(r);
     }
     measure_sobol(j);
+    return j;
 }
 
 /* The mean of logarithms of ratios to Sobol', and a penalty on those above it. */
-static double smooth_energy(const smooth_judge *j, const pole_vectors *v) {
+double bake_smooth_energy(const bake_smooth_judge *j, const pole_vectors *v) {
     static const double weight[LEVELS] = {0, .3, .7, 1, 1, 1, 1, .4, .3};
     static const double group_weight[GROUPS] = {.3, .3, .3, .3, 1.8, 1.8, .3, .3, .3, .3, 1, 1.5};
     static uint32_t point[POINTS][4];
@@ -207,7 +204,7 @@ static double smooth_energy(const smooth_judge *j, const pole_vectors *v) {
             /* Single dimensions are good enough soon. */
             logs[function->group][l] += log(fmax(q, function->dimensions == 1 ? 0.4 : 0.05));
             if (function->dimensions == 1 && l > 1 && q > 1.05) {
-                energy += j->single_weight * (q - 1.05);
+                energy += 3 * (q - 1.05);
             }
         }
     }
@@ -218,109 +215,5 @@ static double smooth_energy(const smooth_judge *j, const pole_vectors *v) {
             if (g >= 4 && l > 1 && mean > -0.03) energy += 8 * group_weight[g] * (mean + 0.03);
         }
     }
-    return energy;
-}
-
-/* ---- The stage ---- */
-
-/* What errors of half-planes above those before add, at levels first to last - 1. */
-static double planes_penalty(const smooth_judge *j, bake_planes *s, const pole_vectors *v, int pair,
-                             const uint16_t *label, int first, int last) {
-    double blurred[LEVELS], raw[LEVELS], sum = 0;
-    bake_planes_measure(s, v, pair, label, PLANES, last, blurred, raw);
-    for (int l = first; l < last; ++l) {
-        double more = blurred[l] / j->planes_limit[pair][0][l] - 1;
-        double over = raw[l] - fmax(j->planes_limit[pair][1][l], 0.99);
-        if (more > 0) sum += 12 * more + 200 * more * more;
-        if (over > 0) sum += 20 * over;
-    }
-    return sum;
-}
-
-void bake_smooth(bake_table *table, const bake_options *options, int member, int number) {
-    (void)number;
-    smooth_judge *j = bake_allocate(1, sizeof *j);
-    bake_random r = bake_random_make(options->seed, 10, (uint64_t)member);
-    bake_planes *planes = bake_planes_make(&r, PLANES);
-    /* The dimensions of member 0 are single numbers, too. */
-    j->singles = member == 0 ? SINGLES : WITHOUT_INTERVALS;
-    j->single_weight = member == 0 ? 6 : 2;
-    judge_begin(j, &r);
-    const uint16_t *label = table->label[member];
-    pole_vectors now = table->member[member], best;
-    double penalty[2] = {0, 0};
-    for (int pair = 0; pair < 2; ++pair) {
-        bake_planes_measure(planes, &now, pair, label, PLANES, LEVELS, j->planes_limit[pair][0],
-                            j->planes_limit[pair][1]);
-    }
-    double smooth = smooth_energy(j, &now), least = smooth;
-    best = now;
-    int trials = bake_count(options, 24000, 4);
-    for (int trial = 0; trial < trials; ++trial) {
-        double temperature = 1.2 * pow(0.02, (double)trial / trials);
-        double limit =
-            smooth + penalty[0] + penalty[1] - temperature * log(1 - bake_random_double(&r));
-        pole_vectors v = now;
-        int d = (int)bake_random_below(&r, 4), pair = d / 2;
-        for (uint32_t n = 1 + bake_random_below(&r, 3); n > 0; --n) {
-            int from = (int)(10 * bake_random_double(&r));
-            int to = from + 1 + (int)((11 - from) * bake_random_double(&r));
-            pole_add_digit(&v, d, from, to);
-        }
-        double e = smooth_energy(j, &v), p = 0;
-        if (e + penalty[1 - pair] <= limit) {
-            p = planes_penalty(j, planes, &v, pair, label, 0, FEW_LEVELS);
-            if (e + p + penalty[1 - pair] <= limit) {
-                now = v;
-                smooth = e;
-                penalty[pair] = p;
-                /* 128 and 256 samples cost more than the rest and are seldom looked at. */
-                double all = smooth + penalty[0] + penalty[1];
-                for (int k = 0; k < 2 && all < least; ++k) {
-                    all += planes_penalty(j, planes, &now, k, label, FEW_LEVELS, LEVELS);
-                }
-                if (all < least) {
-                    least = all;
-                    best = now;
-                }
-            }
-        }
-        if (trial % 16 == 0) options->progress((double)trial / trials);
-    }
-    table->member[member] = best;
-    free(planes);
-    free(j);
-}
-
-void bake_smooth_ratios(const uint32_t point[POINTS][4], double mean[BAKE_SMOOTH_KINDS][LEVELS],
-                        double worst[LEVELS]) {
-    /* Single dimensions, pairs, across pairs, a choice and a point, all four. */
-    static const int kind_of[GROUPS] = {0, 0, 0, 0, 1, 1, 2, 2, 2, 2, 3, 4};
-    enum { JUDGES = 4 };
-    static double ratio[SUMS][LEVELS];
-    int functions[BAKE_SMOOTH_KINDS] = {0};
-    smooth_judge *j = bake_allocate(1, sizeof *j);
-    memset(mean, 0, BAKE_SMOOTH_KINDS * sizeof *mean);
-    memset(worst, 0, LEVELS * sizeof *worst);
-    for (uint64_t n = 0; n < JUDGES; ++n) {
-        bake_random r = bake_random_make(20001, 11, n);
-        memset(j, 0, sizeof *j);
-        j->singles = SINGLES;
-        judge_begin(j, &r);
-        measure_ratios(j, point, ratio);
-        for (int f = 0; f < j->count; ++f) {
-            int kind = kind_of[j->f[f].group];
-            ++functions[kind];
-            for (int l = 0; l < levels_of(&j->f[f]); ++l) {
-                mean[kind][l] += log(fmax(ratio[f][l], 1e-3));
-                if (kind == 0) worst[l] = fmax(worst[l], ratio[f][l]);
-            }
-        }
-    }
-    for (int k = 0; k < BAKE_SMOOTH_KINDS; ++k) {
-        for (int l = 0; l < LEVELS; ++l) {
-            mean[k][l] = k == 0 || l < FEW_LEVELS ? exp(mean[k][l] / functions[k]) : NAN;
-        }
-    }
-    free(j);
+    return energy / 48; /* about the sum of weights */
 }

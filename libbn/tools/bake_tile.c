@@ -54,34 +54,30 @@ int bake_count(const bake_options *options, double count, int least) {
 
 /* ---- The table ---- */
 
-/* The index of pixel (x, y) along the Morton curve, x in the even bits. */
-static uint32_t morton(uint32_t x, uint32_t y) {
-    uint32_t m = 0;
-    for (int i = 0; i < 6; ++i) m |= (x >> i & 1u) << (2 * i) | (y >> i & 1u) << (2 * i + 1);
-    return m;
-}
-
-/* Permutation `which` of four, by the factorial number system. */
-static uint32_t permuted(uint32_t which, uint32_t child) {
-    uint32_t left[4] = {0, 1, 2, 3}, order[4];
-    for (uint32_t i = 0, n = 4; i < 4; ++i, --n) {
-        uint32_t pick = which % n;
-        which /= n;
-        order[i] = left[pick];
-        for (uint32_t k = pick; k + 1 < n; ++k) left[k] = left[k + 1];
+/* A random permutation of the four children of node (x, y) of a level, as p ^ flip after a linear map.
+ * Without the map, the flip of columns is the same in both rows of the parent and that of rows in
+ * both columns, which keeps pixels along a column or row apart. */
+static uint32_t permuted(uint64_t seed, int level, uint32_t x, uint32_t y, int linear) {
+    static const uint32_t maps[6][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 1, 3, 2},
+                                        {0, 3, 1, 2}, {0, 2, 3, 1}, {0, 3, 2, 1}};
+    const uint32_t child = (x >> level & 1u) | (y >> level & 1u) << 1;
+    const uint32_t column = x >> (level + 1), row = y >> (level + 1);
+    const uint64_t node = (uint64_t)level << 32;
+    if (linear) {
+        const uint64_t hash = bake_mix(bake_mix(seed + node) + (row << 16 | column));
+        return maps[(hash >> 32) % 6][child] ^ (uint32_t)(hash & 3u);
     }
-    return order[child];
+    const uint64_t along = bake_mix(bake_mix(seed + node + 1) + (row >> 1 << 16 | column));
+    const uint64_t across = bake_mix(bake_mix(seed + node + 2) + (row << 16 | column >> 1));
+    return child ^ (uint32_t)(along & 1u) ^ (uint32_t)(across & 1u) << 1;
 }
 
-void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, int within) {
+void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, uint64_t within, int linear) {
     for (uint32_t p = 0; p < PIXELS; ++p) {
-        uint32_t m = morton(p % SIDE, p / SIDE), out = 0;
+        uint32_t out = 0;
         for (int level = 5; level >= 0; --level) {
-            uint32_t child = m >> (2 * level) & 3u;
-            uint64_t hash =
-                bake_mix(bake_mix(seed + (m >> (2 * level + 2)) * 8u) + (uint64_t)level);
-            if (level >= 2 || within) child = permuted((uint32_t)(hash % 24u), child);
-            out = out << 2 | child;
+            out = out << 2 | permuted(level < 2 ? within : seed, level, p % SIDE, p / SIDE,
+                                      linear && level < 2);
         }
         label[p] = (uint16_t)out;
     }
@@ -91,10 +87,6 @@ void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, int within) {
 static void pack_digits(const uint32_t v[4], uint32_t out[2]) {
     out[0] = v[0] >> 16 | (v[1] & 0xffff0000u);
     out[1] = v[2] >> 16 | (v[3] & 0xffff0000u);
-}
-
-static void unpack_digits(const uint32_t in[2], uint32_t v[4]) {
-    for (int d = 0; d < 4; ++d) v[d] = d & 1 ? in[d / 2] & 0xffff0000u : in[d / 2] << 16;
 }
 
 /* Where the points of the lowest eight bits of an index are, and those of four later bits. */
@@ -115,8 +107,7 @@ void bake_table_pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]) {
     memset(words, 0, BN_WORD_COUNT * sizeof *words);
     for (uint32_t p = 0; p < PIXELS; ++p) {
         for (uint32_t a = 0; a < MEMBERS; ++a) {
-            const uint32_t places = (table->label[a][p] & 15u) | (table->single[a][p] & 15u) << 4;
-            words[BN_PIXELS_AT + p] |= places << (8 * a);
+            words[BN_PIXELS_AT + p] |= (table->label[a][p] & 15u) << (8 * a);
         }
     }
     for (uint32_t a = 0; a < MEMBERS; ++a) {
@@ -134,34 +125,6 @@ void bake_table_pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]) {
         for (uint32_t i = 0; i < 6u * 16u; ++i) {
             pole_index_point(v, (i & 15u) << (8u + i / 16u * 4u),
                              words + later_at(a, i / 16u, i & 15u));
-        }
-    }
-}
-
-void bake_table_read(bake_view *view, const uint32_t words[BN_WORD_COUNT]) {
-    for (uint32_t a = 0; a < MEMBERS; ++a) {
-        for (uint32_t i = 0; i < POINTS; ++i) {
-            memcpy(view->point[a][i], words + points_at(a, i), sizeof view->point[a][i]);
-        }
-        for (uint32_t p = 0; p < PIXELS; ++p) {
-            const uint32_t block = p / (4 * SIDE) * 16 + p % SIDE / 4;
-            const uint32_t places = words[BN_PIXELS_AT + p] >> (8 * a);
-            view->label[a][p] = (uint16_t)(block << 4 | (places & 15u));
-            view->single[a][p] = (uint16_t)(block << 4 | (places >> 4 & 15u));
-        }
-        for (uint32_t m = 0; m < PIXELS; ++m) {
-            uint32_t of_block[4], of_place[4];
-            unpack_digits(words + BN_BLOCKS_AT + ((m >> 4) * MEMBERS + a) * 2u, of_block);
-            unpack_digits(words + BN_PLACES_AT + (a * 16u + (m & 15u)) * 2u, of_place);
-            for (int d = 0; d < 4; ++d) {
-                view->pair[a][d / 2].shift[m][d % 2] = of_block[d] ^ of_place[d];
-            }
-        }
-        for (int k = 0; k < 2; ++k) {
-            for (int i = 0; i < POINTS; ++i) {
-                memcpy(view->pair[a][k].point[i], view->point[a][i] + 2 * k,
-                       sizeof view->pair[a][k].point[i]);
-            }
         }
     }
 }

@@ -25,7 +25,6 @@ static const double SIGMA = 2.1; /* of the blur through which a picture is judge
 typedef struct {
     pole_vectors member[MEMBERS];
     uint16_t label[MEMBERS][PIXELS]; /* label >> 4 is the same for all members */
-    uint16_t single[4][PIXELS];      /* and for these, of single numbers by dimension of member 0 */
 } bake_table;
 
 typedef struct {
@@ -58,9 +57,10 @@ int bake_count(const bake_options *options, double count, int least);
 /* Pixel `place`, row by row, of a block. */
 int bake_pixel_of(int block, int place);
 
-/* Labels by random permutations of the four children of every block, down to single pixels when
- * `within`, else the places in blocks of 4 x 4 pixels are those along the curve. */
-void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, int within);
+/* Labels by random permutations of the four children of every node of the quadtree, from `seed` down
+ * to blocks of 4 x 4 pixels and from `within` inside them; any permutations there if `linear`, else
+ * those that keep columns and rows apart. */
+void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, uint64_t within, int linear);
 
 /* The words of bn_tables(). */
 void bake_table_pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]);
@@ -72,15 +72,6 @@ typedef struct {
 } bake_pair;
 
 void bake_pair_make(bake_pair *pair, const pole_vectors *v, int which);
-
-/* What the words of a table say. Labels are numbers of their own: a block and a place in it. */
-typedef struct {
-    uint32_t point[MEMBERS][POINTS][4];
-    bake_pair pair[MEMBERS][2];
-    uint16_t label[MEMBERS][PIXELS], single[4][PIXELS];
-} bake_view;
-
-void bake_table_read(bake_view *view, const uint32_t words[BN_WORD_COUNT]);
 
 typedef struct {
     uint32_t x, y;
@@ -155,30 +146,18 @@ void bake_kernel_add(bake_kernel *kernel, int axes, double narrow, double weight
 /* Part `number` of what a stage does for a member. */
 typedef void bake_stage(bake_table *table, const bake_options *options, int member, int number);
 
-bake_stage
-    bake_start; /* vectors and labels to begin with: film digits, whose steps are stratified */
-bake_stage bake_scramble; /* a scrambling of pair `number` */
-bake_stage bake_smooth;   /* scramblings for smooth integrands, those of half-planes kept */
-bake_stage bake_order;    /* the order of the samples against those of the members before it */
-bake_stage bake_blocks;   /* which labels each block has, for all members */
-/* The arrangement of the labels, or from MEMBERS on of those of single numbers in a dimension. */
-bake_stage bake_labels;
-bake_stage bake_finish; /* lower digits, and which coordinate is which: what no search looks at */
-enum { BAKE_LABEL_PARTS = 6, BAKE_SINGLE_PARTS = 2 };
+bake_stage bake_start;   /* vectors and labels to begin with */
+bake_stage bake_vectors; /* the vectors of a member, for all energies at once */
+bake_stage bake_blocks;  /* the quadtree down to blocks of 4 x 4 pixels, for all members */
+bake_stage bake_labels;  /* the quadtree inside these blocks */
+bake_stage bake_finish;  /* lower digits, which no search looks at */
+enum { BAKE_VECTOR_PARTS = 8, BAKE_LABEL_PARTS = 6 };
 
-/* Geometric means of the errors of other smooth integrands in single pixels over those of Sobol', by
- * kind, and the worst of single dimensions. */
-enum { BAKE_SMOOTH_KINDS = 5 };
-void bake_smooth_ratios(const uint32_t point[POINTS][4], double mean[BAKE_SMOOTH_KINDS][LEVELS],
-                        double worst[LEVELS]);
-/* Errors of half-planes on one pair at the counts of LEVELS over those of Sobol', after the blur and
- * in the pixel: for stages that must keep them. */
-typedef struct bake_planes bake_planes;
-bake_planes *bake_planes_make(bake_random *r, int planes);
-void bake_planes_measure(bake_planes *s, const pole_vectors *v, int pair, const uint16_t *label,
-                         int planes, int levels, double *blurred, double *raw);
-/* Prints what a table is worth on other integrands. */
-void bake_report(const bake_view *table);
+/* Errors of smooth functions in single pixels: the mean of logarithms of ratios to Sobol', and a
+ * penalty on those above it. */
+typedef struct bake_smooth_judge bake_smooth_judge;
+bake_smooth_judge *bake_smooth_begin(bake_random *r);
+double bake_smooth_energy(const bake_smooth_judge *j, const pole_vectors *v);
 
 /* ---- Features: what labels are compared by ---- */
 
@@ -193,12 +172,12 @@ enum {
     FEATURES_STEP_X,
     FEATURES_STEP_Y,
     FEATURES_AXES,
-    FEATURES_OF_TWO,
-    FEATURES_SINGLE /* and 0 to 3 for the dimension */
+    FEATURES_SINGLES,
+    FEATURES_OF_TWO
 };
 
 /* Of a label, a row for each of PIXELS: half-planes and products, steps of dimension 0 or 1 of the
- * pair (0, 1), steps in the pairs whose axes must be alike, or steps and bumps of one dimension. */
+ * pair (0, 1), steps in the pairs whose axes must be alike, or steps in all four dimensions. */
 void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
                             int member, int what);
 /* Of products over two members, a row for each block and two places in it, the first member's place

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Makes libbn/data/blue.u32, the table behind BN_SAMPLER_BLUE.
  *
- * Samples and pixels are in pole order (pole_order.h). Of what that leaves open, six stages
- * choose: maps of digits (bake_film.c), a scrambling of each pair (bake_scramble.c) and then of all
- * four coordinates (bake_smooth.c), the orders of the members of a family (bake_orders.c), which labels blocks of 4 x 4 pixels have (bake_blocks.c)
- * and which pixel in them has which (bake_labels.c), so that errors of neighbouring pixels cancel.
- * All moves keep the nets. Some twenty minutes on one core.
+ * Samples and pixels are in pole order (pole_order.h). Of what that leaves open, three stages choose:
+ * the vectors of each member of a family (bake_vectors.c), the quadtree down to blocks of 4 x 4 pixels
+ * (bake_blocks.c) and inside them (bake_labels.c), so that errors of neighbouring pixels cancel. All
+ * moves keep the nets. Twenty-five minutes on one core.
  *
  * The table depends on the seed and the effort alone, not on interruptions; cosines, logarithms and
  * exponentials come from the C library, so another one may give another table of the same quality.
@@ -18,19 +17,14 @@
 #include <time.h>
 #include <unistd.h>
 
-enum {
-    PATH_SIZE = 4096,
-    PARTS = 4 * MEMBERS + 1 + BAKE_LABEL_PARTS * MEMBERS + BAKE_SINGLE_PARTS * 4 + 1
-};
+enum { PATH_SIZE = 4096, PARTS = (BAKE_VECTOR_PARTS + BAKE_LABEL_PARTS) * MEMBERS + 3 };
 
 static const char usage[] =
     "usage: bn_bake_sampler [--seed N] [--effort SCALE] [--stop-after PARTS] -o FILE\n"
-    "       bn_bake_sampler --report FILE\n"
     "  -o FILE             makes a table of the sampler blue\n"
     "  --seed N            (1)\n"
-    "  --effort SCALE      of the search, from 0 to 100 (1: some twenty minutes)\n"
+    "  --effort SCALE      of the search, from 0 to 100 (1: some twenty-five minutes)\n"
     "  --stop-after PARTS  ends after this many of the parts of the work\n"
-    "  --report FILE       prints what a table is worth on integrands it was not made for\n"
     "Progress is kept in FILE.progress after every part; the same command goes on from there.\n";
 
 /* ---- Files ---- */
@@ -69,14 +63,6 @@ static int write_table(const bake_table *table, const char *path) {
     return write_file(path, NULL, bytes, sizeof bytes);
 }
 
-static int read_words(uint32_t words[BN_WORD_COUNT], FILE *file) {
-    static unsigned char bytes[BN_WORD_COUNT * 4];
-    if (fread(bytes, sizeof bytes, 1, file) != 1 || fgetc(file) != EOF) return 0;
-    memset(words, 0, sizeof bytes);
-    for (size_t i = 0; i < sizeof bytes; ++i) words[i / 4] |= (uint32_t)bytes[i] << (8 * (i % 4));
-    return 1;
-}
-
 /* How many parts of the same work are done, with the table they left; 0 when there is none. */
 static int read_progress(bake_table *table, const char *path, const char *signature) {
     FILE *file = fopen(path, "rb");
@@ -109,21 +95,14 @@ static part plan[PARTS];
 
 static void make_plan(void) {
     int n = 0;
-    plan[n++] = (part){"digits", bake_start, 0, 0, 5};
-    for (int k = 0; k < 2 * MEMBERS; ++k) {
-        plan[n++] = (part){"scrambling", bake_scramble, k / 2, k % 2, 12};
+    plan[n++] = (part){"start", bake_start, 0, 0, 0};
+    for (int k = 0; k < MEMBERS * BAKE_VECTOR_PARTS; ++k) {
+        plan[n++] =
+            (part){"vectors", bake_vectors, k / BAKE_VECTOR_PARTS, k % BAKE_VECTOR_PARTS, 33};
     }
-    for (int a = 0; a < MEMBERS; ++a) {
-        plan[n++] = (part){"smooth integrands", bake_smooth, a, 0, 90};
-    }
-    for (int a = 1; a < MEMBERS; ++a) plan[n++] = (part){"order", bake_order, a, 0, 20.0 * a};
     plan[n++] = (part){"blocks", bake_blocks, 0, 0, 40};
     for (int k = 0; k < MEMBERS * BAKE_LABEL_PARTS; ++k) {
-        plan[n++] = (part){"labels", bake_labels, k / BAKE_LABEL_PARTS, k % BAKE_LABEL_PARTS, 22};
-    }
-    for (int k = 0; k < 4 * BAKE_SINGLE_PARTS; ++k) {
-        plan[n++] = (part){"single numbers", bake_labels, MEMBERS + k / BAKE_SINGLE_PARTS,
-                           k % BAKE_SINGLE_PARTS, 8};
+        plan[n++] = (part){"labels", bake_labels, k / BAKE_LABEL_PARTS, k % BAKE_LABEL_PARTS, 12};
     }
     plan[n++] = (part){"lower digits", bake_finish, 0, 0, 0};
 }
@@ -187,26 +166,9 @@ static int make(const char *output, bake_options *options, int stop_after) {
     return 0;
 }
 
-static int report(const char *path) {
-    static uint32_t words[BN_WORD_COUNT];
-    static bake_view table;
-    FILE *file = fopen(path, "rb");
-    if (file == NULL) return fail("read", path);
-    int good = read_words(words, file);
-    fclose(file);
-    if (!good) {
-        fprintf(stderr, "bn_bake_sampler: %s is no table of the sampler blue, which has %d bytes\n",
-                path, BN_WORD_COUNT * 4);
-        return 1;
-    }
-    bake_table_read(&table, words);
-    bake_report(&table);
-    return 0;
-}
-
 int main(int argc, char **argv) {
     bake_options options = {.seed = 1, .effort = 1};
-    const char *output = NULL, *reported = NULL;
+    const char *output = NULL;
     int stop_after = PARTS, good = argc % 2 == 1;
     for (int i = 1; good && i < argc; i += 2) {
         const char *name = argv[i], *value = argv[i + 1];
@@ -215,8 +177,6 @@ int main(int argc, char **argv) {
         int is_number = end != value && *end == '\0' && number >= 0 && number < 4e9;
         if (strcmp(name, "-o") == 0) {
             output = value;
-        } else if (strcmp(name, "--report") == 0) {
-            reported = value;
         } else if (!is_number) {
             good = 0;
         } else if (strcmp(name, "--seed") == 0) {
@@ -229,9 +189,9 @@ int main(int argc, char **argv) {
             good = 0;
         }
     }
-    if (!good || (output == NULL) == (reported == NULL)) {
+    if (!good || output == NULL) {
         fputs(usage, stderr);
         return 2;
     }
-    return reported != NULL ? report(reported) : make(output, &options, stop_after);
+    return make(output, &options, stop_after);
 }

@@ -1,90 +1,65 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The vectors of pole order from power series over the field of four, and nets judged by ranks: the
+ * The vectors of pole order from power series over the field of two, and nets judged by ranks: the
  * samples of a digital sequence are a net exactly when the leading digits of its coordinates, as
  * linear functions of the index and label bits, are independent (Niederreiter, "Point sets and
  * sequences with small discrepancy", 1987). */
 #include "pole_order.h"
 #include <assert.h>
+#include <bn/bn_draw.h>
 #include <string.h>
-
-/* ---- The field of four; 1 is the number 2 ---- */
-
-static int multiply(int a, int b) {
-    int au = a >> 1, al = a & 1, bu = b >> 1, bl = b & 1;
-    int u = (au & bu) ^ (al & bl), l = (au & bl) ^ (al & bu) ^ (al & bl);
-    return u << 1 | l;
-}
-
-static int inverse(int a) {
-    static const int of[4] = {0, 3, 2, 1};
-    return of[a];
-}
-
-static int power(int a, int n) {
-    int result = 2;
-    while (n-- > 0) result = multiply(result, a);
-    return result;
-}
-
-int pole_map(int map, int element) {
-    static const int images[6][2] = {{2, 1}, {1, 2}, {2, 3}, {3, 1}, {1, 3}, {3, 2}};
-    return ((element & 2) != 0 ? images[map][0] : 0) ^ ((element & 1) != 0 ? images[map][1] : 0);
-}
 
 /* ---- Vectors ---- */
 
-/* The digits of a series times an element. In odd coordinates (u, l) becomes (u + l, l), which
- * makes nets to base 2 of the pairs. */
-static uint32_t series_digits(const int *series, int element, int odd) {
-    uint32_t v = 0;
-    for (int r = 0; r < POLE_DIGITS; ++r) {
-        int e = multiply(series[r], element), u = e >> 1, l = e & 1;
-        v |= (uint32_t)((u ^ (l & odd)) << 1 | l) << (30 - 2 * r);
-    }
-    return v;
+/* The digits of each pair of bits times w, in the field of four. */
+static uint32_t times_w(uint32_t digits) {
+    const uint32_t upper = digits >> 1 & 0x55555555u, lower = digits & 0x55555555u;
+    return lower << 1 | (upper ^ lower);
 }
 
-static void series_product(int *a, const int *b) {
-    int product[POLE_DIGITS] = {0};
-    for (int i = 0; i < POLE_DIGITS; ++i) {
-        for (int j = 0; i + j < POLE_DIGITS; ++j) product[i + j] ^= multiply(a[i], b[j]);
-    }
-    memcpy(a, product, sizeof product);
+/* The index of the second pair from that of the first: the matrix of an SZ sequence, with entries
+ * binomial(j, i) w^(j - i) (Ahmed et al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025). */
+static uint32_t second_pair(uint32_t digits) {
+    digits ^= (times_w(digits) << 2) & 0xccccccccu;
+    digits ^= (times_w(times_w(digits)) << 4) & 0xf0f0f0f0u;
+    digits ^= (times_w(digits) << 8) & 0xff00ff00u;
+    return digits ^ times_w(times_w(digits)) << 16;
 }
 
-void pole_vectors_make(pole_vectors *v, int c, int b) {
-    static const int places[4] = {0, 2, 1, 3};
+/* The product of two series, most significant bit first. */
+static uint32_t series_product(uint32_t a, uint32_t b) {
+    uint32_t product = 0;
+    for (int i = 0; i < 32; ++i) product ^= (b >> (31 - i) & 1u) != 0 ? a >> i : 0;
+    return product;
+}
+
+void pole_vectors_make(pole_vectors *v, int form) {
+    for (uint32_t j = 0; j < POLE_INDEX_BITS; ++j) {
+        const uint32_t digits = bn_reverse_bits(1u << j);
+        uint32_t second = second_pair(digits);
+        if ((form & 1) != 0) second ^= second << 1 & 0xaaaaaaaau;
+        v->index[j][0] = digits;
+        v->index[j][1] = bn_sobol_second(digits);
+        v->index[j][2] = second;
+        v->index[j][3] = bn_sobol_second(second);
+    }
+    /* P is the same polynomial in X and in X + 1: 1/P = 1 + X + X^3 + X^4 + X^6 ... at both places. */
+    const uint32_t inverse = 0xdb6db6dbu;
+    uint32_t fraction = inverse;
+    for (int level = 0; level < POLE_LABEL_BITS / 2; ++level) {
+        for (int d = 0; d < 4; ++d) {
+            v->label[2 * level][d] = fraction;
+            v->label[2 * level + 1][d] = fraction >> 1 ^ ((d & 1) != 0 ? fraction : 0u);
+        }
+        fraction = series_product(fraction, inverse);
+    }
+    /* One of dimensions 2 and 3 shares its first digit with dimension 0 or 1 over 8 samples. It is 3. */
+    uint64_t first[4];
     for (int d = 0; d < 4; ++d) {
-        int g = places[d], odd = d & 1, series[POLE_DIGITS];
-        /* X^j = sum of binomial(j, r) g^(j - r) (X - g)^r; odd when r is a bitwise subset of j. */
-        for (int j = 0; j < POLE_INDEX_BITS / 2; ++j) {
-            for (int r = 0; r < POLE_DIGITS; ++r) {
-                series[r] = r <= j && (r & j) == r ? power(g, j - r) : 0;
-            }
-            v->index[2 * j][d] = series_digits(series, 2, odd);
-            v->index[2 * j + 1][d] = series_digits(series, 1, odd);
-        }
-        /* In Y = X - g: P = Y^2 + b Y + P(g), and 1/P by the recurrence of its coefficients. */
-        int value = inverse(multiply(g, g) ^ multiply(b, g) ^ c), inverse_p[POLE_DIGITS];
-        for (int n = 0; n < POLE_DIGITS; ++n) {
-            int sum = n == 0 ? 2 : multiply(b, inverse_p[n - 1]);
-            if (n >= 2) sum ^= inverse_p[n - 2];
-            inverse_p[n] = multiply(sum, value);
-        }
-        int fraction[POLE_DIGITS]; /* 1/P^e */
-        memcpy(fraction, inverse_p, sizeof fraction);
-        for (int k = 0; k < POLE_LABEL_BITS / 2; ++k) {
-            for (int n = 0; n < POLE_DIGITS; ++n) {
-                series[n] = fraction[n];
-                if ((k & 1) != 0) {
-                    series[n] = multiply(g, fraction[n]) ^ (n > 0 ? fraction[n - 1] : 0);
-                }
-            }
-            v->label[2 * k + 1][d] = series_digits(series, 2, odd);
-            v->label[2 * k][d] = series_digits(series, 1, odd);
-            if ((k & 1) != 0) series_product(fraction, inverse_p);
-        }
+        pole_rows(v, d, 1, &first[d]);
+        first[d] &= 7u;
     }
+    if (first[2] == first[0] || first[2] == first[1]) pole_exchange(v, 1);
+    if ((form & 2) != 0) pole_exchange(v, 0);
 }
 
 static void add_chosen(const uint32_t vectors[][4], uint32_t bits, uint32_t out[4]) {
@@ -113,6 +88,33 @@ void pole_add_digit(pole_vectors *v, int d, int from, int to) {
 void pole_add_index(pole_vectors *v, int from, int to) {
     assert(from < to);
     for (int d = 0; d < 4; ++d) v->index[to][d] ^= v->index[from][d];
+}
+
+void pole_exchange(pole_vectors *v, int pair) {
+    for (int k = 0; k < POLE_VECTORS; ++k) {
+        uint32_t *u = pole_vector(v, k) + 2 * pair;
+        const uint32_t first = u[0];
+        u[0] = u[1];
+        u[1] = first;
+    }
+}
+
+void pole_mix_labels(pole_vectors *v, int pair, uint64_t random) {
+    const int within = (int)(random & 1u);
+    const int low = (int)((random >> 1 & 0xffffu) * (within ? POLE_LABEL_BITS / 2 : 10) >> 16);
+    if (within) {
+        uint32_t *a = v->label[2 * low] + 2 * pair, *b = v->label[2 * low + 1] + 2 * pair;
+        for (int c = 0; c < 2; ++c) {
+            const uint32_t sum = a[c] ^ b[c];
+            a[c] = b[c];
+            b[c] = sum;
+        }
+        return;
+    }
+    const int coarser = (low / 2 + 1) * 2;
+    const int high =
+        coarser + (int)((random >> 17 & 0xffffu) * (uint32_t)(POLE_LABEL_BITS - coarser) >> 16);
+    for (int c = 2 * pair; c < 2 * pair + 2; ++c) v->label[high][c] ^= v->label[low][c];
 }
 
 /* ---- Ranks ---- */

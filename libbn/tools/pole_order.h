@@ -1,19 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Pole order: digital sequences whose samples and pixels are stratified together.
  *
- * Over the field of four elements, the digits of a sample's index are the coefficients of the
- * powers of X, the digits of a pixel's label those of 1/P, X/P, 1/P^2, X/P^2 ... with an
- * irreducible quadratic P. Coordinate d of the sample is the expansion of the sum at place d of 0,
- * 1, w, w + 1. A difference of two such functions has too few zeros for two samples to share an
- * elementary interval. (Function fields as the source of nets: Niederreiter and Xing,
- * "Low-discrepancy sequences and global function fields with many rational places", 1996.)
- * Microseconds. */
+ * For each pair of coordinates, over the field of two elements, the bits of a sample's index are the
+ * coefficients of the powers of X, those of a pixel's label the coefficients of 1/P, X/P, 1/P^2, X/P^2
+ * ... with P = X^2 + X + 1: two bits for each level of a quadtree. The coordinates are the expansions of
+ * the sum at 0 and at 1. P has no zero there, so a difference of two such functions has too few zeros
+ * for two samples to share an elementary interval. (Function fields as the source of nets:
+ * Niederreiter and Xing, "Low-discrepancy sequences and global function fields with many rational
+ * places", 1996.) The second pair has the index of an SZ sequence, so that the four coordinates of a
+ * pixel are nets in base 4, and a label that is a linear map of the first pair's. Microseconds. */
 #ifndef BN_POLE_ORDER_H
 #define BN_POLE_ORDER_H
 
 #include <stdint.h>
 
-enum { POLE_INDEX_BITS = 32, POLE_LABEL_BITS = 12, POLE_DIGITS = 16, POLE_VECTORS = 44 };
+enum { POLE_INDEX_BITS = 32, POLE_LABEL_BITS = 12, POLE_VECTORS = 44 };
 
 /* What each bit adds to the four coordinates, the lowest bit first. */
 typedef struct {
@@ -26,11 +27,9 @@ static inline uint32_t *pole_vector(pole_vectors *v, int k) {
     return k < POLE_INDEX_BITS ? v->index[k] : v->label[k - POLE_INDEX_BITS];
 }
 
-/* A linear map of the field onto itself as a space of bits: one of six. */
-int pole_map(int map, int element);
-
-/* P = X^2 + b X + c. Elements are numbers u << 1 | l for u + l w. */
-void pole_vectors_make(pole_vectors *v, int c, int b);
+/* `form`, 0 to 3: bit 0 renames the digits of the second pair in base 4, bit 1 exchanges the
+ * coordinates of the first. */
+void pole_vectors_make(pole_vectors *v, int form);
 
 void pole_label_shift(const pole_vectors *v, uint32_t label, uint32_t out[4]);
 void pole_index_point(const pole_vectors *v, uint32_t index, uint32_t out[4]);
@@ -52,5 +51,12 @@ void pole_add_digit(pole_vectors *v, int d, int from, int to);
 /* Changes the order of the samples: the vector of bit `from` is added to that of `to`, a higher
  * one, so that every power-of-two prefix stays the same set. */
 void pole_add_index(pole_vectors *v, int from, int to);
+
+/* Exchanges the coordinates of a pair. */
+void pole_exchange(pole_vectors *v, int pair);
+
+/* By random bits, maps the label of a pair within one level, or adds a vector of a finer level to one
+ * of a coarser: keeps every net. */
+void pole_mix_labels(pole_vectors *v, int pair, uint64_t random);
 
 #endif

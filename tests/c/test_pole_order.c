@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The promises of the pole order of BLUE: the first 4^k samples of every aligned block of 16^s pixels
- * are a (0, k + 2 s, 4)-net in base 4, for each of the four domains of a family, counted from draws, and
- * the nets within a pixel, at all counts. test_sampler.c counts those of pairs. */
+ * The promises of the pole order of BLUE: the first 2^k samples of every aligned square of 2^s x 2^s
+ * pixels are a (0, k + 2 s, 2)-net in base 2 in both pairs, for each of the four domains of a family,
+ * counted from draws; and the nets within a pixel, at all counts. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_draw.h>
@@ -12,34 +12,42 @@ enum { MEMBERS = 4, TILE = 64 };
 
 static uint32_t points[MOST_POINTS][4];
 
-/* Draws the first 4^k samples of the 16^s pixels from (x, y) on, pixel after pixel. */
-static void draw_block(const bn_sampler *s, int32_t x, int32_t y, int log4_side, int k,
+/* Draws the first 2^k samples of the pixels of a square of 2^s from (x, y) on, pixel after pixel. */
+static void draw_block(const bn_sampler *sampler, int32_t x, int32_t y, int s, int k,
                        uint32_t domain) {
-    int32_t side = 1 << 2 * log4_side;
+    const int32_t side = 1 << s;
     uint32_t(*point)[4] = points;
     for (int32_t i = 0; i < side * side; ++i) {
-        for (uint32_t index = 0; index < 1u << 2 * k; ++index) {
-            bn_sample_4d_u32(s, x + i % side, y + i / side, index, domain, *point++);
+        for (uint32_t index = 0; index < 1u << k; ++index) {
+            bn_sample_4d_u32(sampler, x + i % side, y + i / side, index, domain, *point++);
         }
     }
 }
 
-static int block_is_net(const bn_sampler *s, int32_t x, int32_t y, int log4_side, int k,
+/* Whether they are a (0, k + 2 s, 2)-net in both pairs. */
+static int block_is_net(const bn_sampler *sampler, int32_t x, int32_t y, int s, int k,
                         uint32_t domain) {
-    draw_block(s, x, y, log4_side, k, domain);
-    return are_net_in_four(points, k + 2 * log4_side);
+    const int m = k + 2 * s;
+    draw_block(sampler, x, y, s, k, domain);
+    for (int a = 0; a <= m; ++a) {
+        if (!one_in_each_box(points, (const int[4]){a, m - a, 0, 0}, m)) return 0;
+        if (!one_in_each_box(points, (const int[4]){0, 0, a, m - a}, m)) return 0;
+    }
+    return 1;
 }
 
-/* Where the aligned blocks of 16^s pixels begin: of the 16 places that the alignment of the next
- * smaller blocks leaves, one alone makes nets of the first samples of three blocks. */
-static void find_alignment(const bn_sampler *s, int log4_side, uint32_t domain, int32_t corner[2]) {
-    int32_t side = 1 << 2 * log4_side, found[2] = {0, 0};
+/* Where the aligned squares of 2^s pixels begin: of the four places that the alignment of the next
+ * smaller ones leaves, one alone makes nets of the first samples of several. */
+static void find_alignment(const bn_sampler *sampler, int s, uint32_t domain, int32_t corner[2]) {
+    enum { BLOCKS = 8 };
+    const int32_t side = 1 << s;
+    int32_t found[2] = {0, 0};
     int count = 0;
-    for (int32_t i = 0; i < 16; ++i) {
-        int32_t x = corner[0] + i % 4 * (side / 4), y = corner[1] + i / 4 * (side / 4);
+    for (int32_t i = 0; i < 4; ++i) {
+        int32_t x = corner[0] + i % 2 * (side / 2), y = corner[1] + i / 2 * (side / 2);
         int net = 1;
-        for (int32_t block = 0; block < 3 && net; ++block) {
-            net = block_is_net(s, x + block * side, y - block * side, log4_side, 0, domain);
+        for (int32_t block = 0; block < BLOCKS && net; ++block) {
+            net = block_is_net(sampler, x + block * side, y - 3 * block * side, s, 0, domain);
         }
         if (!net) continue;
         found[0] = x;
@@ -51,30 +59,28 @@ static void find_alignment(const bn_sampler *s, int log4_side, uint32_t domain, 
 }
 
 static void test_nets(void) {
-    enum { FAMILIES = 3 };
-    const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, 8);
+    enum { FAMILIES = 3, LEVELS = 6 };
+    const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 8);
     for (uint32_t family = 0; family < FAMILIES; ++family) {
-        int32_t small[2] = {-100, 1000}, large[2], tile[2];
+        int32_t corner[LEVELS + 1][2] = {{-100, 1000}};
         uint32_t first = bn_domain_child(family, 4u * family);
-        find_alignment(&s, 1, first, small);
-        memcpy(large, small, sizeof large);
-        find_alignment(&s, 2, first, large);
-        memcpy(tile, large, sizeof tile);
-        find_alignment(&s, 3, first, tile);
+        for (int s = 1; s <= LEVELS; ++s) {
+            memcpy(corner[s], corner[s - 1], sizeof corner[s]);
+            find_alignment(&sampler, s, first, corner[s]);
+        }
         for (uint32_t member = 0; member < MEMBERS; ++member) {
             uint32_t domain = bn_domain_child(family, 4u * family + member);
-            for (int32_t i = 0; i < TILE * TILE / 16; ++i) {
-                int32_t x = small[0] + i % 16 * 4, y = small[1] + i / 16 * 4;
-                for (int k = 0; k <= (i % 17 == 0 ? 3 : 1); ++k) {
-                    CHECK(block_is_net(&s, x, y, 1, k, domain));
+            for (int s = 0; s <= LEVELS; ++s) {
+                const int32_t side = 1 << s, across = TILE / side;
+                for (int32_t i = 0; i < across * across; ++i) {
+                    int32_t x = corner[s][0] + i % across * side,
+                            y = corner[s][1] + i / across * side;
+                    const int most = i % 37 == 0 ? 12 - 2 * s : 1;
+                    for (int k = 0; k <= most && k <= 12 - 2 * s; ++k) {
+                        CHECK(block_is_net(&sampler, x, y, s, k < 6 ? k : 6, domain));
+                    }
                 }
             }
-            for (int32_t i = 0; i < TILE * TILE / 256; ++i) {
-                int32_t x = large[0] + i % 4 * 16, y = large[1] + i / 4 * 16;
-                for (int k = 0; k <= 1; ++k) CHECK(block_is_net(&s, x, y, 2, k, domain));
-            }
-            /* The whole tile. */
-            CHECK(block_is_net(&s, tile[0], tile[1], 3, 0, domain));
         }
     }
 }
@@ -158,8 +164,8 @@ static void test_words(void) {
     size_t count = 0;
     uint32_t version = 0;
     const uint32_t *words = bn_tables(&count, &version);
-    CHECK(words == bn_tables_6 && bn_tables(NULL, NULL) == words);
-    CHECK(count == BN_WORD_COUNT && version == BN_DRAW_TABLE_VERSION && version == 6);
+    CHECK(words == bn_tables_7 && bn_tables(NULL, NULL) == words);
+    CHECK(count == BN_WORD_COUNT && version == BN_DRAW_TABLE_VERSION && version == 7);
     CHECK(count * sizeof *words <= 48u * 1024u && sizeof(bn_sampler) <= 48u);
     FILE *file = fopen(BN_TESTS_DIR "/../libbn/data/blue.u32", "rb");
     CHECK(file != NULL);
@@ -173,8 +179,8 @@ static void test_words(void) {
     CHECK(fgetc(file) == EOF);
     fclose(file);
     for (uint32_t i = 0; i < 256; ++i) {
-        CHECK(bn_index_digits_6[i].reversed == bn_reverse_bits(i));
-        CHECK(bn_index_digits_6[i].flip == bn_draw_flip(i));
+        CHECK(bn_index_digits_7[i].reversed == bn_reverse_bits(i));
+        CHECK(bn_index_digits_7[i].flip == bn_draw_flip(i));
     }
 }
 

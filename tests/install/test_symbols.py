@@ -75,4 +75,4 @@ def test_a_program_that_draws_has_no_other_data_in_it(static_library, tmp_path):
     static_library.compile(tmp_path / "draws.c", tmp_path / "draws")
     run(tmp_path / "draws")
     inside = {name for name in symbols(tmp_path / "draws") if name.startswith("bn_data_") and not name.endswith("_count")}
-    assert inside == {"bn_data_mask_64"} and "bn_tables_6" in symbols(tmp_path / "draws")
+    assert inside == {"bn_data_mask_64"} and "bn_tables_7" in symbols(tmp_path / "draws")

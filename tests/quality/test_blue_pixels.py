@@ -82,7 +82,7 @@ def test_single_samples(index):
     for f in range(12):
         angle, near = 2.4 * f + 0.1, 0.15 * np.sin(12 * f)  # how far it passes the middle
         a, b, c, mean = plane_at_angle(0.5 + near * np.cos(angle), 0.5 + near * np.sin(angle), angle)
-        u = bluenoise.Sampler("blue", seed=SEED).sample(x, y, index, bluenoise._core.domain_child(11, f), pair=f // 2 % 4)
+        u = bluenoise.Sampler("blue", seed=SEED).sample(x, y, index, bluenoise._core.domain_child(11, f), pair=f // 2 % 2)
         error = (a * u[..., 0] + b * u[..., 1] < c) - mean
         error = ndimage.gaussian_filter(error, 2.1, truncate=7 / 2.1)[7:-7, 7:-7]
         square += (error**2).mean() / (mean * (1 - mean) * gain) / 12
@@ -91,12 +91,13 @@ def test_single_samples(index):
 
 
 def test_cells():
-    """Over the 4,096 labels the first three digits of the four coordinates are each of 8^4 cells once."""
+    """Over the 4,096 labels the first six digits of the two coordinates of a pair are each of 64 x 64 cells once."""
     words = bluenoise.tables()
     pixels, places, blocks = (int(re.search(rf"#define BN_{name}_AT (\d+)u?", HEADER)[1]) for name in ("PIXELS", "PLACES", "BLOCKS"))
     row, column = np.mgrid[:TILE, :TILE]
     for member in range(4):
         place = words[pixels + row * TILE + column] >> 8 * member & 15
         at = places + 2 * (member * 16 + place), blocks + 2 * ((row // 4 * 16 + column // 4) * 4 + member)
-        coordinates = [(words[at[0] + half] ^ words[at[1] + half]) >> shift & 7 for half in (0, 1) for shift in (13, 29)]
-        assert len(np.unique(np.ravel_multi_index(coordinates, (8,) * 4))) == TILE**2
+        for pair in (0, 1):
+            coordinates = [(words[at[0] + pair] ^ words[at[1] + pair]) >> shift & 63 for shift in (10, 26)]
+            assert len(np.unique(np.ravel_multi_index(coordinates, (64, 64)))) == TILE**2

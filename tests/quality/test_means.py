@@ -15,7 +15,7 @@ WHATS = {
     "two members": lambda i, k: (0, (k + i) % 4, (k + i) % 2),
     "three members": lambda i, k: (0, (k + i) % 4, (k + i) % 2),
     "two families": lambda i, k: (i * (1 + k % 3), (k // 2 if i else k) % 4, (k + i) % 2),
-    "a single number": lambda i, k: (0, k % 4, 2 + k % 2),
+    "a single number": lambda i, k: (0, k % 4, k % 2),
 }
 FACTORS = {"one pair": 1, "three members": 3, "a single number": 1}
 

@@ -11,7 +11,8 @@ pixels over 24 integrands and 4 domains, relative to white noise (in closed form
                                      4 k: edges of a picture that are parallel to its sides
     leaning                          edges that lean away from a row or a column by slopes of .03 to .1, in every pair in turn: linear
                                      scramblings suit some slopes and not others
-    singles                          x < c, of the numbers that pairs 2 and 3 draw
+    drifting                         half-planes in every pair in turn whose edge moves back and forth across the screen, once in 64 pixels
+    singles                          x < c, in each of the four numbers of domains with keys 4 k in turn
     axes                             how unlike the low-frequency error of such steps in all other pairs is along the two axes: the
                                      ratio of the powers
 
@@ -57,6 +58,16 @@ def leaning(k):
     return plane_through(*well_spread(k), *((1, slope) if k & 1 else (slope, 1)))
 
 
+def drifting(k):
+    """A half-plane (a, b, c, mean) with c and the mean of every pixel."""
+    a, b, c, _ = plane(k)
+    y, x = np.mgrid[:SIZE, :SIZE]
+    c = c + 0.35 * np.sin(2 * np.pi * ((x, y, x + y, x - y)[k % 4] / INNER + k / PLANES))
+    size, at = np.abs([a, b]), c - min(a, 0) - min(b, 0)
+    parts = [np.maximum(0, at - less) ** 2 for less in (0, size[0], size[1], size.sum())]
+    return a, b, c[..., None], ((parts[0] - parts[1] - parts[2] + parts[3]) / (2 * size.prod()))[..., None]
+
+
 def step(k):
     """A step in x for even k, in y for odd k."""
     c = (0.2 + 0.6180339887498949 * (k // 2)) % 1
@@ -71,6 +82,8 @@ def integrand(figure, member, k):
         return [(step(k), member, 1 if member == 0 or k // 2 % 2 == 0 else 0)]
     if figure == "singles":
         return [(step(k), 0, k // 2 % 2)]
+    if figure == "drifting":
+        return [(drifting(k), member, k // 4 % 2)]
     if figure == "leaning":
         return [(leaning(k), member, k // 4 % 2)]
     if figure == "products":
@@ -79,14 +92,6 @@ def integrand(figure, member, k):
         first, second = SIBLINGS[k % 6]
         return [(plane(k), first, 0), (plane(k, 1), second, 0)]
     return [(plane(k), member, {"half-planes-01": 0, "half-planes-23": 1}[figure])]
-
-
-def draw(sampler, parent, member, count, singles):
-    domain = bluenoise.domain(parent, member)
-    if not singles:
-        return sampler.block(0, 0, SIZE, SIZE, 0, count, domain)
-    y, x, index = np.ogrid[:SIZE, :SIZE, :count]
-    return np.concatenate([sampler.sample(x, y, index, domain, pair=pair) for pair in (2, 3)], -1)
 
 
 def blurred(errors, sigma, axes):
@@ -106,7 +111,8 @@ def measured(kind, declared, figure, sigma, counts):
     error = white = 0
     for member in range(DOMAINS):
         integrands = [integrand(figure, member, k) for k in range(PLANES)]
-        samples = {m: draw(sampler, 4 * member + 400, m, counts[-1], figure == "singles") for m in {m for f in integrands for _, m, _ in f}}
+        samples = {m: sampler.block(0, 0, SIZE, SIZE, 0, counts[-1], bluenoise.domain(4 * member + 400, m))
+                   for m in {m for f in integrands for _, m, _ in f}}
         for k, factors in enumerate(integrands):
             inside, mean = True, 1.0
             for (a, b, c, share), m, pair in factors:
@@ -119,7 +125,7 @@ def measured(kind, declared, figure, sigma, counts):
                 error, white = error + (ratio if k % 2 == 0 else -ratio), white + 1
             else:
                 square, gain = blurred(errors, sigma, [k % 2] if figure == "steps" else [0, 1])
-                error, white = error + np.sqrt(square), white + np.sqrt(gain * mean * (1 - mean) / counts)
+                error, white = error + np.sqrt(square), white + np.sqrt(gain * np.mean(mean * (1 - mean)) / counts)
     return np.exp(abs(error / white)) if figure == "axes" else error / white
 
 

@@ -60,6 +60,6 @@ void answer(out uint result[16]) {
         + 19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray, k) + 23u * bn_ray_1d_pair(k)
         + 25u * bn_ray_2d_domain(ray, k) + 27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray, k) + 31u * split
         + 33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain + 41u * last.index
-        + 43u * last.domain + 45u * bn_path_rng_bits(seed, branch, split, k)
+        + 43u * last.domain + 45u * bn_path_rng_bits(seed, branch, bn_ray_loop_domain(ray, k), k)
         + 47u * bn_ray_keyed_domain(ray, k);
 }

@@ -135,7 +135,7 @@ static uint32_t path_words(uint32_t *record) {
            27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray.domain, k) + 31u * split.domain +
            33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain +
            41u * last.index + 43u * last.domain +
-           45u * bn_path_rng_bits(seed, branch, split.domain, k) +
+           45u * bn_path_rng_bits(seed, branch, bn_ray_loop_domain(ray.domain, k), k) +
            47u * bn_ray_keyed(&ray, k).domain;
 }
 

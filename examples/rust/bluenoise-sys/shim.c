@@ -6,7 +6,7 @@
 
 #define BN_SAME(condition) _Static_assert(condition, "src/lib.rs has another type: " #condition)
 BN_SAME(sizeof(bn_path) == 16 && offsetof(bn_path, index) == 8 && offsetof(bn_path, domain) == 12);
-BN_SAME(sizeof(bn_ray) == 40 && offsetof(bn_ray, domain) == 16 && offsetof(bn_ray, splits) == 32);
+BN_SAME(sizeof(bn_ray) == 44 && offsetof(bn_ray, domain) == 16 && offsetof(bn_ray, splits) == 32);
 BN_SAME(sizeof(bn_split) == 24 && offsetof(bn_split, domain) == 16);
 BN_SAME(sizeof(bn_rng) == 36 && offsetof(bn_rng, counter) == 16 && offsetof(bn_rng, drawn) == 32);
 BN_SAME(sizeof(void *) != 8 || (sizeof(bn_sampler) == 48 && offsetof(bn_sampler, mask) == 16));

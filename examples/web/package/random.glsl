@@ -92,7 +92,7 @@ vec2 rand2(uint effect) {
 float rand1(uint effect) {
     if (effect == BN_EFFECT_CHOICE)
         return bn_rng_pair(bn_rng_domain(BN_EFFECT_LIGHT), 1u).y;
-    return bn_rng_pair(bn_rng_domain(effect), 2u).x; /* arranged as a single number */
+    return bn_rng_pair(bn_rng_domain(effect), 0u).x;
 }
 
 vec3 rand3(uint effect) {

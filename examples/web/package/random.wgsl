@@ -65,7 +65,7 @@ fn rand1(effect: u32) -> f32 {
     if (effect == BN_EFFECT_CHOICE) {
         return bn_rng_pair(bn_rng_domain(BN_EFFECT_LIGHT), 1u).y;
     }
-    return bn_rng_pair(bn_rng_domain(effect), 2u).x; /* arranged as a single number */
+    return bn_rng_pair(bn_rng_domain(effect), 0u).x;
 }
 
 fn rand3(effect: u32) -> vec3f {

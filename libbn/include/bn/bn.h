@@ -131,10 +131,10 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  * decisions. Never use a dimension for two purposes.
  *
  * Families. The four children of a domain with keys 4 k to 4 k + 3 are a family. With BLUE, both
- * pairs of a domain are stratified together, in all four dimensions and over neighbouring pixels.
- * So, nearly, are any two members of a family. Use the two pairs of one domain, or members of one
+ * pairs of a domain are stratified together, in all four dimensions. So, nearly, are any two members of
+ * a family. Use the two pairs of one domain, or members of one
  * family, for decisions whose effects multiply, such as the position in the pixel and the point on
- * a light.
+ * a light. A choice and then a pair, such as a light and the point on it, are dimension 2 and (0, 1).
  *
  * Position in the pixel. Draw it from dimensions (0, 1), as (x, y), of a domain whose key is a
  * multiple of four. These dimensions are also well distributed along the rows and columns of the
@@ -154,20 +154,19 @@ BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 /* ---- Samplers */
 
 /* Increases with every change of the tables or of the values drawn from them; see Reproducibility. */
-#define BN_DRAW_TABLE_VERSION 6u
+#define BN_DRAW_TABLE_VERSION 7u
 
 typedef int32_t bn_sampler_kind;
 
 enum {
     /* The sampler to use. Progressive: it needs no sample count. The error is blue over the screen
-     * in both pairs of every domain. In each pixel, every prefix of 2^m samples is a (0, m, 2)-net
-     * in dimensions (0, 1) and in (2, 3), and every prefix of 4^m samples is a (0, m, 4)-net in
-     * base 4 in all four dimensions. Over the pixels of an aligned block of 16^s pixels, that
-     * prefix is a (0, m + 2 s, 4)-net. Blurred errors fall with nearly every sample, as each
-     * sample by itself is blue: the pixels of 64 x 64 share the order of their samples. They share
-     * random digits, too, others than the next 64 x 64, so no error is that of the whole picture.
-     * Over seeds and domains, such as frames, each sample is uniform in all four dimensions.
-     * docs/blue.md has the construction. */
+     * in both pairs of every domain, without visible patterns. Over any aligned square of 2^s x 2^s
+     * pixels, every aligned run of 2^m samples is a (0, m + 2 s, 2)-net in dimensions (0, 1) and in
+     * (2, 3). In each pixel, every run of 4^m samples is a (0, m, 4)-net in base 4 in all four
+     * dimensions. Blurred errors fall with nearly every sample, as each sample by itself is blue: the
+     * pixels of 64 x 64 share the order of their samples. They share random digits as well, others
+     * than the next 64 x 64, so errors do not accumulate across tiles. Over seeds and domains, such as
+     * frames, each sample is uniform in all four dimensions. docs/blue.md has the construction. */
     BN_SAMPLER_BLUE = 0,
     /* Owen-scrambled Sobol' (0, 2)-sequences, padded, independent in each pixel: the usual choice
      * of renderers, as a baseline. Padded: dimensions (0, 1) and (2, 3) are two sequences in
@@ -255,12 +254,8 @@ BN_API bn_result bn_sampler_init(bn_sampler *sampler, const bn_sampler_options *
  *
  * bn_sample_4d_u32() gives 32 random bits per dimension. The floats are out[i] = (u32[i] >> 8) *
  * 2^-24, always in [0, 1). The 1-D draw is dimension 0 of the 4-D draw and the 2-D draw dimensions
- * (0, 1). bn_sample_pair() draws one pair alone, (0, 1) with pair 0 and (2, 3) with pair 1. With
- * pair 2 and 3 it draws the same dimensions as single numbers, for decisions that take one number
- * each, such as a choice or a distance: BLUE arranges each of them for itself, best in domains whose
- * keys are multiples of four, while the two together are nothing special; other kinds give the same
- * numbers as with pair 0 and 1. Only the lower two bits of `pair` count. Draw a pair either way, not
- * both. A pair never takes longer than a 4-D draw. */
+ * (0, 1). bn_sample_pair() draws one pair alone, (0, 1) with pair 0 and (2, 3) with pair 1; only the
+ * lowest bit of `pair` counts. A pair never takes longer than a 4-D draw. */
 BN_API float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                           uint32_t domain);
 BN_API void bn_sample_2d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
@@ -297,8 +292,8 @@ BN_API bn_result bn_sample_many(const bn_sampler *sampler, size_t count, const i
                                 const int32_t *y, const uint32_t *index, const uint32_t *domain,
                                 uint32_t dimensions, float *out, size_t out_count);
 
-/* The same for one pair of dimensions, by 0 to 3: out[count][2], bit-equal to bn_sample_pair().
- * Errors: INVALID_ARGUMENT (sampler is NULL, an array of lanes is NULL, pair is above 3),
+/* The same for one pair of dimensions, by 0 or 1: out[count][2], bit-equal to bn_sample_pair().
+ * Errors: INVALID_ARGUMENT (sampler is NULL, an array of lanes is NULL, pair is above 1),
  * SIZE_MISMATCH (out_count is not count * 2). */
 BN_API bn_result bn_sample_many_pair(const bn_sampler *sampler, size_t count, const int32_t *x,
                                      const int32_t *y, const uint32_t *index,

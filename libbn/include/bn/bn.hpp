@@ -132,8 +132,7 @@ class Sampler {
         return out;
     }
 
-    // One pair of dimensions alone: (0, 1) with pair 0, (2, 3) with pair 1; as single numbers with 2
-    // and 3.
+    // One pair of dimensions alone: (0, 1) with pair 0, (2, 3) with pair 1.
     std::array<float, 2> sample_pair(int32_t x, int32_t y, uint32_t index, Domain domain,
                                      uint32_t pair) const noexcept {
         std::array<float, 2> out{};
@@ -160,7 +159,7 @@ class Sampler {
               bn_sample_many(&sampler_, count, x, y, index, domain, N, out, count * N));
     }
 
-    // bn_sample_many_pair(): one pair of dimensions, 0 to 3, to out[count][2]. Throws
+    // bn_sample_many_pair(): one pair of dimensions, 0 or 1, to out[count][2]. Throws
     // INVALID_ARGUMENT for another pair too.
     void sample_many_pair(std::size_t count, const int32_t *x, const int32_t *y,
                           const uint32_t *index, const uint32_t *domain, uint32_t pair,
@@ -266,7 +265,7 @@ class Ray {
     }
 
     // Number, pair and four k of the further ones, split k and loop k: what call k + 1 of next_1d() and
-    // its relatives gives. The same at every call. A loop and a split of the same k are one decision.
+    // its relatives gives. The same at every call.
     float draw_1d(uint32_t k) const noexcept { return bn_ray_1d_at(sampler_, &ray_, k); }
     std::array<float, 2> draw_2d(uint32_t k) const noexcept {
         std::array<float, 2> out{};

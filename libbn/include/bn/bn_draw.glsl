@@ -14,8 +14,6 @@
  *
  *     vec4 u = bn_draw_blue(seed, uint(pixel.x), uint(pixel.y), index, domain);
  *     vec2 v = bn_draw_blue_pair(seed, uint(pixel.x), uint(pixel.y), index, domain, 1u); // u.zw
- *     vec2 w = bn_draw_blue_pair(seed, uint(pixel.x), uint(pixel.y), index, domain, 2u); // single
- *                                                                                        // numbers
  *
  * Coordinates are signed integers reinterpreted as unsigned: uint(-1) is the column left of zero.
  * Without storage buffers, as in WebGL 2, the words come from a texture:
@@ -61,9 +59,8 @@ precision highp int;
  * them. Entries of two words hold the first 16 digits of four coordinates, a half-word each from the
  * lowest up; entries of four, all 32 digits of each. `member` is the domain's number within its
  * family, 0 to 3. */
-/* 64 x 64 pixels, row-major: a byte for each member from the lowest up, in its lower half the place of
- * the pixel in its block of 4 x 4; in the upper half of byte d, the place for dimension d of single
- * numbers. */
+/* 64 x 64 pixels, row-major: a byte for each member from the lowest up, the place of the pixel in its
+ * block of 4 x 4. */
 #define BN_PIXELS_AT 0u
 #define BN_BLOCKS_AT 4096u /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
 #define BN_PLACES_AT 6144u /* [member][16][2]: digits of a place in a block */
@@ -268,18 +265,13 @@ BN_FUNCTION bn_uint4 bn_draw_blue_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index
     return v;
 }
 
-/* One pair of dimensions alone, by 0 or 1, or by 2 or 3 as single numbers: the sample of these digits
- * without what bits 8 to 31 of the index add to it. */
+/* One pair of dimensions alone, by 0 or 1: the sample of these digits without what bits 8 to 31 of the
+ * index add to it. */
 BN_FUNCTION bn_uint2 bn_draw_blue_pair_first(BN_TABLE bn_blue_pixel pixel, BN_UINT digits,
                                              BN_UINT pair) {
-    BN_UINT single = 0u - (pair >> 1u);
     pair &= 1u;
-    BN_UINT second = 0u - pair, places = BN_WORD(BN_PIXELS_AT + pixel.at) >> (16u * pair);
-    BN_UINT at = pixel.place, other = at, member = BN_PLACES_AT / 2u + pixel.member * 16u;
-    at ^= (at ^ (member + (places >> 4u & 15u))) & single;
-    other ^= (other ^ (member + (places >> 12u & 15u))) & single;
-    BN_UINT high = (BN_WORD(at * 2u + pair) & 0xffffu) | (BN_WORD(other * 2u + pair) & 0xffff0000u);
-    high ^= BN_WORD(pixel.block * 2u + pair);
+    BN_UINT second = 0u - pair;
+    BN_UINT high = BN_WORD(pixel.place * 2u + pair) ^ BN_WORD(pixel.block * 2u + pair);
     high ^= pixel.keys ^ ((pixel.keys ^ bn_draw_second_keys(pixel.keys)) & second);
     BN_UINT low = pixel.low ^ (pixel.keys & second);
     bn_uint2 v = BN_HALF_ROW(BN_POINTS_AT + (digits >> 24u) * 16u + pixel.member * 4u + pair * 2u);

@@ -17,8 +17,8 @@
  * The samples of a pixel are a digital sequence: each bit of the sample index, and each bit of the
  * pixel's label, adds (XOR) a vector of digits to each of the four coordinates. Labels are places in
  * a tile of 64 x 64 pixels, arranged by a search (libbn/tools/bn_bake_sampler.c) so that errors of
- * neighbours cancel; single numbers have arrangements of their own. Each copy of the tile adds random
- * digits and has an order of the samples of its own. A family of domains has a shift and reflection
+ * neighbours cancel. Each copy of the tile adds random digits and has an order of the samples of its
+ * own. A family of domains has a shift and reflection
  * of the tile, each of its four members other vectors. docs/blue.md has the construction, and why.
  *
  * COST
@@ -95,14 +95,12 @@ BN_DEVICE_INLINE void bn_draw_white(bn_uint2 seed, int32_t x, int32_t y, uint32_
     bn_draw_floats(bn_draw_white_bits(seed, (uint32_t)x, (uint32_t)y, index, domain), out);
 }
 
-/* bn_sample_pair() of the three: dimensions (0, 1) of the same draw with pair 0, (2, 3) with pair 1,
- * and the same as single numbers with 2 and 3. */
+/* bn_sample_pair() of the three: dimensions (0, 1) of the same draw with pair 0, (2, 3) with pair 1. */
 BN_DEVICE_INLINE void bn_draw_blue_pair(const uint32_t *words, bn_uint2 seed, int32_t x, int32_t y,
                                         uint32_t index, uint32_t domain, uint32_t pair,
                                         float out[2]) {
     bn_draw_pair_floats(
-        bn_draw_blue_pair_bits(words, seed, (uint32_t)x, (uint32_t)y, index, domain, pair & 3u),
-        out);
+        bn_draw_blue_pair_bits(words, seed, (uint32_t)x, (uint32_t)y, index, domain, pair), out);
 }
 
 BN_DEVICE_INLINE void bn_draw_sobol_pair(bn_uint2 seed, int32_t x, int32_t y, uint32_t index,
@@ -123,7 +121,7 @@ BN_DEVICE_INLINE void bn_draw_white_pair(bn_uint2 seed, int32_t x, int32_t y, ui
 /* ---- The tables of the library, constant. Their names carry BN_DRAW_TABLE_VERSION. */
 
 /* What bn_tables() returns. */
-BN_API extern const uint32_t bn_tables_6[BN_WORD_COUNT];
+BN_API extern const uint32_t bn_tables_7[BN_WORD_COUNT];
 
 /* Of the lowest eight bits of an index: bit-reversed, and bn_draw_flip(). */
 typedef struct bn_index_digits {
@@ -131,7 +129,7 @@ typedef struct bn_index_digits {
 } bn_index_digits;
 
 /* By the lowest eight bits. */
-BN_API extern const bn_index_digits bn_index_digits_6[256];
+BN_API extern const bn_index_digits bn_index_digits_7[256];
 
 static inline bn_uint2 bn_draw_seed(const bn_sampler *sampler) {
     bn_uint2 seed;
@@ -144,26 +142,14 @@ static inline bn_uint2 bn_draw_seed(const bn_sampler *sampler) {
 
 /* The digits of an index: bn_draw_blue_digits() by tables. */
 static inline uint32_t bn_draw_blue_shuffled(uint32_t shuffle, uint32_t index) {
-    const bn_index_digits low = bn_index_digits_6[index & 255u];
+    const bn_index_digits low = bn_index_digits_7[index & 255u];
     uint32_t reversed = low.reversed;
     if (index > 255u) {
-        reversed |= bn_index_digits_6[index >> 8 & 255u].reversed >> 8 |
-                    bn_index_digits_6[index >> 16 & 255u].reversed >> 16 |
-                    bn_index_digits_6[index >> 24].reversed >> 24;
+        reversed |= bn_index_digits_7[index >> 8 & 255u].reversed >> 8 |
+                    bn_index_digits_7[index >> 16 & 255u].reversed >> 16 |
+                    bn_index_digits_7[index >> 24].reversed >> 24;
     }
     return bn_draw_blue_digits(shuffle, reversed, low.flip);
-}
-
-/* The upper digits of a pixel in one pair, as single numbers or not. */
-static inline uint32_t bn_draw_blue_place(const bn_blue_pixel *pixel, uint32_t pair) {
-    const uint32_t half = pair & 1u;
-    const uint32_t *place;
-    uint32_t places;
-    if (pair < 2u) return bn_tables_6[(size_t)pixel->place * 2u + half];
-    places = bn_tables_6[BN_PIXELS_AT + pixel->at] >> (16u * half);
-    place = bn_tables_6 + BN_PLACES_AT + (size_t)pixel->member * 32u + half;
-    return (place[(places >> 4u & 15u) * 2u] & 0xffffu) |
-           (place[(places >> 12u & 15u) * 2u] & 0xffff0000u);
 }
 
 #if defined(BN_DRAW_SSE2)
@@ -183,7 +169,7 @@ static inline void bn_draw_blue_floats(const bn_blue_pixel *pixel, uint32_t inde
 #if defined(BN_DRAW_SSE2)
     /* The four dimensions in one register. */
     const uint32_t digits = bn_draw_blue_shuffled(pixel->shuffle, index);
-    const uint32_t *point = bn_tables_6 + BN_POINTS_AT + (size_t)pixel->member * 4u;
+    const uint32_t *point = bn_tables_7 + BN_POINTS_AT + (size_t)pixel->member * 4u;
     const __m128i keys = _mm_cvtsi32_si128((int)pixel->keys);
     __m128i low = _mm_cvtsi32_si128((int)pixel->low);
     __m128i high =
@@ -191,12 +177,12 @@ static inline void bn_draw_blue_floats(const bn_blue_pixel *pixel, uint32_t inde
     low = _mm_unpacklo_epi32(low, _mm_xor_si128(low, keys));
     __m128i v;
     high = _mm_xor_si128(high,
-                         _mm_xor_si128(bn_draw_load_pair(bn_tables_6 + (size_t)pixel->place * 2u),
-                                       bn_draw_load_pair(bn_tables_6 + (size_t)pixel->block * 2u)));
+                         _mm_xor_si128(bn_draw_load_pair(bn_tables_7 + (size_t)pixel->place * 2u),
+                                       bn_draw_load_pair(bn_tables_7 + (size_t)pixel->block * 2u)));
     v = _mm_xor_si128(_mm_unpacklo_epi16(low, high),
                       bn_draw_load_four(point + (size_t)(digits >> 24) * 16u));
     if (index > 255u) {
-        const uint32_t *later = bn_tables_6 + BN_LATER_AT + (size_t)pixel->member * 4u;
+        const uint32_t *later = bn_tables_7 + BN_LATER_AT + (size_t)pixel->member * 4u;
         for (uint32_t rest = digits << 8; rest != 0; rest <<= 4, later += 256) {
             v = _mm_xor_si128(v, bn_draw_load_four(later + (size_t)(rest >> 28) * 16u));
         }
@@ -204,27 +190,27 @@ static inline void bn_draw_blue_floats(const bn_blue_pixel *pixel, uint32_t inde
     _mm_storeu_ps(
         out, _mm_mul_ps(_mm_cvtepi32_ps(_mm_srli_epi32(v, 8)), _mm_set1_ps(1.0f / 16777216.0f)));
 #else
-    bn_draw_floats(bn_draw_blue_at(bn_tables_6, *pixel, index), out);
+    bn_draw_floats(bn_draw_blue_at(bn_tables_7, *pixel, index), out);
 #endif
 }
 
-/* One pair of it, or its single numbers. */
+/* One pair of it. */
 static inline void bn_draw_blue_pair_floats(const bn_blue_pixel *pixel, uint32_t index,
                                             uint32_t pair, float out[2]) {
 #if defined(BN_DRAW_SSE2)
     const uint32_t half = pair & 1u;
     const size_t member = (size_t)pixel->member * 4u + half * 2u;
     const uint32_t digits = bn_draw_blue_shuffled(pixel->shuffle, index);
-    uint32_t high = bn_draw_blue_place(pixel, pair) ^
-                    bn_tables_6[(size_t)pixel->block * 2u + half] ^
+    uint32_t high = bn_tables_7[(size_t)pixel->place * 2u + half] ^
+                    bn_tables_7[(size_t)pixel->block * 2u + half] ^
                     (half ? bn_draw_second_keys(pixel->keys) : pixel->keys);
     __m128i v =
-        bn_draw_load_pair(bn_tables_6 + BN_POINTS_AT + (size_t)(digits >> 24) * 16u + member);
+        bn_draw_load_pair(bn_tables_7 + BN_POINTS_AT + (size_t)(digits >> 24) * 16u + member);
     __m128i low = _mm_cvtsi32_si128((int)(pixel->low ^ (half ? pixel->keys : 0u)));
     __m128 u;
     v = _mm_xor_si128(v, _mm_unpacklo_epi16(low, _mm_cvtsi32_si128((int)high)));
     if (index > 255u) {
-        const uint32_t *later = bn_tables_6 + BN_LATER_AT + member;
+        const uint32_t *later = bn_tables_7 + BN_LATER_AT + member;
         for (uint32_t rest = digits << 8; rest != 0; rest <<= 4, later += 256) {
             v = _mm_xor_si128(v, bn_draw_load_pair(later + (size_t)(rest >> 28) * 16u));
         }
@@ -232,7 +218,7 @@ static inline void bn_draw_blue_pair_floats(const bn_blue_pixel *pixel, uint32_t
     u = _mm_mul_ps(_mm_cvtepi32_ps(_mm_srli_epi32(v, 8)), _mm_set1_ps(1.0f / 16777216.0f));
     _mm_storel_epi64((__m128i *)(void *)out, _mm_castps_si128(u));
 #else
-    bn_draw_pair_floats(bn_draw_blue_pair_at(bn_tables_6, *pixel, index, pair), out);
+    bn_draw_pair_floats(bn_draw_blue_pair_at(bn_tables_7, *pixel, index, pair), out);
 #endif
 }
 
@@ -276,7 +262,7 @@ static inline void bn_inline_sample_4d_u32(const bn_sampler *sampler, int32_t x,
     const uint32_t column = (uint32_t)x, row = (uint32_t)y;
     bn_uint4 v;
     if (sampler->kind == BN_SAMPLER_BLUE) {
-        v = bn_draw_blue_bits(bn_tables_6, seed, column, row, index, domain);
+        v = bn_draw_blue_bits(bn_tables_7, seed, column, row, index, domain);
     } else if (sampler->kind == BN_SAMPLER_SOBOL) {
         v = bn_draw_sobol_bits(seed, column, row, index, domain);
     } else if (sampler->kind == BN_SAMPLER_WHITE) {
@@ -294,7 +280,7 @@ static inline void bn_inline_sample_4d_u32(const bn_sampler *sampler, int32_t x,
 static inline void bn_inline_sample_4d(const bn_sampler *sampler, int32_t x, int32_t y,
                                        uint32_t index, uint32_t domain, float out[4]) {
     if (sampler->kind == BN_SAMPLER_BLUE) {
-        bn_blue_pixel pixel = bn_draw_blue_pixel(bn_tables_6, bn_draw_seed(sampler), (uint32_t)x,
+        bn_blue_pixel pixel = bn_draw_blue_pixel(bn_tables_7, bn_draw_seed(sampler), (uint32_t)x,
                                                  (uint32_t)y, domain);
         bn_draw_blue_floats(&pixel, index, out);
     } else {
@@ -306,9 +292,9 @@ static inline void bn_inline_sample_pair(const bn_sampler *sampler, int32_t x, i
                                          uint32_t index, uint32_t domain, uint32_t pair,
                                          float out[2]) {
     if (sampler->kind == BN_SAMPLER_BLUE) {
-        bn_blue_pixel pixel = bn_draw_blue_pixel(bn_tables_6, bn_draw_seed(sampler), (uint32_t)x,
+        bn_blue_pixel pixel = bn_draw_blue_pixel(bn_tables_7, bn_draw_seed(sampler), (uint32_t)x,
                                                  (uint32_t)y, domain);
-        bn_draw_blue_pair_floats(&pixel, index, pair & 3u, out);
+        bn_draw_blue_pair_floats(&pixel, index, pair, out);
     } else {
         bn_inline_rare_pair(sampler, x, y, index, domain, pair, out);
     }

@@ -17,9 +17,8 @@
  * them. Entries of two words hold the first 16 digits of four coordinates, a half-word each from the
  * lowest up; entries of four, all 32 digits of each. `member` is the domain's number within its
  * family, 0 to 3. */
-/* 64 x 64 pixels, row-major: a byte for each member from the lowest up, in its lower half the place of
- * the pixel in its block of 4 x 4; in the upper half of byte d, the place for dimension d of single
- * numbers. */
+/* 64 x 64 pixels, row-major: a byte for each member from the lowest up, the place of the pixel in its
+ * block of 4 x 4. */
 const BN_PIXELS_AT = 0u;
 const BN_BLOCKS_AT = 4096u; /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
 const BN_PLACES_AT = 6144u; /* [member][16][2]: digits of a place in a block */
@@ -200,21 +199,13 @@ fn bn_draw_blue_at(pixel: bn_blue_pixel, index: u32) -> vec4u {
     return v;
 }
 
-/* One pair of dimensions alone, by 0 or 1, or by 2 or 3 as single numbers: the sample of these digits
- * without what bits 8 to 31 of the index add to it. */
+/* One pair of dimensions alone, by 0 or 1: the sample of these digits without what bits 8 to 31 of the
+ * index add to it. */
 fn bn_draw_blue_pair_first(pixel: bn_blue_pixel, digits: u32, pair_in: u32) -> vec2u {
     var pair = pair_in;
-    let single = 0u - (pair >> 1u);
     pair &= 1u;
     let second = 0u - pair;
-    let places = bn_words[BN_PIXELS_AT + pixel.at] >> (16u * pair);
-    var at = pixel.place;
-    var other = at;
-    let member = BN_PLACES_AT / 2u + pixel.member * 16u;
-    at ^= (at ^ (member + ((places >> 4u) & 15u))) & single;
-    other ^= (other ^ (member + ((places >> 12u) & 15u))) & single;
-    var high = (bn_words[at * 2u + pair] & 0xffffu) | (bn_words[other * 2u + pair] & 0xffff0000u);
-    high ^= bn_words[pixel.block * 2u + pair];
+    var high = bn_words[pixel.place * 2u + pair] ^ bn_words[pixel.block * 2u + pair];
     high ^= pixel.keys ^ ((pixel.keys ^ bn_draw_second_keys(pixel.keys)) & second);
     let low = pixel.low ^ (pixel.keys & second);
     var v = bn_draw_half_row(BN_POINTS_AT + (digits >> 24u) * 16u + pixel.member * 4u + pair * 2u);

@@ -21,6 +21,7 @@
 #define BN_PATH_CAMERA_KEY 3u /* in place of ray 3, which moves up: what only the camera draws */
 #define BN_PATH_FRAMES_KEY 0x80000000u /* below the root: the parent of all frames but the first */
 #define BN_PATH_KEYED_KEY 0x80000000u  /* below a ray: the parent of its keyed parts */
+#define BN_PATH_LOOPS_KEY 0x40000000u  /* below a ray: added to the keys of loops */
 #define BN_PATH_MORE_KEY 0x40000000u   /* below a split: branches beyond their count */
 
 /* One sample of a pixel, or a branch of it. */
@@ -64,14 +65,14 @@ BN_FUNCTION BN_UINT bn_path_camera_domain(bn_path path) {
 
 /* ---- Further numbers of a ray, from its domain. Each kind has a sequence of its own, without end. */
 
-/* The domain of single number k, and the pair there of which it is the first or, if k is odd, the
- * second. */
+/* The domain of single number k, and the pair there, 0 or 1, of which it is the first number or, if k is
+ * odd, the second. */
 BN_FUNCTION BN_UINT bn_ray_1d_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, k & 0xfffffffcu);
 }
 
 BN_FUNCTION BN_UINT bn_ray_1d_pair(BN_UINT k) {
-    return 2u + (k >> 1u & 1u);
+    return k >> 1u & 1u;
 }
 
 /* The domain and the pair of pair k. */
@@ -88,9 +89,14 @@ BN_FUNCTION BN_UINT bn_ray_4d_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, k * 4u + 2u);
 }
 
-/* The parent of the domains of split k, or the domain of loop k: they share one sequence. */
+/* The parent of the domains of split k. */
 BN_FUNCTION BN_UINT bn_ray_split_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, k * 4u + 3u);
+}
+
+/* The domain of loop k. */
+BN_FUNCTION BN_UINT bn_ray_loop_domain(BN_UINT ray, BN_UINT k) {
+    return bn_draw_domain_child(ray, (k * 4u + 3u) ^ BN_PATH_LOOPS_KEY);
 }
 
 /* The domain of a part of a ray that has a key, from which it draws as a ray does. */

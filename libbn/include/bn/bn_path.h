@@ -93,7 +93,7 @@ BN_DEVICE_INLINE bn_path bn_path_start(int32_t x, int32_t y, uint32_t index, uin
 typedef struct bn_ray {
     bn_path path;
     uint32_t domain;
-    uint32_t drawn_1d, drawn_2d, drawn_4d, splits;
+    uint32_t drawn_1d, drawn_2d, drawn_4d, splits, loops;
     float next_1d; /* drawn with the single number before it */
 } bn_ray;
 
@@ -101,7 +101,7 @@ BN_DEVICE_INLINE bn_ray bn_path_ray(const bn_path *path, uint32_t ray) {
     bn_ray result;
     result.path = *path;
     result.domain = bn_path_ray_domain(*path, ray);
-    result.drawn_1d = result.drawn_2d = result.drawn_4d = result.splits = 0;
+    result.drawn_1d = result.drawn_2d = result.drawn_4d = result.splits = result.loops = 0;
     result.next_1d = 0.0f;
     return result;
 }
@@ -112,7 +112,7 @@ BN_DEVICE_INLINE bn_ray bn_path_ray(const bn_path *path, uint32_t ray) {
 BN_DEVICE_INLINE bn_ray bn_ray_keyed(const bn_ray *ray, uint32_t key) {
     bn_ray result = *ray;
     result.domain = bn_ray_keyed_domain(ray->domain, key);
-    result.drawn_1d = result.drawn_2d = result.drawn_4d = result.splits = 0;
+    result.drawn_1d = result.drawn_2d = result.drawn_4d = result.splits = result.loops = 0;
     result.next_1d = 0.0f;
     return result;
 }
@@ -200,8 +200,8 @@ static inline void bn_ray_4d_at(const bn_sampler *sampler, const bn_ray *ray, ui
     bn_path_draw_4d(sampler, &ray->path, bn_ray_4d_domain(ray->domain, k), out);
 }
 
-/* The next single number of the ray, arranged for decisions that take one number. Four in a row are
- * stratified together in the pixel; every other one costs nothing. */
+/* The next single number of the ray. Four in a row are stratified together. Two are drawn at a time, so
+ * every second call is free. */
 static inline float bn_ray_1d(const bn_sampler *sampler, bn_ray *ray) {
     const uint32_t k = ray->drawn_1d++;
     float pair[2];
@@ -249,9 +249,9 @@ typedef struct bn_rng {
     uint32_t drawn;
 } bn_rng;
 
-/* The numbers of loop k of a ray. Loops and splits share a sequence, so no split has the same k. */
+/* The numbers of loop k of a ray. */
 static inline bn_rng bn_ray_rng_at(const bn_sampler *sampler, const bn_ray *ray, uint32_t k) {
-    const uint32_t loop = bn_ray_split_domain(ray->domain, k);
+    const uint32_t loop = bn_ray_loop_domain(ray->domain, k);
     bn_rng rng;
     bn_path_draw_4d(sampler, &ray->path, loop, rng.next);
     rng.counter = bn_draw_white_counter(bn_draw_seed(sampler), ray->path.x, ray->path.y,
@@ -262,7 +262,7 @@ static inline bn_rng bn_ray_rng_at(const bn_sampler *sampler, const bn_ray *ray,
 
 /* Those of its next loop. */
 static inline bn_rng bn_ray_rng(const bn_sampler *sampler, bn_ray *ray) {
-    return bn_ray_rng_at(sampler, ray, ray->splits++);
+    return bn_ray_rng_at(sampler, ray, ray->loops++);
 }
 
 /* The next number of a loop, in [0, 1). The first four are the sampler's. */

@@ -10,6 +10,7 @@
 const BN_PATH_CAMERA_KEY = 3u; /* in place of ray 3, which moves up: what only the camera draws */
 const BN_PATH_FRAMES_KEY = 0x80000000u; /* below the root: the parent of all frames but the first */
 const BN_PATH_KEYED_KEY = 0x80000000u;  /* below a ray: the parent of its keyed parts */
+const BN_PATH_LOOPS_KEY = 0x40000000u;  /* below a ray: added to the keys of loops */
 const BN_PATH_MORE_KEY = 0x40000000u;   /* below a split: branches beyond their count */
 
 /* One sample of a pixel, or a branch of it. */
@@ -56,14 +57,14 @@ fn bn_path_camera_domain(path: bn_path) -> u32 {
 
 /* ---- Further numbers of a ray, from its domain. Each kind has a sequence of its own, without end. */
 
-/* The domain of single number k, and the pair there of which it is the first or, if k is odd, the
- * second. */
+/* The domain of single number k, and the pair there, 0 or 1, of which it is the first number or, if k is
+ * odd, the second. */
 fn bn_ray_1d_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, k & 0xfffffffcu);
 }
 
 fn bn_ray_1d_pair(k: u32) -> u32 {
-    return 2u + ((k >> 1u) & 1u);
+    return (k >> 1u) & 1u;
 }
 
 /* The domain and the pair of pair k. */
@@ -80,9 +81,14 @@ fn bn_ray_4d_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, k * 4u + 2u);
 }
 
-/* The parent of the domains of split k, or the domain of loop k: they share one sequence. */
+/* The parent of the domains of split k. */
 fn bn_ray_split_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, k * 4u + 3u);
+}
+
+/* The domain of loop k. */
+fn bn_ray_loop_domain(ray: u32, k: u32) -> u32 {
+    return bn_domain_child(ray, (k * 4u + 3u) ^ BN_PATH_LOOPS_KEY);
 }
 
 /* The domain of a part of a ray that has a key, from which it draws as a ray does. */

@@ -12,7 +12,7 @@ static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t
         return;
     }
     const bn_blue_pixel pixel =
-        bn_draw_blue_pixel(bn_tables_6, bn_draw_seed(sampler), (uint32_t)x, (uint32_t)y, domain);
+        bn_draw_blue_pixel(bn_tables_7, bn_draw_seed(sampler), (uint32_t)x, (uint32_t)y, domain);
     for (uint32_t i = 0; i < count; ++i) {
         bn_draw_blue_floats(&pixel, first + i, out + 4 * (size_t)i);
     }

@@ -58,7 +58,7 @@ bn_result bn_sample_many_pair(const bn_sampler *sampler, size_t count, const int
                               const int32_t *y, const uint32_t *index, const uint32_t *domain,
                               uint32_t pair, float *out, size_t out_count) {
     const bn_draw_lanes lanes = {count, x, y, index, domain};
-    if (sampler == NULL || pair > 3) return BN_ERROR_INVALID_ARGUMENT;
+    if (sampler == NULL || pair > 1) return BN_ERROR_INVALID_ARGUMENT;
     return draw_lanes(sampler, pair, 2, &lanes, out, out_count);
 }
 

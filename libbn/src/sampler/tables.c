@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The constant tables of the draws. data/blue.u32 is compiled in as bn_tables_6. */
+ * The constant tables of the draws. data/blue.u32 is compiled in as bn_tables_7. */
 #include "sampler/kinds.h"
 
 const uint32_t *bn_tables(size_t *count, uint32_t *version) {
     if (count != NULL) *count = BN_WORD_COUNT;
     if (version != NULL) *version = BN_DRAW_TABLE_VERSION;
-    return bn_tables_6;
+    return bn_tables_7;
 }
 
 /* bn_reverse_bits() and bn_draw_flip() of a number below 256, as constants. */
@@ -24,5 +24,5 @@ const uint32_t *bn_tables(size_t *count, uint32_t *version) {
 #define SIXTEEN(i) FOUR(i), FOUR((i) + 4u), FOUR((i) + 8u), FOUR((i) + 12u)
 #define SIXTY_FOUR(i) SIXTEEN(i), SIXTEEN((i) + 16u), SIXTEEN((i) + 32u), SIXTEEN((i) + 48u)
 
-const bn_index_digits bn_index_digits_6[256] = {SIXTY_FOUR(0u), SIXTY_FOUR(64u), SIXTY_FOUR(128u),
+const bn_index_digits bn_index_digits_7[256] = {SIXTY_FOUR(0u), SIXTY_FOUR(64u), SIXTY_FOUR(128u),
                                                 SIXTY_FOUR(192u)};

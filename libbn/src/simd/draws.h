@@ -10,7 +10,7 @@ typedef struct bn_uint4 bn_uint4;
 typedef struct bn_uint2 bn_uint2;
 typedef struct bn_blue_pixel bn_blue_pixel;
 
-extern const uint32_t bn_tables_6[];
+extern const uint32_t bn_tables_7[];
 
 BN_INLINE uint32_t word_at(const uint32_t *words, uint32_t at) {
     return words[at];
@@ -49,13 +49,13 @@ BN_INLINE bn_uint2 half_row_at(const uint32_t *words, bn_u32v at) {
 }
 
 /* What is drawn: a pair, by its number, dimension 0, or three or four dimensions. */
-enum { ONE = 4, WIDE };
+enum { ONE = 2, WIDE };
 
 /* Draws a multiple of BN_U32_LANES lanes. `kind` and `form` are constants, so that what they do not
  * need falls away. */
 BN_INLINE void draw_loop(const bn_sampler *sampler, int32_t kind, int form, uint32_t dimensions,
                          const bn_draw_lanes *lanes, float *out) {
-    const uint32_t *words = bn_tables_6;
+    const uint32_t *words = bn_tables_7;
     const bn_u32v zero = {0};
     const bn_uint2 seed = {zero + sampler->seed[0], zero + sampler->seed[1]};
     for (size_t i = 0; i < lanes->count; i += BN_U32_LANES, out += BN_U32_LANES * dimensions) {
@@ -92,12 +92,8 @@ BN_INLINE void draw_kind(const bn_sampler *sampler, int32_t kind, uint32_t pair,
         draw_loop(sampler, kind, ONE, 1, lanes, out);
     } else if (pair == 0) {
         draw_loop(sampler, kind, 0, 2, lanes, out);
-    } else if (pair == 1) {
-        draw_loop(sampler, kind, 1, 2, lanes, out);
-    } else if (pair == 2) {
-        draw_loop(sampler, kind, 2, 2, lanes, out);
     } else {
-        draw_loop(sampler, kind, 3, 2, lanes, out);
+        draw_loop(sampler, kind, 1, 2, lanes, out);
     }
 }
 

@@ -42,8 +42,7 @@ WHAT = {
     "products": "Half-planes in (0,1) and in (2,3) of one domain, multiplied.",
     "siblings": "A half-plane in each of two domains of a family, multiplied, for all six pairs of siblings and all pairs of dimensions.",
     "families": "The same in domains of two families of one parent, which are independent.",
-    "singles": "u < c at irrational c, in all four numbers, in domains with keys 4k: libbn's single numbers, pairs 2 and 3 of "
-               "`bn_sample_pair()`.",
+    "singles": "u < c at irrational c, in all four numbers, in domains with keys 4k: libbn's single numbers.",
     "steps": "x < c and y < c at irrational c, in (0,1) of domains with keys 4k, blurred along the edge only: edges parallel to "
              "the sides of the picture.",
 }

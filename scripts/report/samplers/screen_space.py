@@ -34,13 +34,12 @@ def draws(program, name, spp, domains=DOMAINS):
     if name not in OWN:
         yield from others_draws(program, name, spp, domains)
         return
-    y, x, index = np.ogrid[:SIZE, :SIZE, :spp]
     for domain in range(domains):
         sampler = bluenoise.Sampler(name, seed=domain + 1, samples_per_pixel=spp if name in DECLARED else 0)
         first, *others = (bluenoise.domain(domain + 1, 4 * domain + key) for key in (0, 1, 2, 3, domain % MEMBERS + 4 * DOMAINS))
-        singles = np.concatenate([sampler.sample(x, y, index, first, pair=pair) for pair in (2, 3)], -1)
         *family, other = (sampler.block(0, 0, SIZE, SIZE, 0, spp, each) for each in (first, *others))
-        yield np.concatenate([np.moveaxis(numbers, -1, 0).reshape(2, 2, SIZE, SIZE, spp) for numbers in (*family, singles, other)])
+        places = (*family, family[0], other)  # single numbers are those of the first member
+        yield np.concatenate([np.moveaxis(numbers, -1, 0).reshape(2, 2, SIZE, SIZE, spp) for numbers in places])
 
 
 def others_draws(program, name, spp, domains):

@@ -118,8 +118,6 @@ int domains() {
             const int x = int(index) * 200, y = 65535 - int(index) * 150;
             float u[4];
             bn_sample_4d(&library, x, y, index, wanted.domain, u);
-            if (wanted.order[1] < 0)
-                bn_sample_pair(&library, x, y, index, wanted.domain, 2, u); // a single number
             Sample sample{&globals, blue_pixel(&globals, x, y), index, {}};
             if (wanted.order[1] < 0)
                 sample.one(wanted.dimension);

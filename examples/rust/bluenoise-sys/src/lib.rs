@@ -58,6 +58,7 @@ pub struct bn_ray {
     pub drawn_2d: u32,
     pub drawn_4d: u32,
     pub splits: u32,
+    pub loops: u32,
     pub next_1d: f32,
 }
 

@@ -103,7 +103,7 @@ impl<'m> Sampler<'m> {
         filled(|out| unsafe { sys::bn_sample_4d(&self.state, x, y, index, domain.0, out) })
     }
 
-    /// One pair of them alone: the first with `pair` 0, the second with 1, and the same as single numbers with 2 and 3.
+    /// One pair of them alone: the first with `pair` 0, the second with 1.
     pub fn sample_pair(&self, x: i32, y: i32, index: u32, domain: Domain, pair: u32) -> [f32; 2] {
         // SAFETY: as above.
         filled(|out| unsafe { sys::bn_sample_pair(&self.state, x, y, index, domain.0, pair, out) })

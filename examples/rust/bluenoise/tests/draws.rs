@@ -17,16 +17,6 @@ impl C {
         unsafe { sys::bn_sample_4d(&self.0, x, y, index, domain, out.as_mut_ptr()) };
         out
     }
-
-    /// As single numbers.
-    fn singles(&self, x: i32, y: i32, index: u32, domain: u32) -> [f32; 4] {
-        let mut out = [0.0; 4];
-        for pair in 0..2 {
-            let two = out[2 * pair..].as_mut_ptr();
-            unsafe { sys::bn_sample_pair(&self.0, x, y, index, domain, 2 + pair as u32, two) };
-        }
-        out
-    }
 }
 
 fn child(domain: u32, key: u32) -> u32 {
@@ -55,9 +45,6 @@ fn samples_are_those_of_c() {
             assert_eq!(safe.sample_u32(x, y, index, domain).map(|v| (v >> 8) as f32 / 16777216.0), expected);
             assert_eq!(safe.sample_pair(x, y, index, domain, 0), expected[..2]);
             assert_eq!(safe.sample_pair(x, y, index, domain, 1), expected[2..]);
-            let singles = c.singles(x, y, index, domain.0);
-            assert_eq!(safe.sample_pair(x, y, index, domain, 2), singles[..2]);
-            assert_eq!(safe.sample_pair(x, y, index, domain, 3), singles[2..]);
             for (k, sample) in (0..5).zip(safe.samples(x, y, index, domain)) {
                 assert_eq!(sample, c.draw(x, y, index + k, domain.0));
             }
@@ -86,9 +73,9 @@ fn paths_are_those_of_c_and_explicit_counters_those_of_the_calls() {
                     assert_eq!(ray.draw_1d(k), counted.next_1d());
                     assert_eq!(ray.draw_2d(k), counted.next_2d());
                     assert_eq!(ray.draw_4d(k), counted.next_4d());
-                    assert_eq!(ray.rng(2 * k).next_1d(), counted.next_rng().next_1d());
+                    assert_eq!(ray.rng(k).next_1d(), counted.next_rng().next_1d());
                     let branch = counted.next_split(4).path(1);
-                    assert_eq!(ray.split(2 * k + 1, 4).path(1).ray(0).draw(), branch.ray(0).draw());
+                    assert_eq!(ray.split(k, 4).path(1).ray(0).draw(), branch.ray(0).draw());
                 }
             }
         }

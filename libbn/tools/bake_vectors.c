@@ -1,0 +1,543 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The first stage of bn_bake_sampler: the vectors of each member.
+ *
+ * Three kinds of moves keep every net: a digit of a coordinate is added to a less significant one,
+ * the vector of an index bit to that of a higher one, and label vectors of a pair to those of the
+ * same or a coarser level. Annealing lowers the mean logarithm of errors, after blurs of 2.1 and 1
+ * pixels and in single pixels, of half-planes that are the same in all pixels or drift across the
+ * screen, of their products over both pairs and over two members, of choices between half-planes by
+ * a third number, of half-spaces in three dimensions, of edges along the sides of the screen (member
+ * 0), and of smooth functions. Pixels have labels by a random quadtree. Positions are numbers of 15
+ * bits, so sums do not depend on the compiler. Some ten milliseconds a trial. */
+#include "bake_tile.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    SETS = 4, /* of integrands that share a domain */
+    EACH = 8, /* integrands in a set */
+    INTEGRANDS = SETS * EACH,
+    SAMPLES = 64,
+    COUNTS = 7, /* 1, 2, 4 ... 64 samples */
+    STEPS = 6   /* in each dimension, in a set */
+};
+
+/* What is judged: the pairs, both, a choice by a third number, half-spaces, two members, steps along
+ * the sides of the screen, and steps in single numbers. */
+enum { FIRST, SECOND, BOTH, CHOICE, SPACE, MEMBER, STEP, SINGLE, KINDS };
+
+static const double TURN = 6.283185307179586;
+
+/* 2^14 (a u + b v + c w) < limit, coordinates as numbers of 15 bits; the limit may drift. */
+typedef struct {
+    int16_t factor[3], limit[PIXELS];
+    float mean[PIXELS];
+} edge;
+
+typedef struct {
+    edge plane[2], other, space; /* of both pairs, a second of pair 0, in three dimensions */
+    int third;                   /* the dimension that chooses */
+    int16_t below;               /* its limit */
+    int earlier, earlier_pair, pair;
+    int8_t *inside; /* of the earlier member: [SAMPLES][PIXELS] */
+} integrand;
+
+typedef struct {
+    uint16_t key[4];
+    integrand f[EACH];
+    int16_t step[4][STEPS];
+} integrand_set;
+
+typedef struct {
+    integrand_set set[SETS];
+    const uint16_t *label;
+    int member;
+    bake_smooth_judge *smooth;
+    double blurred[KINDS][COUNTS], narrow[KINDS][COUNTS], raw[KINDS][COUNTS];
+} vector_judge;
+
+/* Half of the speed is in wider vectors; the bits are the same. */
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define BAKE_WIDE __attribute__((target_clones("avx2", "default")))
+#else
+#define BAKE_WIDE
+#endif
+
+/* ---- Integrands ---- */
+
+static double cube(double v) {
+    return v > 0 ? v * v * v : 0;
+}
+
+/* The volume of n . u < d in the unit cube; a component of zero makes it an area. */
+static double half_space_mean(const double n[3], double d) {
+    double size[3], sum = 0, product = 6;
+    for (int k = 0; k < 3; ++k) {
+        if (n[k] < 0) d -= n[k];
+        size[k] = fmax(fabs(n[k]), 1e-3);
+        d += (size[k] - fabs(n[k])) / 2;
+        product *= size[k];
+    }
+    for (int corner = 0; corner < 8; ++corner) {
+        double at = d;
+        int odd = 0;
+        for (int k = 0; k < 3; ++k) {
+            if (corner >> k & 1) {
+                at -= size[k];
+                odd ^= 1;
+            }
+        }
+        sum += odd ? -cube(at) : cube(at);
+    }
+    return fmin(fmax(sum / product, 0), 1);
+}
+
+/* Through a point near the middle; with a period, it moves back and forth across the screen. */
+static void edge_make(edge *e, bake_random *r, int dimensions, int period) {
+    double n[3] = {0}, length = 0, through = 0, waves[2] = {0};
+    for (int k = 0; k < dimensions; ++k) {
+        n[k] = cos(TURN * bake_random_double(r)) * sqrt(-2 * log(1 - bake_random_double(r)));
+        length += n[k] * n[k];
+    }
+    length = sqrt(length) * (dimensions == 3 ? 1.1 : 1);
+    for (int k = 0; k < dimensions; ++k) {
+        n[k] /= length;
+        through += n[k] * (0.2 + 0.6 * bake_random_double(r));
+        e->factor[k] = (int16_t)lround(n[k] * 32767);
+    }
+    const double turns = bake_random_double(r), phase = bake_random_double(r);
+    if (period > 0) {
+        waves[0] = round(cos(TURN * turns) * SIDE / period);
+        waves[1] = round(sin(TURN * turns) * SIDE / period);
+        if (waves[0] == 0 && waves[1] == 0) waves[0] = 1;
+    }
+    for (int p = 0; p < PIXELS; ++p) {
+        double along = (waves[0] * (p % SIDE) + waves[1] * (p / SIDE)) / SIDE + phase;
+        double d = through + (period > 0 ? 0.35 * sin(TURN * along) : 0);
+        e->limit[p] = (int16_t)lround(fmin(fmax(d, -1.9), 1.9) * 16384);
+        e->mean[p] = (float)half_space_mean(n, d);
+    }
+}
+
+/* An edge that crosses pixels while dimension 2 is the time: it stands at a place of the screen and
+ * moves by up to 16 pixels. Pixels that it does not touch have no error. */
+static void moving_edge_make(edge *e, bake_random *r) {
+    const double turns = bake_random_double(r), way = cos(TURN * bake_random_double(r));
+    const double speed = pow(16, bake_random_double(r)) * way;
+    double n[3] = {cos(TURN * turns), sin(TURN * turns), speed};
+    const double through = n[0] * SIDE * (0.3 + 0.4 * bake_random_double(r)) +
+                           n[1] * SIDE * (0.3 + 0.4 * bake_random_double(r)) + speed / 2;
+    const double scale = 1 / fmax(fabs(n[0]) + fabs(n[1]) + fabs(n[2]), 1);
+    for (int p = 0; p < PIXELS; ++p) {
+        const double d = scale * (through - n[0] * (p % SIDE) - n[1] * (p / SIDE));
+        const double scaled[3] = {scale * n[0], scale * n[1], scale * n[2]};
+        e->limit[p] = (int16_t)lround(fmin(fmax(d, -1.9), 1.9) * 16384);
+        e->mean[p] = (float)half_space_mean(scaled, d);
+    }
+    for (int k = 0; k < 3; ++k) e->factor[k] = (int16_t)lround(scale * n[k] * 32767);
+}
+
+static const int PERIODS[EACH] = {0, 64, 0, 32, 0, 64, 0, 21};
+
+static void integrand_make(integrand *f, bake_random *r, int which, int member) {
+    for (int k = 0; k < 2; ++k) edge_make(&f->plane[k], r, 2, PERIODS[which]);
+    edge_make(&f->other, r, 2, PERIODS[which]);
+    f->third = which % 4 == 3 ? 3 : 2;
+    if (member == 0 && f->third == 2) { /* the position in the pixel, and a time */
+        moving_edge_make(&f->space, r);
+    } else {
+        edge_make(&f->space, r, 3, PERIODS[(which + 1) % EACH]);
+    }
+    f->below = (int16_t)(32768 * (0.25 + 0.5 * bake_random_double(r)));
+    f->earlier = member > 0 ? (int)bake_random_below(r, (uint32_t)member) : 0;
+    f->pair = which & 1;
+    f->earlier_pair = which >> 1 & 1;
+}
+
+/* ---- Samples: 15 bits of a label's vector, a sample's vector and a key ---- */
+
+typedef uint16_t coordinates[4][PIXELS];
+
+static void label_coordinates(coordinates out, const pole_vectors *v, const uint16_t *label,
+                              const uint16_t key[4]) {
+    static uint16_t of_label[PIXELS][4];
+    for (uint32_t m = 0; m < PIXELS; ++m) {
+        uint32_t sum[4];
+        pole_label_shift(v, m, sum);
+        for (int d = 0; d < 4; ++d) of_label[m][d] = (uint16_t)(sum[d] >> 16 ^ key[d]);
+    }
+    for (int p = 0; p < PIXELS; ++p) {
+        for (int d = 0; d < 4; ++d) out[d][p] = of_label[label[p]][d];
+    }
+}
+
+static void sample_words(uint16_t out[SAMPLES][4], const pole_vectors *v) {
+    for (uint32_t i = 0; i < SAMPLES; ++i) {
+        uint32_t point[4];
+        pole_index_point(v, i, point);
+        for (int d = 0; d < 4; ++d) out[i][d] = (uint16_t)(point[d] >> 16);
+    }
+}
+
+static inline int16_t coordinate(uint16_t label, uint16_t sample) {
+    return (int16_t)((uint16_t)(label ^ sample) >> 1);
+}
+
+static inline int16_t times(int16_t a, int16_t u) {
+    return (int16_t)((int32_t)a * u >> 16);
+}
+
+/* -1 inside, else 0. */
+static inline int16_t below(int16_t value, int16_t limit) {
+    return (int16_t) - (value < limit);
+}
+
+BAKE_WIDE static void mark_inside(int8_t *out, const edge *e, const uint16_t *x, const uint16_t *y,
+                                  const uint16_t sample[2]) {
+    const int16_t a = e->factor[0], b = e->factor[1];
+    for (int p = 0; p < PIXELS; ++p) {
+        const int16_t at = (int16_t)(times(a, coordinate(x[p], sample[0])) +
+                                     times(b, coordinate(y[p], sample[1])));
+        out[p] = (int8_t)below(at, e->limit[p]);
+    }
+}
+
+/* Adds one sample of every pixel to the counts of those inside. */
+BAKE_WIDE static void count_sample(int16_t count[MEMBER][PIXELS], const integrand *f,
+                                   const coordinates at, const uint16_t sample[4]) {
+    const int16_t *c0 = f->plane[0].limit, *c1 = f->plane[1].limit, *c2 = f->other.limit,
+                  *c3 = f->space.limit;
+    const int16_t a0 = f->plane[0].factor[0], b0 = f->plane[0].factor[1];
+    const int16_t a1 = f->plane[1].factor[0], b1 = f->plane[1].factor[1];
+    const int16_t a2 = f->other.factor[0], b2 = f->other.factor[1];
+    const int16_t a3 = f->space.factor[0], b3 = f->space.factor[1], e3 = f->space.factor[2];
+    const uint16_t *x = at[0], *y = at[1], *z = at[2], *w = at[3], *t = at[f->third];
+    const uint16_t sx = sample[0], sy = sample[1], sz = sample[2], sw = sample[3],
+                   st = sample[f->third];
+    const int16_t chosen = f->below;
+    for (int p = 0; p < PIXELS; ++p) {
+        const int16_t u = coordinate(x[p], sx), v = coordinate(y[p], sy);
+        const int16_t s = coordinate(z[p], sz), q = coordinate(w[p], sw);
+        const int16_t k = coordinate(t[p], st);
+        const int16_t first = below((int16_t)(times(a0, u) + times(b0, v)), c0[p]);
+        const int16_t second = below((int16_t)(times(a1, s) + times(b1, q)), c1[p]);
+        const int16_t other = below((int16_t)(times(a2, u) + times(b2, v)), c2[p]);
+        const int16_t space = below((int16_t)(times(a3, u) + times(b3, v) + times(e3, k)), c3[p]);
+        const int16_t choice = below(k, chosen);
+        count[FIRST][p] = (int16_t)(count[FIRST][p] - first);
+        count[SECOND][p] = (int16_t)(count[SECOND][p] - second);
+        count[BOTH][p] = (int16_t)(count[BOTH][p] - (first & second));
+        count[CHOICE][p] = (int16_t)(count[CHOICE][p] - ((first & choice) | (other & ~choice)));
+        count[SPACE][p] = (int16_t)(count[SPACE][p] - space);
+    }
+}
+
+BAKE_WIDE static void count_products(int16_t *count, const edge *e, const uint16_t *x,
+                                     const uint16_t *y, const uint16_t sample[2],
+                                     const int8_t *earlier) {
+    const int16_t a = e->factor[0], b = e->factor[1];
+    for (int p = 0; p < PIXELS; ++p) {
+        const int16_t at = (int16_t)(times(a, coordinate(x[p], sample[0])) +
+                                     times(b, coordinate(y[p], sample[1])));
+        count[p] = (int16_t)(count[p] - (below(at, e->limit[p]) & earlier[p]));
+    }
+}
+
+BAKE_WIDE static void count_step(int16_t *count, const uint16_t *x, uint16_t sample,
+                                 int16_t limit) {
+    for (int p = 0; p < PIXELS; ++p) {
+        count[p] = (int16_t)(count[p] - below(coordinate(x[p], sample), limit));
+    }
+}
+
+/* ---- Errors ---- */
+
+enum { RADIUS = 7, HALF = SIDE / 2 };
+
+/* The mean square after a blur of 2.1 pixels, at every second pixel each way: it has no frequencies
+ * that this loses. Along rows (1), columns (2) or both (3). */
+BAKE_WIDE static double wide_square(const float *image, int axes) {
+    static float kernel[2 * RADIUS + 1];
+    float sum[SIDE];
+    if (kernel[0] == 0.0f) {
+        double k[2 * RADIUS + 1], all = 0;
+        for (int d = -RADIUS; d <= RADIUS; ++d) {
+            all += k[d + RADIUS] = exp(-d * d / (2 * SIGMA * SIGMA));
+        }
+        for (int d = 0; d <= 2 * RADIUS; ++d) kernel[d] = (float)(k[d] / all);
+    }
+    const int rows = (axes & 2) != 0 ? HALF : SIDE;
+    double square = 0;
+    for (int y = 0; y < rows; ++y) {
+        const float *line = image + y * SIDE;
+        if ((axes & 2) != 0) {
+            memset(sum, 0, sizeof sum);
+            for (int d = 0; d <= 2 * RADIUS; ++d) {
+                const float *from = image + ((2 * y + d - RADIUS) & (SIDE - 1)) * SIDE,
+                            w = kernel[d];
+                for (int x = 0; x < SIDE; ++x) sum[x] += w * from[x];
+            }
+            line = sum;
+        }
+        if (axes == 2) {
+            float lane[16] = {0};
+            for (int x = 0; x < SIDE; x += 16) {
+                for (int k = 0; k < 16; ++k) lane[k] += line[x + k] * line[x + k];
+            }
+            for (int k = 0; k < 16; ++k) square += lane[k];
+            continue;
+        }
+        /* Even and odd columns apart, with a margin, so that a step of two is one of one. */
+        float part[2][HALF + RADIUS + 2], out[HALF] = {0};
+        for (int i = 0; i < HALF + RADIUS + 1; ++i) {
+            part[0][i] = line[(2 * i - RADIUS - 1) & (SIDE - 1)];
+            part[1][i] = line[(2 * i - RADIUS) & (SIDE - 1)];
+        }
+        for (int d = 0; d <= 2 * RADIUS; ++d) {
+            const float *from = &part[(d + 1) & 1][(d + 1) / 2], w = kernel[d];
+            for (int x = 0; x < HALF; ++x) out[x] += w * from[x];
+        }
+        float lane[16] = {0};
+        for (int x = 0; x < HALF; x += 16) {
+            for (int k = 0; k < 16; ++k) lane[k] += out[x + k] * out[x + k];
+        }
+        for (int k = 0; k < 16; ++k) square += lane[k];
+    }
+    return square / ((axes & 1) != 0 ? rows * HALF : rows * SIDE);
+}
+
+/* The mean square after binomial weights 1 4 6 4 1 each way, a blur of one pixel. */
+BAKE_WIDE static double narrow_square(const float *image) {
+    static const float w[5] = {0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f};
+    double square = 0;
+    for (int y = 0; y < SIDE; ++y) {
+        float sum[SIDE] = {0}, line[SIDE + 4], lane[16] = {0};
+        for (int d = 0; d < 5; ++d) {
+            const float *from = image + ((y + d - 2) & (SIDE - 1)) * SIDE;
+            for (int x = 0; x < SIDE; ++x) sum[x] += w[d] * from[x];
+        }
+        memcpy(line + 2, sum, sizeof sum);
+        line[0] = sum[SIDE - 2];
+        line[1] = sum[SIDE - 1];
+        line[SIDE + 2] = sum[0];
+        line[SIDE + 3] = sum[1];
+        for (int x = 0; x < SIDE; x += 16) {
+            for (int k = 0; k < 16; ++k) {
+                const float *at = line + x + k;
+                const float v = w[0] * (at[0] + at[4]) + w[1] * (at[1] + at[3]) + w[2] * at[2];
+                lane[k] += v * v;
+            }
+        }
+        for (int k = 0; k < 16; ++k) square += lane[k];
+    }
+    return square / PIXELS;
+}
+
+BAKE_WIDE static void image_of(float *image, const int16_t *count, float scale, const float *mean) {
+    for (int p = 0; p < PIXELS; ++p) image[p] = (float)count[p] * scale - mean[p];
+}
+
+static void add_errors(vector_judge *j, int kind, int level, const float *image) {
+    j->blurred[kind][level] += wide_square(image, 3) / INTEGRANDS;
+    j->narrow[kind][level] += narrow_square(image) / INTEGRANDS;
+    j->raw[kind][level] += bake_mean_square(image, PIXELS) / INTEGRANDS;
+}
+
+static void judge_integrand(vector_judge *j, const integrand *f, const coordinates at,
+                            const uint16_t sample[SAMPLES][4]) {
+    static int16_t count[STEP][PIXELS];
+    static float image[PIXELS], mean[STEP][PIXELS];
+    const float share = (float)f->below / 32768;
+    memset(count, 0, sizeof count);
+    for (int p = 0; p < PIXELS; ++p) {
+        const float first = f->plane[0].mean[p], second = f->plane[1].mean[p];
+        mean[FIRST][p] = first;
+        mean[SECOND][p] = second;
+        mean[BOTH][p] = first * second;
+        mean[CHOICE][p] = share * first + (1 - share) * f->other.mean[p];
+        mean[SPACE][p] = f->space.mean[p];
+        mean[MEMBER][p] = f->plane[f->pair].mean[p] * f->plane[!f->pair].mean[p];
+    }
+    for (int i = 0, level = 0; i < SAMPLES; ++i) {
+        count_sample(count, f, at, sample[i]);
+        if (f->inside != NULL) {
+            count_products(count[MEMBER], &f->plane[f->pair], at[2 * f->pair], at[2 * f->pair + 1],
+                           sample[i] + 2 * f->pair, f->inside + (size_t)i * PIXELS);
+        }
+        if ((i & (i + 1)) != 0) continue;
+        for (int kind = 0; kind < (f->inside != NULL ? STEP : MEMBER); ++kind) {
+            image_of(image, count[kind], 1.0f / (float)(i + 1), mean[kind]);
+            add_errors(j, kind, level, image);
+        }
+        ++level;
+    }
+}
+
+/* Steps in single numbers; in x of member 0 blurred along columns as well, in y along rows. */
+static void judge_steps(vector_judge *j, const integrand_set *s, const coordinates at,
+                        const uint16_t sample[SAMPLES][4]) {
+    static int16_t count[PIXELS];
+    static float image[PIXELS], mean[PIXELS];
+    for (int d = 0; d < 4; ++d) {
+        for (int k = 0; k < STEPS; ++k) {
+            memset(count, 0, sizeof count);
+            for (int p = 0; p < PIXELS; ++p) mean[p] = (float)s->step[d][k] / 32768;
+            for (int i = 0, level = 0; i < SAMPLES; ++i) {
+                count_step(count, at[d], sample[i][d], s->step[d][k]);
+                if ((i & (i + 1)) != 0) continue;
+                image_of(image, count, 1.0f / (float)(i + 1), mean);
+                j->blurred[SINGLE][level] += wide_square(image, 3) / (SETS * 4 * STEPS);
+                if (d < 2)
+                    j->blurred[STEP][level] += wide_square(image, 2 - d) / (SETS * 2 * STEPS);
+                ++level;
+            }
+        }
+    }
+}
+
+static const double KIND_WEIGHT[KINDS] = {1, 1, 1.6, 0.7, 0.6, 2.0, 1.3, 0.6};
+static const double RAW_WEIGHT[KINDS] = {0.35, 0.35, 0.4, 0.2, 0.2, 0.5, 0, 0};
+static const double COUNT_WEIGHT[COUNTS] = {1.25, 1.05, 1, 1, 1, 0.75, 0.95};
+
+/* The mean logarithm of errors. */
+static double judge_vectors(vector_judge *j, const pole_vectors *v) {
+    static coordinates at;
+    uint16_t sample[SAMPLES][4];
+    double sum = 0, weights = 0;
+    memset(j->blurred, 0, sizeof j->blurred);
+    memset(j->narrow, 0, sizeof j->narrow);
+    memset(j->raw, 0, sizeof j->raw);
+    sample_words(sample, v);
+    for (int s = 0; s < SETS; ++s) {
+        label_coordinates(at, v, j->label, j->set[s].key);
+        for (int k = 0; k < EACH; ++k) {
+            judge_integrand(j, &j->set[s].f[k], (const uint16_t(*)[PIXELS])at,
+                            (const uint16_t(*)[4])sample);
+        }
+        judge_steps(j, &j->set[s], (const uint16_t(*)[PIXELS])at, (const uint16_t(*)[4])sample);
+    }
+    for (int kind = 0; kind < KINDS; ++kind) {
+        if (kind == MEMBER ? j->member == 0 : kind == STEP && j->member != 0) continue;
+        for (int l = 0; l < COUNTS; ++l) {
+            double e = log(j->blurred[kind][l] + 0.06 * j->narrow[kind][l]) / 2;
+            if (kind < STEP) e += RAW_WEIGHT[kind] * log(j->raw[kind][l]) / 2;
+            sum += KIND_WEIGHT[kind] * COUNT_WEIGHT[l] * e;
+        }
+        weights += KIND_WEIGHT[kind] * COUNTS;
+    }
+    return sum / weights;
+}
+
+/* ---- Ties ---- */
+
+/* Dimensions of two members whose first digits agree over the first 2^m samples: at 32, these never
+ * meet all four quarters. */
+static double clash(const pole_vectors *first, const pole_vectors *second) {
+    static const double weight[6] = {0, 0, 0, 0.02, 0.15, 3};
+    double sum = 0;
+    for (int d = 0; d < 16; ++d) {
+        uint64_t a, b;
+        pole_rows(first, d & 3, 1, &a);
+        pole_rows(second, d >> 2, 1, &b);
+        for (int m = 3; m <= 5; ++m) {
+            if (((a ^ b) & (((uint64_t)1 << m) - 1)) == 0) sum += weight[m];
+        }
+    }
+    return sum;
+}
+
+/* ---- The stage ---- */
+
+static void move(pole_vectors *v, bake_random *r, int member) {
+    const uint32_t kind = bake_random_below(r, 100);
+    if (kind < 55) {
+        const int d = (int)bake_random_below(r, 4);
+        const int from = (int)(13 * bake_random_double(r) * bake_random_double(r));
+        const int to =
+            from + 1 + (int)((15 - from) * bake_random_double(r) * bake_random_double(r));
+        pole_add_digit(v, d, from, to);
+    } else if (kind < (member > 0 ? 80 : 92)) {
+        pole_mix_labels(v, (int)bake_random_below(r, 2), bake_random_bits(r));
+    } else {
+        const int to = 1 + (int)bake_random_below(r, 7);
+        pole_add_index(v, (int)bake_random_below(r, (uint32_t)to), to);
+    }
+}
+
+static void judge_begin(vector_judge *j, const bake_table *table, int member, bake_random *r) {
+    static coordinates at;
+    j->member = member;
+    j->label = table->label[member];
+    for (int s = 0; s < SETS; ++s) {
+        integrand_set *set = &j->set[s];
+        for (int d = 0; d < 4; ++d) set->key[d] = (uint16_t)bake_random_bits(r);
+        for (int d = 0; d < 4; ++d) {
+            for (int k = 0; k < STEPS; ++k) {
+                set->step[d][k] = (int16_t)(32768 * (k + bake_random_double(r)) / STEPS);
+            }
+        }
+        for (int k = 0; k < EACH; ++k) {
+            integrand *f = &set->f[k];
+            uint16_t key[4], sample[SAMPLES][4];
+            integrand_make(f, r, k, member);
+            if (member == 0) continue;
+            const pole_vectors *v = &table->member[f->earlier];
+            for (int d = 0; d < 4; ++d) key[d] = (uint16_t)bake_random_bits(r);
+            label_coordinates(at, v, table->label[f->earlier], key);
+            sample_words(sample, v);
+            f->inside = bake_allocate((size_t)SAMPLES * PIXELS, 1);
+            for (int i = 0; i < SAMPLES; ++i) {
+                const int d = 2 * f->earlier_pair;
+                mark_inside(f->inside + (size_t)i * PIXELS, &f->plane[!f->pair], at[d], at[d + 1],
+                            sample[i] + d);
+            }
+        }
+    }
+    j->smooth = bake_smooth_begin(r);
+}
+
+static void judge_end(vector_judge *j) {
+    for (int s = 0; s < SETS; ++s) {
+        for (int k = 0; k < EACH; ++k) free(j->set[s].f[k].inside);
+    }
+    free(j->smooth);
+    free(j);
+}
+
+void bake_vectors(bake_table *table, const bake_options *options, int member, int part) {
+    enum { SMOOTH_WEIGHT_PERCENT = 22, START_MOVES = 400 };
+    vector_judge *j = bake_allocate(1, sizeof *j);
+    bake_random r = bake_random_make(options->seed, 2, (uint64_t)member);
+    judge_begin(j, table, member, &r);
+    r = bake_random_make(options->seed, 3, (uint64_t)(member * 64 + part));
+    pole_vectors now = table->member[member], best;
+    for (int i = 0; i < START_MOVES && part == 0; ++i) move(&now, &r, member);
+    double energy = 1e30, least = 1e30;
+    best = now;
+    const int trials = bake_count(options, 1600, 2);
+    for (int trial = 0; trial < trials; ++trial) {
+        const double done = (part + (double)trial / trials) / BAKE_VECTOR_PARTS;
+        const double limit = energy - 0.012 * pow(0.008, done) * log(1 - bake_random_double(&r));
+        pole_vectors v = now;
+        for (uint32_t n = trial > 0 ? 1 + bake_random_below(&r, 3) : 0; n > 0; --n) {
+            move(&v, &r, member);
+        }
+        double e = 0.01 * SMOOTH_WEIGHT_PERCENT * bake_smooth_energy(j->smooth, &v);
+        for (int a = 0; a < member; ++a) e += 0.05 * clash(&table->member[a], &v);
+        e += judge_vectors(j, &v);
+        if (e <= limit) {
+            now = v;
+            energy = e;
+        }
+        if (e < least) {
+            least = e;
+            best = v;
+        }
+        if (trial % 16 == 0) options->progress((double)trial / trials);
+    }
+    /* The last part ends with the best, the others with where the annealing is. */
+    table->member[member] = part + 1 < BAKE_VECTOR_PARTS ? now : best;
+
+    judge_end(j);
+}
