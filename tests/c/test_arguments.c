@@ -264,7 +264,9 @@ static void test_progress(void) {
         double error;
         CHECK(call_with_progress(function, &all, mask, &error, power) == BN_SUCCESS);
         CHECK(all.calls >= 3 && all.backwards == 0);
-        for (int at = 1; at <= all.calls; at += 1 + all.calls / 4) {
+        /* Relaxation treats odd and even steps differently. */
+        const int step = function == RELAX ? 1 : 1 + all.calls / 4;
+        for (int at = 1; at <= all.calls; at += step) {
             watch w = {.cancel_at = at};
             error = power[0] = power[COUNT - 1] = -7;
             memset(mask, 0x5a, sizeof mask);

@@ -157,6 +157,23 @@ static void test_nets(void) {
     }
 }
 
+/* The largest count of ZORDER, to which larger ones are rounded: the samples of the pixels of an aligned
+ * square have one in each of as many intervals. */
+static void test_the_largest_count(void) {
+    enum { COUNT = 1 << 16, POINTS = 4 * COUNT };
+    static unsigned char seen[POINTS];
+    const bn_sampler s = make_sampler(BN_SAMPLER_ZORDER, COUNT, 3);
+    const bn_sampler above = make_sampler(BN_SAMPLER_ZORDER, UINT32_MAX, 3);
+    CHECK(equal(&s, &above));
+    int repeats = 0;
+    for (uint32_t i = 0; i < POINTS; ++i) {
+        uint32_t u[4];
+        bn_sample_4d_u32(&s, (int32_t)(i & 1), (int32_t)(i >> 1 & 1), i >> 2, 5, u);
+        repeats += seen[u[0] >> 14]++;
+    }
+    CHECK(repeats == 0);
+}
+
 /* Of ZORDER, the samples of the pixels of an aligned square, a block for each pixel, are a net in all
  * four dimensions: the second pair goes along the curve with the first. */
 static void test_nets_of_squares(void) {
@@ -224,5 +241,6 @@ int main(void) {
     test_block_arguments();
     test_nets();
     test_nets_of_squares();
+    test_the_largest_count();
     return check_result();
 }
