@@ -16,7 +16,7 @@ PARTS = {
     "samplers": ("samplers", "paths", "table"),
     "realtime": ("realtime", "moving"),
     "masks": ("masks", "points"),
-    "renders": ("renders", "summary", "denoise", "picture", "adaptive"),
+    "renders": ("renders", "summary", "denoise", "picture"),
     "others": ("mitsuba", "pbrt", "cycles", "web"),
     "pages": ("convergence",),
 }
