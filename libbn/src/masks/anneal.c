@@ -16,7 +16,7 @@ static const double BN_ANNEAL_CUTOFF = 4.8;
 /* In sigmas: texels of one value that are this far apart do not interact. */
 static const double BN_ANNEAL_SPARSE = 10.0 / 3;
 
-static int good_options(const bn_anneal_options *o) {
+static int good_anneal_options(const bn_anneal_options *o) {
     return bn_in_range(o->sigma, 0.25, 4) && bn_in_range(o->far_sigma, o->sigma, 4) &&
            bn_in_range(o->far_weight, 0, DBL_MAX) && bn_in_range(o->value_sigma, 0.01, 100) &&
            bn_in_range(o->start_temperature, DBL_TRUE_MIN, 1) &&
@@ -55,7 +55,7 @@ static BN_NOINLINE bn_result anneal(const bn_anneal_options *given, uint32_t wid
     bn_anneal_options o = bn_anneal_options_default();
     bn_result result = bn_options_read(&o, sizeof o, given);
     if (result != BN_SUCCESS) return result;
-    if (ranks == NULL || channels > 4 || !good_options(&o)) return BN_ERROR_INVALID_ARGUMENT;
+    if (ranks == NULL || channels > 4 || !good_anneal_options(&o)) return BN_ERROR_INVALID_ARGUMENT;
     result = bn_check_extents(width, height, 1, channels, count);
     if (result != BN_SUCCESS) return result;
 

@@ -30,8 +30,8 @@ static uint32_t entry(const int16_t *a, const int16_t *b) {
 /* How much the energy of p's pairs increases when its value changes from `old` to `new`. The pair
  * with `other` is left out: a swap preserves the distance within the pair, whichever channels it
  * takes. */
-static int64_t change(const field *f, uint32_t p, uint32_t other, const int16_t *old,
-                      const int16_t *new) {
+static int64_t change_vectors(const field *f, uint32_t p, uint32_t other, const int16_t *old,
+                              const int16_t *new) {
     const bn_anneal_job *job = f->job;
     const uint32_t rx = job->reach[0], ry = job->reach[1], width = job->width;
     const uint32_t x0 = (p % width + width - rx) % width;
@@ -52,12 +52,12 @@ static int64_t change(const field *f, uint32_t p, uint32_t other, const int16_t 
     return sum;
 }
 
-static int16_t reduced(const bn_anneal_job *job, uint32_t rank) {
+static int16_t reduced_vector(const bn_anneal_job *job, uint32_t rank) {
     return (int16_t)(((uint64_t)rank * 2 + 1) * (1 << BN_VECTOR_BITS) /
                      ((uint64_t)job->texels * 2));
 }
 
-static void try_swap(field *f, uint32_t p, uint32_t q, uint32_t channels, double allowance) {
+static void try_vector_swap(field *f, uint32_t p, uint32_t q, uint32_t channels, double allowance) {
     bn_anneal_job *job = f->job;
     int16_t *vp = f->values + 4 * (size_t)p, *vq = f->values + 4 * (size_t)q;
     int16_t new_p[4], new_q[4];
@@ -65,7 +65,7 @@ static void try_swap(field *f, uint32_t p, uint32_t q, uint32_t channels, double
         new_p[c] = channels >> c & 1 ? vq[c] : vp[c];
         new_q[c] = channels >> c & 1 ? vp[c] : vq[c];
     }
-    int64_t loss = change(f, p, q, vp, new_p) + change(f, q, p, vq, new_q);
+    int64_t loss = change_vectors(f, p, q, vp, new_p) + change_vectors(f, q, p, vq, new_q);
     if ((double)loss > allowance) return;
     for (uint32_t c = 0; c < job->channels; ++c) {
         if (!(channels >> c & 1)) continue;
@@ -80,7 +80,7 @@ static void try_swap(field *f, uint32_t p, uint32_t q, uint32_t channels, double
 }
 
 /* One sweep; 0 when cancelled. */
-static int run_sweep(field *f, uint32_t sweep, double temperature) {
+static int run_vector_sweep(field *f, uint32_t sweep, double temperature) {
     bn_anneal_job *job = f->job;
     const uint32_t texels = job->texels, reach = texels / 16 + 1;
     for (uint32_t trial = 0; trial < texels; ++trial) {
@@ -109,7 +109,7 @@ static int run_sweep(field *f, uint32_t sweep, double temperature) {
             channels = 15;
             break;
         }
-        if (q != p) try_swap(f, p, q, channels, allowance);
+        if (q != p) try_vector_swap(f, p, q, channels, allowance);
     }
     return 1;
 }
@@ -149,14 +149,15 @@ bn_result bn_anneal_vector(bn_anneal_job *job) {
     for (uint32_t c = 0; c < job->channels; ++c) {
         for (uint32_t p = 0; p < job->texels; ++p) {
             const uint32_t rank = job->ranks[(size_t)c * job->texels + p];
-            f->values[4 * (size_t)p + c] = reduced(job, rank);
+            f->values[4 * (size_t)p + c] = reduced_vector(job, rank);
             f->positions[(size_t)c * job->texels + rank] = p;
         }
     }
     const double most = sum * BN_VECTOR_ONE * BN_VECTOR_ONE;
     result = BN_SUCCESS;
     for (uint32_t s = 0; s < o->sweeps && result == BN_SUCCESS; ++s) {
-        if (!run_sweep(f, s, most * bn_anneal_temperature(job, s))) result = BN_ERROR_CANCELLED;
+        if (!run_vector_sweep(f, s, most * bn_anneal_temperature(job, s)))
+            result = BN_ERROR_CANCELLED;
     }
 done:
     bn_free(f->values);

@@ -45,7 +45,7 @@ static int16_t *row_of(const relaxation *r, int image, uint32_t y) {
 }
 
 /* Completes a row of new values: repeats it in the margins left, right, above and below. */
-static void wrap(relaxation *r, int image, uint32_t y) {
+static void wrap_edges(relaxation *r, int image, uint32_t y) {
     int16_t *row = row_of(r, image, y) - REACH;
     for (size_t at = REACH; at-- > 0;) row[at] = row[at + r->width];
     for (size_t at = REACH + (size_t)r->width; at < r->stride; ++at) row[at] = row[at - r->width];
@@ -124,7 +124,7 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t threads) {
     const uint32_t first = first_row(r, index, threads), last = first_row(r, index + 1, threads);
     for (uint32_t y = first; y < last; ++y) {
         first_values(r, y);
-        wrap(r, 0, y);
+        wrap_edges(r, 0, y);
     }
     bn_team_wait(team);
     uint32_t pair = 0;
@@ -138,7 +138,7 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t threads) {
         }
         for (uint32_t y = first; y < last; ++y) {
             move(r, s, pair, pairs, i & 1, y);
-            wrap(r, !(i & 1), y);
+            wrap_edges(r, !(i & 1), y);
         }
         pair += pairs;
         bn_team_wait(team);
@@ -168,8 +168,8 @@ static void fill_pairs(relaxation *r) {
     }
 }
 
-static bn_result make(const bn_relax_options *options, uint32_t threads, uint32_t width,
-                      uint32_t height, uint32_t *ranks) {
+static bn_result make_relaxed(const bn_relax_options *options, uint32_t threads, uint32_t width,
+                              uint32_t height, uint32_t *ranks) {
     relaxation r = {.options = options,
                     .simd = bn_simd_get(),
                     .width = width,
@@ -213,7 +213,7 @@ static BN_NOINLINE bn_result relax(const bn_relax_options *given, uint32_t width
     if (threads > MOST_THREADS) threads = MOST_THREADS;
     uint32_t *made = bn_allocate(count, sizeof *made);
     if (made == NULL) return BN_ERROR_OUT_OF_MEMORY;
-    result = make(&o, threads, width, height, made);
+    result = make_relaxed(&o, threads, width, height, made);
     if (result == BN_SUCCESS) {
         const uint32_t extent[3] = {width, height, 1};
         if (bn_eliminate_ends(extent, SPARSE, o.seed, threads, made, count)) {

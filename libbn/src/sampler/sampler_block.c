@@ -25,7 +25,7 @@ typedef struct lane_buffer {
     uint32_t index[256], domain[256];
 } lane_buffer;
 
-static float *draw_lanes(const bn_sampler *sampler, lane_buffer *l, float *out) {
+static float *draw_buffer(const bn_sampler *sampler, lane_buffer *l, float *out) {
     bn_sample_many(sampler, l->count, l->x, l->y, l->index, l->domain, 4, out, 4 * l->count);
     out += 4 * l->count;
     l->count = 0;
@@ -43,7 +43,7 @@ static float *add_pixel(const bn_sampler *sampler, lane_buffer *l, int32_t x, in
             l->index[l->count] = first + i;
             l->domain[l->count] = domain;
         }
-        if (end == most) out = draw_lanes(sampler, l, out);
+        if (end == most) out = draw_buffer(sampler, l, out);
     }
     return out;
 }
@@ -82,6 +82,6 @@ bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uin
             }
         }
     }
-    if (l.count > 0) draw_lanes(sampler, &l, out);
+    if (l.count > 0) draw_buffer(sampler, &l, out);
     return BN_SUCCESS;
 }
