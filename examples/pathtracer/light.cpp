@@ -170,7 +170,7 @@ float importance(const LightNode &n, const Receiver &r) {
     }
     const Vec3 half = 0.5f * (n.high - n.low), to_light = n.low + half - r.point;
     const float radius = dot(half, half), squared = dot(to_light, to_light); // both squared
-    if (!(squared > radius)) return radius > 0 ? n.power / radius : 0;
+    if (!(squared > radius)) return radius > 0 ? std::min(n.power / radius, 1e30f) : 0;
     const Vec3 direction = to_light / std::sqrt(squared);
     const float spread = std::sqrt(1 - radius / squared); // cosine of the angle the bounds span
     float result = n.power / squared;
@@ -178,7 +178,7 @@ float importance(const LightNode &n, const Receiver &r) {
     if (n.cosine > -1)
         result *=
             std::max(0.0f, cosine_less(cosine_less(-dot(direction, n.axis), n.cosine), spread));
-    return result;
+    return std::min(result, 1e30f); // sums stay finite
 }
 
 // The weights of a node's children. Returns their sum.
@@ -302,6 +302,10 @@ LightChoice light_choose(const LightTree &tree, const Receiver &receiver, float 
     const LightNode *node = &tree.nodes[0];
     float probability = 1;
     while (node->count > 0) {
+        if (node->count == 1) { // there is nothing to choose
+            node = &tree.nodes[node->first];
+            continue;
+        }
         float weights[WIDTH];
         const float total = weigh(tree, *node, receiver, weights);
         if (!(total > 0)) return {-1, 0};
@@ -324,6 +328,7 @@ float light_probability(const LightTree &tree, const Receiver &receiver, uint32_
     float probability = 1;
     for (uint32_t at = tree.node_of[light]; at != 0; at = tree.nodes[at].parent) {
         const LightNode &parent = tree.nodes[tree.nodes[at].parent];
+        if (parent.count == 1) continue;
         float weights[WIDTH];
         const float total = weigh(tree, parent, receiver, weights);
         if (!(total > 0)) return 0;

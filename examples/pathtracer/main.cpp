@@ -23,7 +23,6 @@
 #include "integrator.h"
 #include "intersect.h"
 #include "options.h"
-#include "render.h"
 #include "sampler.h"
 #include "scene.h"
 
@@ -321,7 +320,7 @@ void check_inside(const Options &o, const NamedFile &file) {
 }
 
 // Reads the header of the picture to continue and takes from it all settings that are not on the
-// command line. Without --spp or --time, rendering only evens out the sample counts of its pixels.
+// command line. Without --spp, rendering only evens out the sample counts of its pixels.
 // Throws Error.
 ExrHead resume_settings(Options &o) {
     ExrHead head = exr_read_head(o.resume);
@@ -359,7 +358,7 @@ ExrHead resume_settings(Options &o) {
     if (!given("--exposure") && o.noise.level > 0 && head.settings["noise"] != "0")
         for (const OptionRow &row : option_rows(o))
             if (row.name == "--exposure") take(row, "noiseExposure");
-    if (!(o.time_limit > 0) && !given("--spp")) o.spp = std::max(s.spp, 1u);
+    if (!given("--spp")) o.spp = std::max(s.spp, 1u);
     for (const NamedFile &file : setting_files(o)) check_inside(o, file);
     check_options(o);
     return head;
@@ -466,7 +465,7 @@ int run_render(const Options &given) {
 
     const GeometryPointer geometry = geometry_build(scene);
     const Integrator integrator{&scene, geometry.get(), sampler.get(), o.max_depth};
-    const RenderSettings settings = {o.spp, o.first_sample, o.threads, o.noise, o.time_limit};
+    const RenderSettings settings = {o.spp, o.first_sample, o.threads, o.noise};
     RenderTotals totals;
     const bool show_progress = !o.quiet && isatty(STDERR_FILENO);
     const auto progress = [&](double fraction, const RenderTotals &so_far) {

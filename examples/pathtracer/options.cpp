@@ -4,7 +4,6 @@
 #include <charconv>
 #include <cmath>
 #include <iomanip>
-#include <limits>
 #include <thread>
 
 #include "exr.h"
@@ -207,9 +206,6 @@ std::vector<OptionRow> option_rows(Options &o) {
                       }});
     t.text("--resume", "a.exr", o.resume,
            "continue this picture, with its settings, to --spp N samples in each pixel");
-    t.number("--time", "SECONDS", o.time_limit, std::numeric_limits<double>::min(), 1e7,
-             "seconds, more than 0 and at most 10000000",
-             "stop after this time; without --spp there is no other limit");
     t.text("--reference", "ref.exr", o.reference,
            "print the error against this picture: RMSE, plain and after Gaussian filters");
     t.rows.push_back({"--exposure", "EV|auto",
@@ -317,7 +313,6 @@ Options parse_options(int argc, const char *const *argv) {
         option_read(*row, value);
     }
     if (options.noise.level > 0 && options.given.count("--spp") == 0) options.spp = ADAPTIVE_SPP;
-    if (options.time_limit > 0 && options.given.count("--spp") == 0) options.spp = MAX_SPP;
     if (!options.help && !options.list && !options.list_cameras && !options.list_inputs &&
         (options.resume.empty() || !options.merge.empty()))
         check_options(options);

@@ -18,7 +18,7 @@ struct Options {
     std::string scene = "cornell";
     CameraChoice camera;
     SamplerSettings sampler;
-    uint32_t spp = 16; // unless given: 1024 with --noise, the most with a time limit
+    uint32_t spp = 16; // unless given: 1024 with --noise
     uint32_t first_sample = 0;
     NoiseSettings noise;
     int width = 512, height = 512;
@@ -31,7 +31,6 @@ struct Options {
     bool allow_changed = false; // mix pictures whose files have changed
     unsigned threads = 1;       // default: one per core
     std::optional<double> max_memory; // GiB; default: half of the machine's; 0: no bound
-    double time_limit = 0;            // seconds; 0: none
     std::optional<float> exposure;    // stops, if given
     bool auto_exposure = false;       // if neither is given: on for files; built-in scenes use 0
     std::string reference, output;

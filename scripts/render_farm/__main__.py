@@ -16,7 +16,7 @@ from . import cluster, worker
 from .parts import FarmError, PartsFolder, names_of, split
 
 # Options of the path tracer that make no sense for a part.
-REFUSED = ("--merge", "--resume", "--time", "--noise", "--min-spp", "--allow-changed", "--list", "--list-cameras", "--list-inputs")
+REFUSED = ("--merge", "--resume", "--noise", "--min-spp", "--allow-changed", "--list", "--list-cameras", "--list-inputs")
 # They concern the whole picture.
 FOR_MERGING = ("--exposure", "--reference")
 FILES = ("--scene", "--env", "--mask", "--reference")

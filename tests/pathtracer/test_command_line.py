@@ -58,7 +58,6 @@ BAD_ARGUMENTS = """
     --mask builtin                               | --mask, blue
     --sampler mask --mask absent.png             | absent.png
     --reference absent.exr                       | absent.exr
-    --time 0                                     | --time, '0'
     --merge                                      | --merge
     --merge absent.exr                           | absent.exr
     --scene --size 512x512                       | --scene needs a value, '--size'

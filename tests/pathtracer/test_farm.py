@@ -161,7 +161,7 @@ def test_mistakes_are_one_line_before_a_cluster_starts(pathtracer, even_sky):
         (["--env", even_sky.name, "-o", even_sky.name], "is also an input"),
         (["-o", "a.png"], "something.exr"),
         (["--spp", "0", "-o", "a.exr"], "--spp"),
-        (["--time", "3", "-o", "a.exr"], "--time"),
+        (["--resume", "a.exr", "-o", "a.exr"], "--resume"),
         (["--noise", "0.1", "-o", "a.exr"], "--noise does not work in parts"),
         (["--scene", "--size", "512x512", "-o", "a.exr"], "--scene needs a value"),
         (["--tile", "8", "-o", "a.exr"], "WIDTHxHEIGHT"),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures that were stopped and gone on with, and those that end by the clock."""
+"""Pictures that were stopped and gone on with."""
 
 import signal
 import subprocess
@@ -49,10 +49,8 @@ def test_a_stopped_picture_becomes_even(pathtracer):
     even = pathtracer.render("--resume", begun)
     assert (read_layers(even)["count"] == most).all()
     assert_near(read_layers(even), read_layers(pathtracer.render(*common, "--spp", most)))
-    # In place, and with a limit of time.
-    pathtracer.success("--resume", begun, "--time", 0.001, "-o", begun)
-    later = read_layers(begun)["count"]
-    assert later.min() == later.max() and later.max() >= most
+    pathtracer.success("--resume", begun, "-o", begun)  # in place
+    assert (read_layers(begun)["count"] == most).all()
 
 
 @pytest.mark.parametrize("crop", [[], ["--crop", "5,9,21,30"]])
@@ -130,14 +128,3 @@ def test_files_that_a_picture_names_are_read_below_its_folder_only(pathtracer, e
         pathtracer.success("--resume", "begun.exr", "--spp", 2, *OUT)
         for name in ("out.exr", "out.png"):
             (folder / name).unlink()
-
-
-def test_a_time_limit(pathtracer):
-    header = lambda *more: read_exr(pathtracer.render("--size", "64x64", *more))[1]
-    began = time.monotonic()
-    path = pathtracer.render("--size", "64x64", "--time", 1)
-    # What is asked for is rendering time; loading a program takes some, a busy machine more.
-    assert time.monotonic() - began < 30 and 0.3 < read_exr(path)[1]["seconds"] < 3
-    spp = read_exr(path)[1]["spp"]
-    assert spp > 1 and (read_layers(path)["count"] == spp).all()
-    assert header("--time", 1000, "--spp", 2)["spp"] == 2 and header("--time", 1e-6)["spp"] == 1
