@@ -358,19 +358,22 @@ def test_only_regular_files_are_read(pathtracer, kind):
         refused(pathtracer, *arguments, words=[arguments[-1], "not a regular file"])
 
 
-@pytest.mark.parametrize("way", ["../a", "sub/../../a", "%2e%2e/a", "{folder}/a", "link", "linked/a"])
+@pytest.mark.parametrize("way", ["../a", "sub/../../a", "%2e%2e/a", "{folder}/a", "link", "linked/a",
+                                 "../in-secret/a"])  # a name that begins like the scene's folder
 def test_a_scene_reads_files_below_its_folder_only(pathtracer, way):
     """By whatever way their names lead there; with --allow-outside it reads them."""
     folder, name = pathtracer.folder, way.format(folder=pathtracer.folder)
-    for inside in ("in", "in/sub"):
+    for inside in ("in", "in/sub", "in-secret"):
         (folder / inside).mkdir()
     (folder / "in/linked").symlink_to("..")
     for end in ("bin", "png"):
         (folder / f"in/link.{end}").symlink_to(f"../a.{end}")
-    put(folder / "a.png", encoded(FOUR))
+    for outside in ("a.png", "in-secret/a.png"):
+        put(folder / outside, encoded(FOUR))
     words = "outside the scene's folder; use --allow-outside"
     path, data = apart(pathtracer, f"{name}.bin", f"{name}.png", "in")
-    put(folder / "a.bin", data)
+    for outside in ("a.bin", "in-secret/a.bin"):
+        put(folder / outside, data)
     refused(pathtracer, "--scene", path, words=[f"{name}.bin".replace("%2e", "."), words])
     assert pathtracer.image("--scene", path, "--allow-outside", *SMALL, "--spp", 1).max() > 0
     path, data = apart(pathtracer, "b.bin", f"{name}.png", "in")
