@@ -311,12 +311,14 @@ def test_normals_that_the_winding_contradicts(pathtracer, metal):
     np.testing.assert_allclose(image(True).mean(), image(False).mean(), rtol=2e-3)
 
 
-def patch(attributes):
-    """A quarter of a cylinder in eight strips, whose normal map leans all normals along the tangent."""
+def patch(attributes, zigzag=0.0):
+    """A quarter of a cylinder in eight strips, whose normal map leans all normals along the tangent. Coordinates that run zigzag
+    have other tangents on every face."""
     angle = np.linspace(-np.pi / 4, np.pi / 4, 9)
     n = np.stack([np.sin(angle), np.zeros(9), np.cos(angle)], -1)
     points = np.concatenate([n - [0, 1, 0], n + [0, 1, 0]]).astype(np.float32)
-    uv = np.concatenate([np.stack([np.linspace(0, 1, 9), np.full(9, v)], -1) for v in (1.0, 0.0)]).astype(np.float32)
+    rows = np.full(9, 1.0), zigzag * (np.arange(9) % 2)
+    uv = np.concatenate([np.stack([np.linspace(0, 1, 9), v], -1) for v in rows]).astype(np.float32)
     i = np.arange(8)
     faces = np.stack([i, i + 1, i + 10, i, i + 10, i + 9], -1).ravel().astype(np.uint16)
     normals, across = (np.tile(v, (2, 1)).astype(np.float32) for v in (n, np.stack([n[:, 2], n[:, 1], -n[:, 0]], -1)))
@@ -331,8 +333,8 @@ def patch(attributes):
 def test_tangents(pathtracer, even_sky):
     """Those of a file are used, whatever the coordinates say; others are smooth over the edges of faces, as if written."""
 
-    def normals(attributes):
-        path = patch(attributes).save(pathtracer.folder / "scene.glb")
+    def normals(attributes, zigzag=0.0):
+        path = patch(attributes, zigzag).save(pathtracer.folder / "scene.glb")
         layers = read_layers(pathtracer.render("--scene", path, *SMALL, "--spp", 16, "--env", even_sky))
         return np.stack([layers[f"normal.{c}"] for c in "XYZ"], -1)[6:18, 6:18]
 
@@ -342,6 +344,8 @@ def test_tangents(pathtracer, even_sky):
     other = normals(lambda t: signed(-t, -1))
     np.testing.assert_allclose(other[..., 0] + written[..., 0], 2 * normals(lambda t: signed(0 * t + [0, 1, 0], 1))[..., 0], atol=0.05)
     assert abs(other[6, 6, 0] - written[6, 6, 0]) > 0.5
+    seamless = normals(lambda t: {}, 0.15)
+    assert max(np.abs(np.diff(seamless, axis=axis)).max() for axis in (0, 1)) < 0.1  # 0.7 with tangents of faces
 
 
 @pytest.mark.parametrize(("extensions", "coat"), [
