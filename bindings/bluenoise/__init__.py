@@ -14,7 +14,7 @@ from ._interrupt import quiet_imports, refuse_subinterpreters
 refuse_subinterpreters()
 _imported = quiet_imports()
 
-from ._arguments import MaskMethod, NeuralProvider, PointsMethod, SamplerKind
+from ._arguments import MaskMethod, NeuralProvider, PointsMethod, SamplerType
 from ._choose import choose, choose_cdf, choose_u32
 from ._core import CancelledError, RuntimeMissingError, __version__
 from ._dither import dither
@@ -22,7 +22,7 @@ from ._files import load, save
 from ._masks import mask, to_float
 from ._measure import MaskMeasures, MeasureName, anisotropy, measure, power_spectrum, radial_power
 from ._neural import NeuralGenerator
-from ._path import Path, Ray, Rng, Split
+from ._path import LoopSampler, PathSampler, RaySampler, Split
 from ._points import points
 from ._sampler import Sampler, domain, tables
 
@@ -35,13 +35,13 @@ __all__ = [
     "MeasureName",
     "NeuralGenerator",
     "NeuralProvider",
-    "Path",
+    "PathSampler",
     "PointsMethod",
-    "Ray",
-    "Rng",
+    "RaySampler",
+    "LoopSampler",
     "RuntimeMissingError",
     "Sampler",
-    "SamplerKind",
+    "SamplerType",
     "Split",
     "__version__",
     "anisotropy",

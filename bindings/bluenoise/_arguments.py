@@ -19,7 +19,7 @@ from . import _core
 MaskMethod = Literal["auto", "void-and-cluster", "relax", "anneal", "neural", "white", "builtin"]
 NeuralProvider = Literal["cpu", "cuda"]
 PointsMethod = Literal["best-candidate", "poisson-disk", "mask"]
-SamplerKind = Literal["blue", "sobol", "white", "zorder", "mask"]
+SamplerType = Literal["blue", "sobol", "white", "zorder", "mask"]
 Seed = Union[SupportsIndex, np.random.Generator, np.random.SeedSequence, None]
 Shape = Sequence[SupportsIndex]
 Progress = Callable[[float], Any]

@@ -263,7 +263,7 @@ def _white(
     arguments.callback("progress", progress)
     ranks = _result(shape, out, "white")
     count = ranks.size
-    sampler = _core.Sampler(_core.sampler_kinds["white"], arguments.seed(seed), 0, None)
+    sampler = _core.Sampler(_core.sampler_types["white"], arguments.seed(seed), 0, None)
     keys = np.empty(count, np.uint64)
     for first in range(0, count, _WHITE_BLOCK):
         samples = np.empty((1, 1, min(_WHITE_BLOCK, count - first), 4), np.float32)

@@ -53,7 +53,7 @@ class _OnceOnly:
         raise TypeError(f"a {name} cannot be copied or pickled, as both would hand out the same numbers; pass it on")
 
 
-class Path:
+class PathSampler:
     """One sample of a pixel as a path, or an array of such paths: each of its decisions has numbers of its own, by name.
 
     A path consists of rays: ray 0 leaves the camera, ray d the d-th surface or other event. Each has four numbers, two for
@@ -61,7 +61,7 @@ class Path:
     number, and paths that drew differently at one ray agree again at the next. ``bn_path.h`` describes the layout; the bits
     are those of C, for samplers of every kind.
 
-    ``x``, ``y``, ``index`` and ``frame`` are integers or integer arrays that broadcast against each other; ``shape`` is what
+    ``x``, ``y``, ``index`` and ``stream`` are integers or integer arrays that broadcast against each other; ``shape`` is what
     they broadcast to. Every draw is one call of ``Sampler.sample`` for all paths, float32 in [0, 1), of the shapes given
     below, in which ``...`` is ``shape``.
 
@@ -73,14 +73,14 @@ class Path:
         The pixels, integers from -2**31 to 2**31 - 1.
     index
         The samples of these pixels, integers from 0 to 2**32 - 1.
-    frame
-        Frames that must be independent have numbers of their own, integers from 0 to 2**32 - 1. Where frames are averaged,
-        the index goes on instead, and the frame stays 0.
+    stream
+        Independent sequences of samples, integers from 0 to 2**32 - 1: the frames of a film, or light paths beside camera
+        paths. Where frames are averaged, the index goes on instead, and the stream stays 0.
 
     Examples
     --------
     >>> y, x = np.mgrid[0:4, 0:6]
-    >>> path = Path(Sampler("blue", seed=1), x, y, index=0)
+    >>> path = PathSampler(Sampler("blue", seed=1), x, y, index=0)
     >>> camera = path.ray(0)
     >>> camera.draw().shape, camera.next_2d().shape
     ((4, 6, 4), (4, 6, 2))
@@ -91,18 +91,18 @@ class Path:
     shape: tuple[int, ...]
 
     def __init__(
-        self, sampler: Sampler, x: npt.ArrayLike, y: npt.ArrayLike, index: npt.ArrayLike, frame: npt.ArrayLike = 0
+        self, sampler: Sampler, x: npt.ArrayLike, y: npt.ArrayLike, index: npt.ArrayLike, stream: npt.ArrayLike = 0
     ) -> None:
         if not isinstance(sampler, Sampler):
             raise TypeError(f"sampler must be a Sampler, not {reprlib.repr(sampler)}")
-        frames = arguments.integers("frame", frame, np.uint32, *arguments.UINT32)
+        streams = arguments.integers("stream", stream, np.uint32, *arguments.UINT32)
         self._set(
             sampler,
             _kept("x", x, np.int32, *arguments.INT32),
             _kept("y", y, np.int32, *arguments.INT32),
             _kept("index", index, np.uint32, *arguments.UINT32),
-            np.asarray(_core.frame_domain(frames), np.uint32),
-            "x, y, index and frame",
+            np.asarray(_core.stream_domain(streams), np.uint32),
+            "x, y, index and stream",
         )
 
     def _set(
@@ -111,16 +111,16 @@ class Path:
         self.shape = _together(names, x.shape, y.shape, index.shape, domain.shape)
         self._sampler, self._x, self._y, self._index, self._domain = sampler, x, y, index, domain
 
-    def _like(self, index: _Words, domain: _Words) -> Path:
-        path = Path.__new__(Path)
+    def _like(self, index: _Words, domain: _Words) -> PathSampler:
+        path = PathSampler.__new__(PathSampler)
         path._set(self._sampler, self._x, self._y, index, domain, "the ray and k")
         return path
 
-    def ray(self, number: npt.ArrayLike) -> Ray:
-        """Ray ``number``, from 0 to 2**28 - 1: 0 leaves the camera, d the d-th surface or other event. An array of numbers,
-        for paths that are not equally far, broadcasts with ``shape``. A second ``Ray`` of the same number starts again, with
+    def ray(self, number: npt.ArrayLike) -> RaySampler:
+        """RaySampler ``number``, from 0 to 2**28 - 1: 0 leaves the camera, d the d-th surface or other event. An array of numbers,
+        for paths that are not equally far, broadcasts with ``shape``. A second ``RaySampler`` of the same number starts again, with
         the same numbers."""
-        return Ray(self, number)
+        return RaySampler(self, number)
 
     def first_light(self, count: int = 1, k: npt.ArrayLike = 0) -> _Floats:
         """The light that is tried where ray 0 ends, (..., 2), if a lens has taken its pair, or if it is split into
@@ -131,7 +131,7 @@ class Path:
         _together("the path and k", self.shape, points.shape)
         return self._draw(_core.path_camera_domain(self._domain), _sequence(self._index, count, points), pair=0)
 
-    def time(self) -> _Floats:
+    def time_wavelength(self) -> _Floats:
         """(..., 2): the time of the path, and wavelength."""
         return self._draw(_core.path_camera_domain(self._domain), self._index, pair=1)
 
@@ -139,23 +139,23 @@ class Path:
         return self._sampler.sample(self._x, self._y, index, domain, pair=pair)
 
     def __repr__(self) -> str:
-        return f"Path({self._sampler!r}, shape={self.shape})"
+        return f"PathSampler({self._sampler!r}, shape={self.shape})"
 
 
-class Ray(_OnceOnly):
-    """One ray of a path, from ``Path.ray``. It counts what it has handed out: make one for each ray, and pass it on. It cannot
+class RaySampler(_OnceOnly):
+    """One ray of a path, from ``PathSampler.ray``. It counts what it has handed out: make one for each ray, and pass it on. It cannot
     be copied or pickled."""
 
     __slots__ = ("_1d", "_2d", "_4d", "_domain", "_kept", "_loops", "_path", "_splits", "shape")
 
     shape: tuple[int, ...]
 
-    def __init__(self, path: Path, number: npt.ArrayLike) -> None:
+    def __init__(self, path: PathSampler, number: npt.ArrayLike) -> None:
         numbers = arguments.integers("number", number, np.uint32, *_MOST)
         self.shape = _together("the path and number", path.shape, numbers.shape)
         self._start(path, _core.path_ray_domain(path._domain, numbers))
 
-    def _start(self, path: Path, domain: _Words) -> None:
+    def _start(self, path: PathSampler, domain: _Words) -> None:
         self._path, self._domain = path, domain
         self._1d = self._2d = self._4d = self._splits = self._loops = 0
         self._kept = np.empty(0, np.float32)
@@ -164,17 +164,17 @@ class Ray(_OnceOnly):
         """(..., 4): where the ray goes, in the first two, and a light where it ends. The same at every call."""
         return self._draw(self._domain)
 
-    def draw_where(self) -> _Floats:
+    def draw_direction(self) -> _Floats:
         """(..., 2): the first pair of ``draw`` alone."""
         return self._draw(self._domain, 0)
 
-    def draw_light(self) -> _Floats:
+    def draw_end_light(self) -> _Floats:
         """(..., 2): the second pair of ``draw`` alone."""
         return self._draw(self._domain, 1)
 
     def draw_1d(self, k: int) -> _Floats:
         """(...): single number ``k`` of the ray, from 0, by an explicit counter: what call k + 1 of ``next_1d`` gives. The same
-        at every call. So are ``draw_2d``, ``draw_4d``, ``split`` and ``rng``."""
+        at every call. So are ``draw_2d``, ``draw_4d``, ``draw_split`` and ``draw_loop``."""
         return self._singles(_counter(k))[..., k & 1]
 
     def draw_2d(self, k: int) -> _Floats:
@@ -185,14 +185,14 @@ class Ray(_OnceOnly):
         """(..., 4): four ``k``."""
         return self._draw(_core.ray_4d_domain(self._domain, _counter(k)))
 
-    def split(self, k: int, count: int) -> Split:
+    def draw_split(self, k: int, count: int) -> Split:
         """Split ``k``, into ``count`` branches."""
         count = arguments.integer("count", count, *arguments.UINT32)
         return Split(self, self._split_domain(_counter(k)), max(count, 1), count)
 
-    def rng(self, k: int) -> Rng:
+    def draw_loop(self, k: int) -> LoopSampler:
         """The numbers of loop ``k``."""
-        return Rng(self, np.asarray(_core.ray_loop_domain(self._domain, _counter(k)), np.uint32))
+        return LoopSampler(self, np.asarray(_core.ray_loop_domain(self._domain, _counter(k)), np.uint32))
 
     def next_1d(self) -> _Floats:
         """(...): the next single number. Four in a row are stratified together. Two are drawn at a time, so every second
@@ -216,7 +216,7 @@ class Ray(_OnceOnly):
     def next_split(self, count: int) -> Split:
         """A split into ``count`` branches, each a path of its own. ``count``, from 0 to 2**32 - 1, where 0 counts as 1, is
         the same for all samples of a pixel; where it varies, ``next_split_from`` is better."""
-        split = self.split(self._splits, count)
+        split = self.draw_split(self._splits, count)
         self._splits += 1
         return split
 
@@ -228,25 +228,25 @@ class Ray(_OnceOnly):
         self._splits += 1
         return Split(self, self._split_domain(self._splits - 1), 0, None, taken)
 
-    def next_rng(self) -> Rng:
+    def next_loop(self) -> LoopSampler:
         """The numbers of a loop without bound, such as tracking through a medium."""
         self._loops += 1
-        return self.rng(self._loops - 1)
+        return self.draw_loop(self._loops - 1)
 
-    def keyed(self, key: npt.ArrayLike) -> Ray:
+    def child(self, key: npt.ArrayLike) -> RaySampler:
         """A part of the ray with a key, from 0 to 2**32 - 1, such as the number of a primitive that may be transparent: a
-        ``Ray`` that draws like one of its own, whatever was drawn before. A second part of the same key starts again. An
+        ``RaySampler`` that draws like one of its own, whatever was drawn before. A second part of the same key starts again. An
         array of keys broadcasts with ``shape``."""
         keys = arguments.integers("key", key, np.uint32, *arguments.UINT32)
-        part = Ray.__new__(Ray)
+        part = RaySampler.__new__(RaySampler)
         part.shape = _together("the ray and key", self.shape, keys.shape)
-        part._start(self._path, _core.ray_keyed_domain(self._domain, keys))
+        part._start(self._path, _core.ray_child_domain(self._domain, keys))
         return part
 
-    def _again(self) -> Ray:
+    def _again(self) -> RaySampler:
         """A copy, for who has given this one up."""
-        other = Ray.__new__(Ray)
-        for name in (*Ray.__slots__,):
+        other = RaySampler.__new__(RaySampler)
+        for name in (*RaySampler.__slots__,):
             setattr(other, name, getattr(self, name))
         return other
 
@@ -261,18 +261,18 @@ class Ray(_OnceOnly):
         return self._path._draw(domain, self._path._index, pair)
 
     def __repr__(self) -> str:
-        return f"Ray({self._path!r}, shape={self.shape})"
+        return f"RaySampler({self._path!r}, shape={self.shape})"
 
 
 class Split:
-    """A path that goes on in several ways. ``split[k]`` is branch k. With a count, from ``Ray.next_split``, ``len(split)`` is
-    the number of branches, and a loop over the split gives all of them; without one, from ``Ray.next_split_from``, both are
+    """A path that goes on in several ways. ``split[k]`` is branch k. With a count, from ``RaySampler.next_split``, ``len(split)`` is
+    the number of branches, and a loop over the split gives all of them; without one, from ``RaySampler.next_split_from``, both are
     ``TypeError``."""
 
     __slots__ = ("_count", "_domain", "_index", "_length", "_path", "_shape")
 
     def __init__(
-        self, ray: Ray, domain: _Words, count: int, length: Optional[int], first: Optional[_Words] = None
+        self, ray: RaySampler, domain: _Words, count: int, length: Optional[int], first: Optional[_Words] = None
     ) -> None:
         self._count, self._length = count, length
         self._path, self._domain, self._shape = ray._path, domain, ray.shape
@@ -283,7 +283,7 @@ class Split:
             raise TypeError("a split from next_split_from has no length")
         return self._length
 
-    def __getitem__(self, k: npt.ArrayLike) -> Path:
+    def __getitem__(self, k: npt.ArrayLike) -> PathSampler:
         """Branch ``k``, from 0 to 2**32 - 1, a path whose rays begin at 0. Paths that take fewer branches just stop early;
         those that take more go on with count and later. An array of ``k`` broadcasts with the ray's shape: an axis of
         branches in front is ``split[np.arange(count)[:, None, None]]``. Raises ``ValueError`` if index * count, or the sum of
@@ -295,20 +295,20 @@ class Split:
             branches = branches % np.uint32(self._count)
         return self._path._like(_sequence(self._index, max(self._count, 1), branches), domain)
 
-    def __iter__(self) -> Iterator[Path]:
+    def __iter__(self) -> Iterator[PathSampler]:
         return (self[k] for k in range(len(self)))
 
     def __repr__(self) -> str:
         return f"Split({self._path!r}{'' if self._length is None else f', count={self._length}'})"
 
 
-class Rng(_OnceOnly):
-    """The numbers of a loop without bound, from ``Ray.next_rng``: four of the sampler's, then a generator's. It cannot be
+class LoopSampler(_OnceOnly):
+    """The numbers of a loop without bound, from ``RaySampler.next_loop``: four of the sampler's, then a generator's. It cannot be
     copied or pickled."""
 
     __slots__ = ("_domain", "_drawn", "_four", "_path")
 
-    def __init__(self, ray: Ray, domain: _Words) -> None:
+    def __init__(self, ray: RaySampler, domain: _Words) -> None:
         self._path, self._domain = ray._path, domain
         self._four = ray._draw(domain)
         self._drawn = 0
@@ -320,7 +320,7 @@ class Rng(_OnceOnly):
         if k < 4:
             return self._four[..., k]
         first, second = map(int, path._sampler.seed_words())
-        return np.asarray(_core.rng_float(first, second, path._x, path._y, path._index, self._domain, k), np.float32)
+        return np.asarray(_core.loop_float(first, second, path._x, path._y, path._index, self._domain, k), np.float32)
 
     def __repr__(self) -> str:
-        return f"Rng(shape={self._four.shape[:-1]}, drawn={self._drawn})"
+        return f"LoopSampler(shape={self._four.shape[:-1]}, drawn={self._drawn})"

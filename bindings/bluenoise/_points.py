@@ -112,7 +112,7 @@ def _scipy(method: str) -> None:
 def _white(seed: int, most: int) -> Callable[[int, int], npt.NDArray[np.float32]]:
     """A function of x and count that returns up to ``most`` random points, others for each x, from the library's sampler, so
     that they do not depend on NumPy. The next call overwrites them."""
-    sampler = _core.Sampler(_core.sampler_kinds["white"], seed, 0, None)
+    sampler = _core.Sampler(_core.sampler_types["white"], seed, 0, None)
     column, row = np.zeros((2, most), np.int32)
     index, domain = np.arange(most, dtype=np.uint32), np.zeros(most, np.uint32)
     samples = np.empty((most, 2), np.float32)

@@ -25,7 +25,7 @@ class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
             raise ValueError(f"pixel must be (x, y), not {pixel!r}") from None
         super().__init__(d=d)
         if seed is not None:
-            sampler = Sampler(sampler.kind, seed=seed, samples_per_pixel=sampler.samples_per_pixel, mask=sampler.mask)
+            sampler = Sampler(sampler.type, seed=seed, samples_per_pixel=sampler.samples_per_pixel, mask=sampler.mask)
         self._sampler = sampler
         # scipy.integrate.qmc_quad() makes engines with these arguments and seeds that descend from this one's.
         self._init_quad = {"sampler": sampler, "d": d, "pixel": pixel}

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from . import _arguments as arguments
 from . import _core
-from ._arguments import Ranks, SamplerKind, Seed
+from ._arguments import Ranks, SamplerType, Seed
 
 if TYPE_CHECKING:
     from ._qmc import SamplerEngine
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 class Sampler:
     """Samples in [0, 1) for every pixel, index and domain. They are well distributed over the indices of a pixel; with the
-    kinds ``"blue"``, ``"zorder"`` and ``"mask"``, errors are also distributed as blue noise on screen.
+    types ``"blue"``, ``"zorder"`` and ``"mask"``, errors are also distributed as blue noise on screen.
 
     A sample depends only on the arguments of the sampler and of the call, not on order, tiles, threads or restarts.
     Samplers are immutable and hashable, compare equal if their arguments are equal, and can be pickled.
 
     Parameters
     ----------
-    kind
+    type
         ``"blue"``: the recommended sampler, progressive, with blue-noise errors on screen. ``"sobol"``: padded
         Owen-scrambled Sobol', one sequence for each pair of dimensions, independent in each pixel. ``"white"``: independent
         uniform numbers. ``"zorder"``: one Sobol' sequence
@@ -36,11 +36,11 @@ class Sampler:
         An integer from 0 to 2**64 - 1, a ``numpy.random.Generator``, from which one integer is drawn, a
         ``numpy.random.SeedSequence``, or None for fresh entropy. Different seeds give independent pictures.
     samples_per_pixel
-        The sample count for kind ``"zorder"``, the only count at which its quality is good: up to 2**32 - 1, rounded up
-        to a power of two (at most 2**16); 0 means 256. Larger indices remain valid. The other kinds are progressive and
+        The sample count for type ``"zorder"``, the only count at which its quality is good: up to 2**32 - 1, rounded up
+        to a power of two (at most 2**16); 0 means 256. Larger indices remain valid. The other types are progressive and
         ignore it.
     mask
-        The mask for kind ``"mask"``: ranks of shape (height, width), or (n,) for a row, each of 0 .. n - 1 exactly once.
+        The mask for type ``"mask"``: ranks of shape (height, width), or (n,) for a row, each of 0 .. n - 1 exactly once.
         None: the built-in 64 x 64 mask.
 
     Examples
@@ -50,34 +50,34 @@ class Sampler:
     (4,)
     """
 
-    __slots__ = ("_core", "_kind", "_mask", "_samples_per_pixel", "_seed")
+    __slots__ = ("_core", "_type", "_mask", "_samples_per_pixel", "_seed")
 
     _core: _core.Sampler
-    _kind: str
+    _type: str
     _mask: Optional[Ranks]
     _samples_per_pixel: int
     _seed: int
 
     def __init__(
         self,
-        kind: SamplerKind = "blue",
+        type: SamplerType = "blue",
         *,
         seed: Seed = 0,
         samples_per_pixel: int = 0,
         mask: Optional[npt.ArrayLike] = None,
     ) -> None:
-        arguments.one_of("kind", kind, _core.sampler_kinds)
+        arguments.one_of("type", type, _core.sampler_types)
         ranks = None
         if mask is not None:
-            if kind != "mask":
-                raise ValueError(f"mask needs kind 'mask', not {kind!r}")
+            if type != "mask":
+                raise ValueError(f"mask needs type 'mask', not {type!r}")
             ranks = arguments.ranks("mask", mask)
             ranks.setflags(write=False)
         count = arguments.integer("samples_per_pixel", samples_per_pixel, *arguments.UINT32)
         number = arguments.seed(seed)
         put = object.__setattr__
-        put(self, "_core", _core.Sampler(_core.sampler_kinds[kind], number, count, ranks))
-        put(self, "_kind", str(kind))
+        put(self, "_core", _core.Sampler(_core.sampler_types[type], number, count, ranks))
+        put(self, "_type", str(type))
         put(self, "_seed", number)
         put(self, "_samples_per_pixel", count)
         put(self, "_mask", ranks)
@@ -85,15 +85,15 @@ class Sampler:
     if TYPE_CHECKING:
 
         @property
-        def kind(self) -> SamplerKind:
-            """The kind of the sampler."""
+        def type(self) -> SamplerType:
+            """The type of the sampler."""
             ...
     else:  # jedi, which completes names in IPython, fails on Literal here
 
         @property
-        def kind(self) -> str:
-            """The kind of the sampler."""
-            return self._kind
+        def type(self) -> str:
+            """The type of the sampler."""
+            return self._type
 
     @property
     def seed(self) -> int:
@@ -238,7 +238,7 @@ class Sampler:
     def _key(self) -> tuple[Any, ...]:
         mask = self._mask
         texels = None if mask is None else (mask.shape, mask.tobytes())
-        return (self._kind, self._seed, self._samples_per_pixel, texels)
+        return (self._type, self._seed, self._samples_per_pixel, texels)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Sampler):
@@ -249,10 +249,10 @@ class Sampler:
         return hash(self._key())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (_restore, (self._kind, self._seed, self._samples_per_pixel, self._mask))
+        return (_restore, (self._type, self._seed, self._samples_per_pixel, self._mask))
 
     def __repr__(self) -> str:
-        text = f"Sampler({self._kind!r}, seed={self._seed}"
+        text = f"Sampler({self._type!r}, seed={self._seed}"
         if self._samples_per_pixel:
             text += f", samples_per_pixel={self._samples_per_pixel}"
         if self._mask is not None:
@@ -298,6 +298,6 @@ _MOST_AXES = 31  # of the 32 of NumPy before 2, as the result has one more
 
 
 def _restore(
-    kind: str, seed: int, samples_per_pixel: int, mask: Optional[Ranks]
+    type: str, seed: int, samples_per_pixel: int, mask: Optional[Ranks]
 ) -> Sampler:
-    return Sampler(cast(SamplerKind, kind), seed=seed, samples_per_pixel=samples_per_pixel, mask=mask)
+    return Sampler(cast(SamplerType, type), seed=seed, samples_per_pixel=samples_per_pixel, mask=mask)

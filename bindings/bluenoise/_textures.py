@@ -213,7 +213,7 @@ out vec4 colour;
 void main() {
     uvec2 pixel = uvec2(gl_FragCoord.xy);
     uint camera = bn_domain_child(0u, 0u); // one domain for each decision; bn_path.glsl numbers those of a path
-    colour = vec4(bn_draw_blue_pair(seed, pixel.x, pixel.y, index, camera, 0u), 0.0, 1.0);
+    colour = vec4(bn_draw_blue_2d(seed, pixel.x, pixel.y, index, camera, 0u), 0.0, 1.0);
 }
 """
 
@@ -235,7 +235,7 @@ cbuffer frame : register(b0) { uint index; };
 float4 main(float4 position : SV_Position) : SV_Target {
     uint2 pixel = uint2(position.xy);
     uint camera = bn_domain_child(0, 0); // one domain for each decision; bn_path.hlsl numbers those of a path
-    return float4(bn_draw_blue_pair(seed, pixel.x, pixel.y, index, camera, 0), 0, 1);
+    return float4(bn_draw_blue_2d(seed, pixel.x, pixel.y, index, camera, 0), 0, 1);
 }
 """
 

@@ -8,8 +8,8 @@
     scene["sensor"]["sampler"] = {"type": "bluenoise", "sample_count": 16, "seed": 0}
 
 Samples are those of ``bluenoise.Sampler("blue", seed=seed)``, bit for bit, at the film's pixels, including its crop offset.
-``seed``, from 0 to 2**31 - 1, is the sampler's. The seed passed to ``mitsuba.render`` is the frame of a ``bluenoise.Path``,
-so you can pass a frame number. Two-dimensional draws 2 r and 2 r + 1 are ``draw_where`` and ``draw_light`` of its ray r:
+``seed``, from 0 to 2**31 - 1, is the sampler's. The seed passed to ``mitsuba.render`` is the stream of a ``bluenoise.PathSampler``,
+so you can pass a frame number. Two-dimensional draws 2 r and 2 r + 1 are ``draw_direction`` and ``draw_end_light`` of its ray r:
 position in the pixel and first light, direction and next light. One-dimensional draws are ``next_1d`` of the ray whose
 direction or light comes next.
 
@@ -32,7 +32,7 @@ except ImportError as error:
     raise ImportError(f"the sampler needs Mitsuba 3; run pip install 'libbn[mitsuba]' ({error})") from None
 
 from . import _glsl
-from ._path import Path, Ray
+from ._path import PathSampler, RaySampler
 from ._sampler import Sampler, tables
 
 __all__ = ["attach"]
@@ -52,7 +52,7 @@ class _Lanes:
         # For the types of this variant.
         self.text = _glsl.functions(mi.UInt32, dr.select, dr.brev)
         self.words, self.seed, self.x, self.y = words, SimpleNamespace(x=seed[0], y=seed[1]), x, y
-        self.path = SimpleNamespace(domain=self.text.bn_path_frame_domain(frame))
+        self.path = SimpleNamespace(domain=self.text.bn_path_stream_domain(frame))
 
     def at_index(self, index: Any, last: int) -> _Lanes:
         """The same lanes at other indices, the largest of which is `last`."""
@@ -233,8 +233,8 @@ def _scalar(common: Any) -> Any:
             self._order: Optional[_BlockOrder] = None
             self._pixel = (0, 0, 0)
             self._index = self._pairs = 0
-            self._path: Optional[Path] = None
-            self._ray: Optional[Ray] = None
+            self._path: Optional[PathSampler] = None
+            self._ray: Optional[RaySampler] = None
 
         def clone(self) -> Any:
             other = self._like()
@@ -257,12 +257,12 @@ def _scalar(common: Any) -> Any:
 
         def _start(self, index: int) -> None:
             frame, x, y = self._pixel
-            self._path = Path(self._sampler, x, y, index, frame)
+            self._path = PathSampler(self._sampler, x, y, index, frame)
             self._index, self._pairs, self._ray = index, 0, self._path.ray(0)
 
         def next_2d(self, active: Any = True) -> Any:
             path, ray = self._seeded()
-            u = ray.draw_light() if self._pairs & 1 else ray.draw_where()
+            u = ray.draw_end_light() if self._pairs & 1 else ray.draw_direction()
             if self._pairs & 1:
                 self._ray = path.ray((self._pairs >> 1) + 1)
             self._pairs += 1
@@ -271,7 +271,7 @@ def _scalar(common: Any) -> Any:
         def next_1d(self, active: Any = True) -> Any:
             return float(self._seeded()[1].next_1d())
 
-        def _seeded(self) -> tuple[Path, Ray]:
+        def _seeded(self) -> tuple[PathSampler, RaySampler]:
             if self._path is None or self._ray is None:
                 raise RuntimeError("seed() must come before the first sample")
             return self._path, self._ray

@@ -39,18 +39,12 @@ bn_result unlocked(Work work) {
     return work();
 }
 
-/* Sets the mask of a sampler's or of dithering's options, if it is not None. Returns its array, to
- * be kept as long as the options, and adds its shape to `arguments`. */
-template <typename Options>
-Ranks set_mask(Options &options, const py::object &mask, std::string &arguments) {
-    if (mask.is_none()) return {};
-    auto ranks = mask.cast<Ranks>();
-    options.mask_ranks = ranks.data();
-    options.mask_height = static_cast<uint32_t>(ranks.shape(0));
-    options.mask_width = static_cast<uint32_t>(ranks.shape(1));
-    arguments += ", mask of shape (" + std::to_string(options.mask_height) + ", " +
-                 std::to_string(options.mask_width) + ")";
-    return ranks;
+/* A 2-D array of ranks as a mask that borrows it; adds its shape to `arguments`. */
+inline bn_mask mask_of(const Ranks &ranks, std::string &arguments) {
+    const auto height = static_cast<uint32_t>(ranks.shape(0));
+    const auto width = static_cast<uint32_t>(ranks.shape(1));
+    arguments += ", mask of shape (" + std::to_string(height) + ", " + std::to_string(width) + ")";
+    return bn_mask_u32(ranks.data(), width, height);
 }
 
 /* A Python callable (or None) as a bn_progress. It receives the fraction done; a true result cancels.

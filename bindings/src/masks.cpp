@@ -49,42 +49,34 @@ Floats ranks_to_float(const Ranks &ranks, uint64_t count) {
 }
 
 py::object builtin_mask(uint32_t size) {
-    if (bn_builtin_mask(size) == nullptr) return py::none();
+    const auto *from = static_cast<const uint16_t *>(bn_builtin_mask(size).ranks);
+    if (from == nullptr) return py::none();
     Ranks ranks({extent(size), extent(size)});
-    check(bn_builtin_mask_copy(size, ranks.mutable_data(), static_cast<size_t>(ranks.size())),
-          "built-in mask " + std::to_string(size));
+    std::copy_n(from, ranks.size(), ranks.mutable_data());
     return ranks;
 }
 
 double mask_error(const Ranks &ranks, double sigma) {
-    const auto height = static_cast<uint32_t>(ranks.shape(0));
-    const auto width = static_cast<uint32_t>(ranks.shape(1));
-    const auto count = static_cast<size_t>(ranks.size());
+    std::string arguments = "sigma " + std::to_string(sigma);
+    const bn_mask mask = mask_of(ranks, arguments);
     Progress interrupts{py::none()};
-    const uint32_t *from = ranks.data();
     double error = 0;
-    const bn_result result = unlocked([&] {
-        return bn_mask_error(from, width, height, count, sigma, &error, Progress::call,
-                             &interrupts);
-    });
-    interrupts.finish(result, "error of a " + std::to_string(height) + " x " +
-                                  std::to_string(width) + " mask, sigma " + std::to_string(sigma));
+    const bn_result result =
+        unlocked([&] { return bn_mask_error(&mask, sigma, &error, Progress::call, &interrupts); });
+    interrupts.finish(result, arguments);
     return error;
 }
 
 Floats power_spectrum(const Ranks &ranks) {
-    const auto height = static_cast<uint32_t>(ranks.shape(0));
-    const auto width = static_cast<uint32_t>(ranks.shape(1));
+    std::string arguments = "spectrum";
+    const bn_mask mask = mask_of(ranks, arguments);
     Progress interrupts{py::none()};
     Floats power({ranks.shape(0), ranks.shape(1)});
-    const uint32_t *from = ranks.data();
     float *to = power.mutable_data();
     const auto count = static_cast<size_t>(ranks.size());
-    const bn_result result = unlocked([&] {
-        return bn_power_spectrum(from, width, height, count, to, Progress::call, &interrupts);
-    });
-    interrupts.finish(result, "spectrum of a " + std::to_string(height) + " x " +
-                                  std::to_string(width) + " mask");
+    const bn_result result =
+        unlocked([&] { return bn_power_spectrum(&mask, to, count, Progress::call, &interrupts); });
+    interrupts.finish(result, arguments);
     return power;
 }
 
@@ -105,7 +97,12 @@ Floats dither(const Floats &image, uint32_t levels, bool srgb, bool channel_offs
     std::string arguments = "image of " + std::to_string(height) + " x " + std::to_string(width) +
                             " with " + std::to_string(channels) + " channels, levels " +
                             std::to_string(levels);
-    const Ranks ranks = set_mask(options, mask, arguments);
+    const Ranks ranks = mask.is_none() ? Ranks() : mask.cast<Ranks>();
+    bn_mask value;
+    if (!mask.is_none()) {
+        value = mask_of(ranks, arguments);
+        options.mask = &value;
+    }
     check(unlocked([&] { return bn_dither(&options, from, width, height, channels, to, count); }),
           arguments);
     return out;
@@ -146,7 +143,7 @@ void bind_masks(py::module_ &module) {
     module.def("ranks_to_float", &ranks_to_float, py::arg("ranks").noconvert(), py::arg("count"));
     module.def("builtin_mask", &builtin_mask, py::arg("size"));
     module.def("builtin_mask_exists",
-               [](uint32_t size) { return bn_builtin_mask(size) != nullptr; });
+               [](uint32_t size) { return bn_builtin_mask(size).ranks != nullptr; });
     module.def("power_spectrum", &power_spectrum, py::arg("ranks").noconvert());
     module.def("mask_error", &mask_error, py::arg("ranks").noconvert(), py::arg("sigma"));
     module.def("dither", &dither, py::arg("image").noconvert(), py::arg("levels"), py::arg("srgb"),

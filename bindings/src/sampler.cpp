@@ -13,15 +13,20 @@ using UInt32s = py::array_t<uint32_t, py::array::c_style>;
 
 class Sampler {
   public:
-    Sampler(int32_t kind, uint64_t seed, uint32_t samples_per_pixel, const py::object &mask)
+    Sampler(int32_t type, uint64_t seed, uint32_t samples_per_pixel, const py::object &mask)
         : mask_(mask) {
-        bn_sampler_options options = bn_sampler_options_default();
-        options.kind = kind;
-        options.seed = seed;
-        options.samples_per_pixel = samples_per_pixel;
-        std::string arguments = "kind " + std::to_string(kind);
-        const Ranks ranks = set_mask(options, mask, arguments);
-        check(unlocked([&] { return bn_sampler_init(&sampler_, &options); }), arguments);
+        std::string arguments = "type " + std::to_string(type);
+        bn_result result = BN_SUCCESS;
+        if (!mask.is_none()) {
+            const auto ranks = mask.cast<Ranks>();
+            const bn_mask value = mask_of(ranks, arguments);
+            result = unlocked([&] { return bn_sampler_init_mask(&sampler_, &value, seed); });
+        } else if (type == BN_SAMPLER_ZORDER) {
+            result = bn_sampler_init_zorder(&sampler_, samples_per_pixel, seed);
+        } else {
+            result = bn_sampler_init(&sampler_, type, seed);
+        }
+        check(result, arguments);
     }
 
     /* For n lanes: `out` has shape (n, dimensions). `pair` is 0 or 1, or -1 for the first 1 to 4
@@ -34,18 +39,20 @@ class Sampler {
                 throw py::value_error("x, y, index, domain and out must have equally many lanes");
             }
         }
-        const auto count = static_cast<size_t>(out.shape(0));
         const auto dims = static_cast<uint32_t>(out.shape(1));
-        const auto size = static_cast<size_t>(out.size());
-        const int32_t *at_x = x.data(), *at_y = y.data();
-        const uint32_t *at_index = index.data(), *at_domain = domain.data();
-        float *to = out.mutable_data();
-        const bn_result result = unlocked([&] {
-            return pair < 0 ? bn_sample_many(&sampler_, count, at_x, at_y, at_index, at_domain,
-                                             dims, to, size)
-                            : bn_sample_many_pair(&sampler_, count, at_x, at_y, at_index, at_domain,
-                                                  static_cast<uint32_t>(pair), to, size);
-        });
+        const uint32_t first = pair == 1 ? 2 : 0;
+        if (dims < 1 || dims > 4 || pair > 1 || (pair >= 0 && dims != 2)) {
+            throw py::value_error("out must have 1 to 4 dimensions, and 2 with a pair");
+        }
+        bn_wavefront lanes = bn_wavefront_default();
+        lanes.count = static_cast<size_t>(out.shape(0));
+        lanes.x = x.data();
+        lanes.y = y.data();
+        lanes.index = index.data();
+        lanes.domain = domain.data();
+        for (uint32_t d = 0; d < dims; ++d) lanes.out[first + d] = out.mutable_data() + d;
+        lanes.stride = dims;
+        const bn_result result = unlocked([&] { return bn_sample_wavefront(&sampler_, &lanes); });
         check(result, "dims " + std::to_string(dims) + ", pair " + std::to_string(pair));
     }
 
@@ -95,16 +102,16 @@ UInt32s tables() {
 } // namespace
 
 void bind_sampler(py::module_ &module) {
-    py::dict kinds;
-    kinds["blue"] = static_cast<int32_t>(BN_SAMPLER_BLUE);
-    kinds["sobol"] = static_cast<int32_t>(BN_SAMPLER_SOBOL);
-    kinds["white"] = static_cast<int32_t>(BN_SAMPLER_WHITE);
-    kinds["zorder"] = static_cast<int32_t>(BN_SAMPLER_ZORDER);
-    kinds["mask"] = static_cast<int32_t>(BN_SAMPLER_MASK);
-    module.attr("sampler_kinds") = kinds;
+    py::dict types;
+    types["blue"] = static_cast<int32_t>(BN_SAMPLER_BLUE);
+    types["sobol"] = static_cast<int32_t>(BN_SAMPLER_SOBOL);
+    types["white"] = static_cast<int32_t>(BN_SAMPLER_WHITE);
+    types["zorder"] = static_cast<int32_t>(BN_SAMPLER_ZORDER);
+    types["mask"] = static_cast<int32_t>(BN_SAMPLER_MASK);
+    module.attr("sampler_types") = types;
 
     py::class_<Sampler>(module, "Sampler")
-        .def(py::init<int32_t, uint64_t, uint32_t, const py::object &>(), py::arg("kind"),
+        .def(py::init<int32_t, uint64_t, uint32_t, const py::object &>(), py::arg("type"),
              py::arg("seed"), py::arg("samples_per_pixel"), py::arg("mask"))
         .def("sample", &Sampler::sample, py::arg("x").noconvert(), py::arg("y").noconvert(),
              py::arg("index").noconvert(), py::arg("domain").noconvert(),
@@ -117,7 +124,7 @@ void bind_sampler(py::module_ &module) {
     module.def("tables", &tables);
     /* These take numbers or arrays, which broadcast. */
     module.def("domain_child", py::vectorize(&bn_domain_child), py::arg("domain"), py::arg("key"));
-    module.def("frame_domain", py::vectorize(&bn_path_frame_domain));
+    module.def("stream_domain", py::vectorize(&bn_path_stream_domain));
     module.def("path_ray_domain", py::vectorize([](uint32_t domain, uint32_t ray) {
                    return bn_path_ray_domain({0, 0, 0, domain}, ray);
                }));
@@ -129,15 +136,15 @@ void bind_sampler(py::module_ &module) {
     module.def("ray_4d_domain", py::vectorize(&bn_ray_4d_domain));
     module.def("ray_split_domain", py::vectorize(&bn_ray_split_domain));
     module.def("ray_loop_domain", py::vectorize(&bn_ray_loop_domain));
-    module.def("ray_keyed_domain", py::vectorize(&bn_ray_keyed_domain));
+    module.def("ray_child_domain", py::vectorize(&bn_ray_child_domain));
     module.def("branch_domain", py::vectorize([](uint32_t split, uint32_t count, uint32_t k) {
                    return bn_path_branch({0, 0, 0, 0}, split, count, k).domain;
                }));
-    module.def("rng_float", py::vectorize([](uint32_t seed0, uint32_t seed1, int32_t x, int32_t y,
-                                             uint32_t index, uint32_t domain, uint32_t k) {
+    module.def("loop_float", py::vectorize([](uint32_t seed0, uint32_t seed1, int32_t x, int32_t y,
+                                              uint32_t index, uint32_t domain, uint32_t k) {
                    const bn_path path = {static_cast<uint32_t>(x), static_cast<uint32_t>(y), index,
                                          domain};
-                   return bn_draw_float(bn_path_rng_bits({seed0, seed1}, path, domain, k));
+                   return bn_draw_float(bn_loop_bits({seed0, seed1}, path, domain, k));
                }));
 }
 

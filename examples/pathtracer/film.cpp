@@ -338,7 +338,7 @@ double sampling_share(const Integrator &integrator, const RenderSettings &settin
                 const uint32_t index = settings.first_sample + static_cast<uint32_t>(i / 16 % 4);
                 const uint32_t ray = static_cast<uint32_t>(i) % (integrator.max_depth + 1);
                 sum += with_path(*integrator.sampler, x, y, index, [&](const auto &path) {
-                    return both ? path.ray(ray).draw()[0] : path.ray(ray).draw_where()[0];
+                    return both ? path.ray(ray).draw()[0] : path.ray(ray).draw_direction()[0];
                 });
             }
             sink = sink + sum;

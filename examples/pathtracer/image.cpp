@@ -236,7 +236,7 @@ Image image_crop(const Image &image, const Crop &crop) {
 std::string png_encode_preview(const Image &image, float exposure) {
     const float gain = std::exp2(exposure);
     constexpr int MASK = 64; // texels
-    const uint16_t *ranks = bn_builtin_mask(MASK);
+    const auto *ranks = static_cast<const uint16_t *>(bn_builtin_mask(MASK).ranks);
     // Each channel uses a shifted mask, so they do not all round up at the same pixels.
     constexpr int SHIFT_X[3] = {0, 21, 43}, SHIFT_Y[3] = {0, 37, 11};
     std::vector<uint8_t> pixels;

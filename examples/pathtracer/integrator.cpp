@@ -60,7 +60,7 @@ inline std::array<float, 4> draw(const Integrator &integrator, uint32_t ray,
         return numbers.draw();
     }
     ++counters.draws_2d;
-    const auto [u, v] = numbers.draw_where();
+    const auto [u, v] = numbers.draw_direction();
     return {u, v, 0, 0};
 }
 
@@ -73,10 +73,10 @@ Path camera_path(const Integrator &integrator, int x, int y, const PathNumbers &
     // One time for the whole path. It multiplies with the position in the pixel, so it could take the
     // second pair of ray 0, as a lens does. Where nothing else varies that is as good
     // (docs/report/paths.md), but the first light loses the pair: in crops of `motion` after a blur,
-    // time() was better at 9 of 12 counts from 1 to 64, by a hundredth on average.
+    // time_wavelength() was better at 9 of 12 counts from 1 to 64, by a hundredth on average.
     if (!integrator.scene->motions.empty()) {
         ++counters.draws_2d;
-        path.ray.time = path_numbers.time()[0];
+        path.ray.time = path_numbers.time_wavelength()[0];
     }
     return path;
 }
@@ -170,7 +170,7 @@ inline const Material &material_of_hit(const Scene &scene, const Hit &hit,
 // infinity.
 template <typename RayNumbers>
 float free_flight(const Medium &medium, const Path &path, const RayNumbers &numbers, float end) {
-    bn::Rng walk = numbers.rng(0);
+    bn::LoopSampler walk = numbers.draw_loop(0);
     ++path.counters->draws_4d;
     return medium_free_flight(medium, path.ray, end, walk);
 }
@@ -216,7 +216,7 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
     if (occluded(*integrator.geometry, shadow.origin, end, shadow.time)) return;
     float passed = 1;
     if (scene.medium) {
-        bn::Rng walk = numbers.rng(k + 1);
+        bn::LoopSampler walk = numbers.draw_loop(k + 1);
         ++path.counters->draws_4d;
         passed = medium_transmittance(*scene.medium, shadow, length(end - shadow.origin), walk);
     }

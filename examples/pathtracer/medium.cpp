@@ -74,7 +74,7 @@ void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
 // Meetings are apart by exponentially distributed amounts of rate times length, which go on from
 // block to block: a number decides one meeting, however many blocks lie before it.
 struct Meetings {
-    bn::Rng *numbers;
+    bn::LoopSampler *numbers;
     float left = -1; // until the next meeting; below 0: not drawn yet
 
     // Calls meet(distance) at each meeting from `from` to `to`, until it returns false.
@@ -130,7 +130,8 @@ float medium_density(const Medium &m, Vec3 point) {
                mix(row(before[1], after[2]), row(after[1], after[2]), rest[1]), rest[2]);
 }
 
-float medium_free_flight(const Medium &medium, const Ray &ray, float end, bn::Rng &numbers) {
+float medium_free_flight(const Medium &medium, const Ray &ray, float end,
+                         bn::LoopSampler &numbers) {
     float found = INFINITE;
     Meetings meetings{&numbers};
     walk(medium, ray, end, [&](float from, float to, Medium::Range range) {
@@ -144,7 +145,8 @@ float medium_free_flight(const Medium &medium, const Ray &ray, float end, bn::Rn
     return found;
 }
 
-float medium_transmittance(const Medium &medium, const Ray &ray, float end, bn::Rng &numbers) {
+float medium_transmittance(const Medium &medium, const Ray &ray, float end,
+                           bn::LoopSampler &numbers) {
     float passed = 1, even = 0;
     Meetings meetings{&numbers};
     walk(medium, ray, end, [&](float from, float to, Medium::Range range) {

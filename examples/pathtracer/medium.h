@@ -47,10 +47,11 @@ Medium medium_create(Vec3 low, Vec3 high, glm::ivec3 size, Vec3 albedo, float an
 float medium_density(const Medium &medium, Vec3 point);
 
 // How far a ray flies before it meets a particle, or infinity if it comes as far as `end` first.
-float medium_free_flight(const Medium &medium, const Ray &ray, float end, bn::Rng &numbers);
+float medium_free_flight(const Medium &medium, const Ray &ray, float end, bn::LoopSampler &numbers);
 
 // An estimate of the share of light that passes along a ray as far as `end`.
-float medium_transmittance(const Medium &medium, const Ray &ray, float end, bn::Rng &numbers);
+float medium_transmittance(const Medium &medium, const Ray &ray, float end,
+                           bn::LoopSampler &numbers);
 
 // ---- The phase function of Henyey and Greenstein ("Diffuse Radiation in the Galaxy", 1941), for
 // materials of kind PHASE: `wi` in a frame whose +z points back along the ray.

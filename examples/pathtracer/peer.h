@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samplers that are not libbn's behind the interface of bn::Path and bn::Ray, for comparison. A
+// Samplers that are not libbn's behind the interface of bn::PathSampler and bn::RaySampler, for comparison. A
 // renderer needs nothing of this.
 #pragma once
 
@@ -19,7 +19,7 @@ class PeerSampler {
     static constexpr uint64_t INDEX_LIMIT = uint64_t{1} << 31;
 
     explicit PeerSampler(uint64_t own_seed)
-        : seed(own_seed), generator(bn::Kind::white, own_seed) {}
+        : seed(own_seed), generator(bn::Type::white, own_seed) {}
     virtual ~PeerSampler() = default;
     // The first `dimensions` numbers: 2 or 4.
     virtual void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
@@ -55,14 +55,14 @@ struct PeerPixel {
     }
 };
 
-// One ray of a PeerPath, which must outlive it: the part of bn::Ray that the integrator uses.
+// One ray of a PeerPath, which must outlive it: the part of bn::RaySampler that the integrator uses.
 class PeerRay {
   public:
     // Keys of rays are multiples of four below 2^14.
     PeerRay(const PeerPixel &pixel, uint32_t key) : pixel_(&pixel), key_(key) {}
 
     std::array<float, 4> draw() const { return pixel_->draw<4>(key_); }
-    std::array<float, 2> draw_where() const { return pixel_->draw<2>(key_); }
+    std::array<float, 2> draw_direction() const { return pixel_->draw<2>(key_); }
     float next_1d() {
         const uint32_t k = drawn_1d_++;
         if (k % 2 == 1) return next_1d_;
@@ -70,13 +70,13 @@ class PeerRay {
         next_1d_ = next;
         return number;
     }
-    bn::Rng rng(uint32_t k) const {
+    bn::LoopSampler draw_loop(uint32_t k) const {
         const uint32_t key = key_ + ((k + 1) << 14);
         const std::array<float, 4> u = pixel_->draw<4>(key);
         const bn_uint4 counter = bn_draw_white_counter(
             bn_draw_seed(pixel_->sampler->generator.get()), static_cast<uint32_t>(pixel_->x),
             static_cast<uint32_t>(pixel_->y), pixel_->index, key);
-        return bn::Rng({{u[0], u[1], u[2], u[3]}, counter, 0});
+        return bn::LoopSampler({{u[0], u[1], u[2], u[3]}, counter, 0});
     }
 
   private:
@@ -85,7 +85,7 @@ class PeerRay {
     float next_1d_ = 0; // drawn with the one before it
 };
 
-// Like bn::Path: ray 0 leaves the camera, ray d the d-th surface.
+// Like bn::PathSampler: ray 0 leaves the camera, ray d the d-th surface.
 class PeerPath {
   public:
     // In place of ray 3, which moves up, as in bn_path.h.
@@ -103,7 +103,7 @@ class PeerPath {
                                    u.data());
         return u;
     }
-    std::array<float, 2> time() const {
+    std::array<float, 2> time_wavelength() const {
         const std::array<float, 4> u = pixel_.draw<4>(CAMERA_KEY);
         return {u[2], u[3]};
     }
@@ -142,28 +142,28 @@ class Pcg32 {
     uint64_t state_ = 0, increment_;
 };
 
-// One ray of a PcgPath, with the part of bn::Ray that the integrator uses. Every call advances the
+// One ray of a PcgPath, with the part of bn::RaySampler that the integrator uses. Every call advances the
 // generator of the path, which must outlive it.
 class PcgRay {
   public:
     explicit PcgRay(Pcg32 &generator) : generator_(&generator) {}
 
     std::array<float, 4> draw() const { return generator_->next<4>(); }
-    std::array<float, 2> draw_where() const { return generator_->next<2>(); }
+    std::array<float, 2> draw_direction() const { return generator_->next<2>(); }
     float next_1d() { return generator_->next_1d(); }
-    bn::Rng rng(uint32_t) const {
+    bn::LoopSampler draw_loop(uint32_t) const {
         const std::array<float, 4> u = draw();
-        return bn::Rng({{u[0], u[1], u[2], u[3]},
-                        {generator_->next_bits(), generator_->next_bits(), generator_->next_bits(),
-                         generator_->next_bits()},
-                        0});
+        return bn::LoopSampler({{u[0], u[1], u[2], u[3]},
+                                {generator_->next_bits(), generator_->next_bits(),
+                                 generator_->next_bits(), generator_->next_bits()},
+                                0});
     }
 
   private:
     Pcg32 *generator_;
 };
 
-// Like bn::Path. A generator of its own for each sample of a pixel, so that threads, tiles and crops
+// Like bn::PathSampler. A generator of its own for each sample of a pixel, so that threads, tiles and crops
 // cannot change a picture.
 class PcgPath {
   public:
@@ -173,7 +173,7 @@ class PcgPath {
 
     PcgRay ray(uint32_t) const { return PcgRay(generator_); }
     std::array<float, 2> first_light(uint32_t, uint32_t) const { return generator_.next<2>(); }
-    std::array<float, 2> time() const { return generator_.next<2>(); }
+    std::array<float, 2> time_wavelength() const { return generator_.next<2>(); }
 
   private:
     static Pcg32 started(uint64_t seed, uint64_t pixel, uint32_t index) {

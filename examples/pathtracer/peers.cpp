@@ -84,7 +84,7 @@ class SobolGlobal final : public PeerSampler {
         for (int half = 0; half < dimensions / 2; ++half) {
             const uint32_t first = dimension_of(key + static_cast<uint32_t>(half));
             if (first + 1 >= DIMENSIONS) {
-                bn_sample_2d(generator.get(), x, y, index, key + static_cast<uint32_t>(half),
+                bn_sample_2d(generator.get(), x, y, index, key + static_cast<uint32_t>(half), 0,
                              u + 2 * half);
                 continue;
             }

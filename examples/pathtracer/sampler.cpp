@@ -81,28 +81,28 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
                             "'; leave it out");
     }
 
-    bn_sampler_options options = bn_sampler_options_default();
-    options.kind = chosen->kind;
-    options.samples_per_pixel = static_cast<uint32_t>(settings.declared_spp);
-    options.seed = settings.seed;
     std::vector<uint32_t> ranks;
+    uint32_t width = NEURAL_EXTENT, height = NEURAL_EXTENT;
     if (!settings.mask.empty()) {
         if (chosen->kind != BN_SAMPLER_MASK)
             throw Error("--mask goes with --sampler mask, not with '", settings.name, "'");
         if (settings.mask == "neural") {
             ranks = make_neural_mask(settings);
-            options.mask_width = options.mask_height = NEURAL_EXTENT;
-            options.mask_ranks = ranks.data();
         } else if (settings.mask != "builtin") {
-            ranks = read_mask(settings.mask, options.mask_width, options.mask_height);
-            options.mask_ranks = ranks.data();
+            ranks = read_mask(settings.mask, width, height);
         }
     }
 
     try {
+        const auto spp = static_cast<uint32_t>(settings.declared_spp);
+        const bn::Sampler library =
+            !ranks.empty()
+                ? bn::Sampler::from_mask(bn_mask_u32(ranks.data(), width, height), settings.seed)
+            : chosen->kind == BN_SAMPLER_ZORDER
+                ? bn::Sampler::zorder(spp, settings.seed)
+                : bn::Sampler(static_cast<bn::Type>(chosen->kind), settings.seed);
         return std::make_unique<Sampler>(
-            Sampler{bn::Sampler(options), std::move(ranks),
-                    chosen->peer ? chosen->peer(settings.seed) : nullptr,
+            Sampler{library, std::move(ranks), chosen->peer ? chosen->peer(settings.seed) : nullptr,
                     chosen->is_pcg ? std::optional(settings.seed) : std::nullopt});
     } catch (const bn::Error &error) {
         throw Error("the sampler '", settings.name,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How the path tracer uses libbn. Read this first when putting the library into a renderer.
 //
-// The integrator draws from a bn::Path, whose layout and manual is bn/bn_path.h. Its decisions take
+// The integrator draws from a bn::PathSampler, whose layout and manual is bn/bn_path.h. Its decisions take
 //
 //     ray 0            draw()     position in the pixel, and light where it ends or the lens
 //     ray d            draw()     direction off surface d, and light where it ends
@@ -9,7 +9,7 @@
 //                      rng(0)     free flight through a medium
 //                      rng(k + 1) transmittance towards light sample k where the ray ends
 //     first_light()    in place of ray 0's, if the lens has taken that or it is split
-//     time()           of the whole path, where things move
+//     time_wavelength() of the whole path, where things move
 //
 // Nothing is stored between samples: threads, tiles and crops cannot change a picture. docs/paths.md
 // has the reasons, docs/sampling.md what the rest of the path tracer does for the noise.
@@ -60,12 +60,12 @@ struct SamplerSettings {
 // Throws Error that lists the known samplers or says what is wrong with the mask.
 SamplerPointer sampler_create(const SamplerSettings &settings);
 
-// What visit(path) returns for sample `index` of a pixel. The path is a bn::Path, PeerPath or PcgPath.
+// What visit(path) returns for sample `index` of a pixel. The path is a bn::PathSampler, PeerPath or PcgPath.
 template <typename Visit>
 auto with_path(const Sampler &sampler, int32_t x, int32_t y, uint32_t index, Visit visit) {
     if (sampler.pcg_seed) return visit(PcgPath(*sampler.pcg_seed, x, y, index));
     if (sampler.peer) return visit(PeerPath(*sampler.peer, x, y, index));
-    return visit(bn::Path(sampler.library, x, y, index));
+    return visit(bn::PathSampler(sampler.library, x, y, index));
 }
 
 inline Vec2 pair01(const std::array<float, 4> &u) {

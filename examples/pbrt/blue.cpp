@@ -60,7 +60,7 @@ Float BlueSampler::WavelengthOffset() const {
     const uint32_t domain = bn_domain_child(BN_DOMAIN_ROOT, 0);
     if (samplesPerPixel == 1) return bn_sample_1d(&mask, pixel.x, pixel.y, 0, domain);
     float first[2];
-    bn_sample_pair(&sampler, pixel.x, pixel.y, 0, domain, 1, first);
+    bn_sample_2d(&sampler, pixel.x, pixel.y, 0, domain, 1, first);
     const int place = sampleIndex * EquidistantSteps[samplesPerPixel] % samplesPerPixel;
     const Float v = first[1] + Float(place) / samplesPerPixel;
     return v - int(v);

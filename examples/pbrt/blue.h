@@ -22,8 +22,9 @@ namespace pbrt {
 class BlueSampler {
   public:
     BlueSampler(int samplesPerPixel, uint64_t seed)
-        : samplesPerPixel(samplesPerPixel), sampler(bn_sampler_make(BN_SAMPLER_BLUE, seed)),
-          mask(bn_sampler_make(BN_SAMPLER_MASK, seed)) {}
+        : samplesPerPixel(samplesPerPixel), sampler(bn_sampler_make(seed)) {
+        bn_sampler_init(&mask, BN_SAMPLER_MASK, seed);
+    }
 
     static constexpr const char *Name() { return "BlueSampler"; }
     static BlueSampler *Create(const ParameterDictionary &parameters, const FileLoc *loc,

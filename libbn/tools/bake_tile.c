@@ -181,7 +181,8 @@ bake_sample_order bake_sample_order_make(bake_random *r) {
 }
 
 void bake_sobol_points(int p, uint32_t domain, int count, float *x, float *y) {
-    const bn_sampler sampler = bn_sampler_make(BN_SAMPLER_SOBOL, 0);
+    bn_sampler sampler;
+    bn_sampler_init(&sampler, BN_SAMPLER_SOBOL, 0);
     for (int i = 0; i < count; ++i) {
         float u[4];
         bn_sample_4d(&sampler, p % SIDE, p / SIDE, (uint32_t)i, domain, u);

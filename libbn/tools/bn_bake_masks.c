@@ -36,12 +36,12 @@ static double temperature(int step) {
     return t > END_TEMPERATURE ? t : END_TEMPERATURE;
 }
 
-static void print_quality(uint32_t size, const uint32_t *ranks, size_t count) {
+static void print_quality(const bn_mask *mask) {
     static const double sigmas[] = {0.75, 1, 1.5, 2};
-    printf("%u:", size);
+    printf("%u:", mask->width);
     for (int i = 0; i < 4; ++i) {
         double error = 0;
-        if (bn_mask_error(ranks, size, size, count, sigmas[i], &error, NULL, NULL) == BN_SUCCESS) {
+        if (bn_mask_error(mask, sigmas[i], &error, NULL, NULL) == BN_SUCCESS) {
             printf(" E_%g %.5f", sigmas[i], error);
         }
     }
@@ -77,7 +77,8 @@ int main(int argc, char **argv) {
     }
     if (result != BN_SUCCESS) return fail("cannot make the mask:", bn_result_string(result));
     if (!write_ranks(argv[3], ranks, count)) return fail("cannot write", argv[3]);
-    print_quality(size, ranks, count);
+    const bn_mask mask = bn_mask_u32(ranks, size, size);
+    print_quality(&mask);
     free(ranks);
     return 0;
 }

@@ -68,7 +68,7 @@ def wrap(line: str) -> str:
         return line
     cut = max(line.rfind(mark, 0, COLUMNS) for mark in (", ", "+ ")) + 1
     indent = len(line) - len(line.lstrip()) + 4
-    return line[:cut] + "\n" + wrap(" " * indent + line[cut + 1:])
+    return line[:cut] + "\n" + wrap(" " * indent + line[cut + 1:]) if cut else line
 
 
 def variables(line: str, assigned: set) -> str:

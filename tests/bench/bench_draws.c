@@ -10,7 +10,7 @@
  * calls bn_sample_block() for 16 indices of 64 x 24 pixels. Draws are of four dimensions.
  *
  * The same draws as the lanes of a wavefront, whose arguments and results are arrays: `lanes` calls
- * bn_sample_4d() of the library for each, `many` bn_sample_many() for all of them. `lanes-shuffled` and
+ * bn_sample_4d() of the library for each, `many` bn_sample_wavefront() for all of them. `lanes-shuffled` and
  * `many-shuffled` have the lanes in random order, as after a sort by material. BN_SIMD chooses the
  * instruction set.
  *
@@ -69,10 +69,10 @@ typedef float form(const bn_sampler *sampler, int32_t y0, float *block);
 #define INLINE_CHILD bn_draw_domain_child(BN_DOMAIN_ROOT, key)
 
 FORM(draw_single, call_4d(sampler, x, y, index, CHILD, u))
-FORM(draw_inline, bn_sample_4d(sampler, x, y, index, INLINE_CHILD, u))
+FORM(draw_inline, bn_draw_4d(sampler, x, y, index, INLINE_CHILD, u))
 
 /* From the first index on that the tables of BLUE do not hold. */
-FORM(draw_later, bn_sample_4d(sampler, x, y, 256 + 240 * index, INLINE_CHILD, u))
+FORM(draw_later, bn_draw_4d(sampler, x, y, 256 + 240 * index, INLINE_CHILD, u))
 
 static float draw_block(const bn_sampler *sampler, int32_t y0, float *block) {
     if (bn_sample_block(sampler, 0, y0, WIDTH, HEIGHT * DOMAINS, 0, INDICES, 1, block, 4 * DRAWS) !=
@@ -118,10 +118,15 @@ static float lanes_of(const bn_sampler *sampler, const struct wavefront *w, floa
 }
 
 static float many_of(const bn_sampler *sampler, const struct wavefront *w, float *block) {
-    if (bn_sample_many(sampler, DRAWS, w->x, w->y, w->index, w->domain, 4, block, 4 * DRAWS) !=
-        BN_SUCCESS) {
-        exit(1);
-    }
+    bn_wavefront lanes = bn_wavefront_default();
+    lanes.count = DRAWS;
+    lanes.x = w->x;
+    lanes.y = w->y;
+    lanes.index = w->index;
+    lanes.domain = w->domain;
+    for (int d = 0; d < 4; ++d) lanes.out[d] = block + d;
+    lanes.stride = 4;
+    if (bn_sample_wavefront(sampler, &lanes) != BN_SUCCESS) exit(1);
     return block[0] + block[4 * DRAWS - 1];
 }
 
@@ -173,7 +178,7 @@ int main(void) {
     static float block[4 * DRAWS];
     fill_wavefronts();
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        samplers[kind] = bn_sampler_make(kind, 0);
+        bn_sampler_init(&samplers[kind], kind, 0);
         for (int i = 0; i < (kind <= BN_SAMPLER_WHITE ? FORMS : CALLS); ++i) {
             rows[count++] = (row){.sampler = kind_names[kind],
                                   .form_name = forms[i].name,

@@ -58,10 +58,10 @@ struct Numbers {
 
     Vec2 operator()(Decision decision) const {
         if (slices == nullptr) {
-            const bn::Path path(*sampler, static_cast<int32_t>(x), static_cast<int32_t>(y), index,
-                                key);
-            const bn::Ray ray = path.ray(decision / 2);
-            const auto u = decision % 2 == 0 ? ray.draw_where() : ray.draw_light();
+            const bn::PathSampler path(*sampler, static_cast<int32_t>(x), static_cast<int32_t>(y),
+                                       index, key);
+            const bn::RaySampler ray = path.ray(decision / 2);
+            const auto u = decision % 2 == 0 ? ray.draw_direction() : ray.draw_end_light();
             return {u[0], u[1]};
         }
         // Every decision, and every part of the screen, looks at a place of its own.
@@ -211,7 +211,7 @@ int main(int argc, char **argv) try {
     const char *const kinds[3] = {"blue", "sobol", "white"};
     const int kind = index_of(argv[6], kinds, 3);
     const Slices slices = kind == 3 ? slices_read(argv[6]) : Slices{};
-    const bn::Sampler sampler(kind == 3 ? bn::Kind::white : static_cast<bn::Kind>(kind),
+    const bn::Sampler sampler(kind == 3 ? bn::Type::white : static_cast<bn::Type>(kind),
                               static_cast<uint64_t>(values[3]));
     Tracer tracer = {scene_build(argv[1], SceneOptions{}), nullptr};
     tracer.geometry = geometry_build(tracer.scene);

@@ -43,8 +43,8 @@ static inline void fill_white(uint32_t *ranks, size_t count, uint32_t seed) {
 static inline double error_of(const uint32_t *ranks, uint32_t width, uint32_t height,
                               double sigma) {
     double error = 1;
-    CHECK(bn_mask_error(ranks, width, height, (size_t)width * height, sigma, &error, NULL, NULL) ==
-          BN_SUCCESS);
+    const bn_mask mask = bn_mask_u32(ranks, width, height);
+    CHECK(bn_mask_error(&mask, sigma, &error, NULL, NULL) == BN_SUCCESS);
     return error;
 }
 

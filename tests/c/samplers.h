@@ -10,22 +10,16 @@
 
 enum { KINDS = 5 }; /* of samplers: BN_SAMPLER_BLUE is 0 */
 
-static inline bn_sampler sampler_of(const bn_sampler_options *options) {
+static inline bn_sampler make_sampler(int32_t type, uint32_t samples_per_pixel, uint64_t seed) {
     bn_sampler sampler;
-    bn_result result = bn_sampler_init(&sampler, options);
+    const bn_result result = type == BN_SAMPLER_ZORDER
+                                 ? bn_sampler_init_zorder(&sampler, samples_per_pixel, seed)
+                                 : bn_sampler_init(&sampler, type, seed);
     if (result != BN_SUCCESS) {
         printf("cannot make a sampler: %s\n", bn_result_string(result));
         exit(1);
     }
     return sampler;
-}
-
-static inline bn_sampler make_sampler(int32_t kind, uint32_t samples_per_pixel, uint64_t seed) {
-    bn_sampler_options options = bn_sampler_options_default();
-    options.kind = kind;
-    options.samples_per_pixel = samples_per_pixel;
-    options.seed = seed;
-    return sampler_of(&options);
 }
 
 enum { MOST_POINTS = 4096 };

@@ -21,15 +21,12 @@ enum { FUNCTIONS = SAMPLER + 1, FIRST_THAT_READS = ANNEAL_FROM };
 static bn_result call(int function, uint32_t *mask, uint32_t width, uint32_t height, size_t count) {
     bn_anneal_options anneal = bn_anneal_options_default();
     bn_dither_options dither = bn_dither_options_default();
-    bn_sampler_options options = bn_sampler_options_default();
+    const bn_mask value = bn_mask_u32(mask, width, height);
     bn_sampler sampler;
     double error;
     anneal.sweeps = 1;
     anneal.start_from_ranks = function == ANNEAL_FROM;
-    dither.mask_ranks = options.mask_ranks = mask;
-    dither.mask_width = options.mask_width = width;
-    dither.mask_height = options.mask_height = height;
-    options.kind = BN_SAMPLER_MASK;
+    dither.mask = &value;
     switch (function) {
     case VOID_AND_CLUSTER:
         return bn_void_and_cluster(NULL, width, height, 1, mask, count);
@@ -39,19 +36,19 @@ static bn_result call(int function, uint32_t *mask, uint32_t width, uint32_t hei
     case ANNEAL_FROM:
         return bn_anneal(&anneal, width, height, 1, mask, count);
     case ERROR:
-        return bn_mask_error(mask, width, height, count, 1, &error, NULL, NULL);
+        return bn_mask_error(&value, 1, &error, NULL, NULL);
     case SPECTRUM:
-        return bn_power_spectrum(mask, width, height, count, outputs, NULL, NULL);
+        return bn_power_spectrum(&value, outputs, count, NULL, NULL);
     case DITHER:
         return bn_dither(&dither, values, 2, 2, 1, outputs, 4);
     default:
-        return bn_sampler_init(&sampler, &options);
+        return bn_sampler_init_mask(&sampler, &value, 0);
     }
 }
 
-/* Dithering and the sampler are given no count. */
+/* Those that only read a mask are given no count, but for the one of the spectrum. */
 static int has_count(int function) {
-    return function != DITHER && function != SAMPLER;
+    return function < ERROR || function == SPECTRUM;
 }
 
 static void test_extents(void) {
@@ -92,9 +89,7 @@ static void test_extents(void) {
 
 static void test_masks(void) {
     for (int function = 0; function < FUNCTIONS; ++function) {
-        if (has_count(function)) {
-            CHECK(call(function, NULL, 8, 8, 64) == BN_ERROR_INVALID_ARGUMENT);
-        }
+        CHECK(call(function, NULL, 8, 8, 64) == BN_ERROR_INVALID_ARGUMENT);
         if (function < FIRST_THAT_READS) continue;
         for (int mistake = 0; mistake < 3; ++mistake) {
             fill_white(ranks, MOST, 4);
@@ -143,10 +138,10 @@ static void test_numbers(void) {
             CHECK(call_with(function, cases[i].option, bad[k]) == invalid);
         }
     }
+    const bn_mask mask = bn_mask_u32(ranks, 8, 8);
     fill_white(ranks, MOST, 5);
     for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
-        CHECK(bn_mask_error(ranks, 8, 8, MOST, bad[i], &error, NULL, NULL) ==
-              BN_ERROR_INVALID_ARGUMENT);
+        CHECK(bn_mask_error(&mask, bad[i], &error, NULL, NULL) == BN_ERROR_INVALID_ARGUMENT);
         values[3] = (float)bad[i];
         if (i < 2) CHECK(bn_dither(NULL, values, 8, 8, 1, outputs, MOST) == BN_ERROR_BAD_DATA);
     }
@@ -204,7 +199,7 @@ static void test_strings(void) {
     } while (0)
 
 static void test_struct_sizes(void) {
-    bn_sampler sampler;
+    const bn_sampler sampler = bn_sampler_make(0);
     CHECK_SIZES(bn_void_and_cluster_options, bn_void_and_cluster_options_default,
                 bn_void_and_cluster(&u.o, 8, 8, 1, ranks, MOST));
     CHECK_SIZES(bn_relax_options, bn_relax_options_default, bn_relax(&u.o, 8, 8, ranks, MOST));
@@ -212,7 +207,6 @@ static void test_struct_sizes(void) {
                 bn_anneal(&u.o, 8, 8, 1, ranks, MOST));
     CHECK_SIZES(bn_dither_options, bn_dither_options_default,
                 bn_dither(&u.o, values, 8, 8, 1, outputs, MOST));
-    CHECK_SIZES(bn_sampler_options, bn_sampler_options_default, bn_sampler_init(&sampler, &u.o));
     CHECK_SIZES(bn_wavefront, bn_wavefront_default,
                 (u.o.out[0] = outputs, bn_sample_wavefront(&sampler, &u.o)));
 #ifndef BN_NO_NEURAL
@@ -228,6 +222,7 @@ static bn_result call_with_progress(int function, watch *w, uint32_t *mask, doub
                                     float *power) {
     enum { WIDTH = 128, HEIGHT = 120, COUNT = WIDTH * HEIGHT };
     static uint32_t read[COUNT];
+    const bn_mask measured = bn_mask_u32(read, WIDTH, HEIGHT);
     bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
     bn_relax_options r = bn_relax_options_default();
     bn_anneal_options a = bn_anneal_options_default();
@@ -248,9 +243,8 @@ static bn_result call_with_progress(int function, watch *w, uint32_t *mask, doub
         return bn_anneal(&a, WIDTH, HEIGHT / 2, 2, mask, COUNT);
     default:
         fill_white(read, COUNT, 2);
-        return function == ERROR
-                   ? bn_mask_error(read, WIDTH, HEIGHT, COUNT, 1, error, watch_progress, w)
-                   : bn_power_spectrum(read, WIDTH, HEIGHT, COUNT, power, watch_progress, w);
+        return function == ERROR ? bn_mask_error(&measured, 1, error, watch_progress, w)
+                                 : bn_power_spectrum(&measured, power, COUNT, watch_progress, w);
     }
 }
 

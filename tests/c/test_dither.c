@@ -28,9 +28,8 @@ static void test_formula(void) {
         const double steps = (options.levels = counts[c % 4]) - 1.0;
         options.srgb = c / 4 % 2;
         options.channel_offset = c / 8;
-        options.mask_ranks = mask;
-        options.mask_width = mask_width;
-        options.mask_height = mask_height;
+        const bn_mask given = bn_mask_u32(mask, mask_width, mask_height);
+        options.mask = &given;
         CHECK(bn_dither(&options, image, width, height, channels, out, count) == BN_SUCCESS);
         int wrong = 0, left_out = 0;
         for (int i = 0; i < count; ++i) {
@@ -100,7 +99,8 @@ static void test_bad_input(void) {
         CHECK(bn_dither(&options, image, 3, 2, 1, out, 6) == BN_ERROR_INVALID_ARGUMENT);
     }
     options.levels = 2;
-    options.mask_width = 2;
+    const bn_mask none = bn_mask_u32(NULL, 2, 2);
+    options.mask = &none;
     CHECK(bn_dither(&options, image, 3, 2, 1, out, 6) == BN_ERROR_INVALID_ARGUMENT);
     for (int i = 0; i < 6; ++i) CHECK(out[i] == 7);
     image[2] = INFINITY;

@@ -66,8 +66,14 @@ static uint32_t sample_domain(uint64_t random) {
     return (random & 3u) == 0 ? v : bn_domain_child(v & 1023u, (uint32_t)random >> 2 & 15u);
 }
 
-static uint64_t hash_draws(bn_sampler_options options) {
-    const bn_sampler sampler = sampler_of(&options);
+/* The inline draws, or those of the library. */
+#ifdef BN_TEST_LIBRARY
+#define DRAW(name) bn_sample_##name
+#else
+#define DRAW(name) bn_draw_##name
+#endif
+
+static uint64_t hash_draws(bn_sampler sampler) {
     uint64_t hash = 0xcbf29ce484222325u;
     for (uint64_t i = 0; i < DRAWS; ++i) {
         const int32_t x = coordinate(random_u64(4 * i)), y = coordinate(random_u64(4 * i + 1));
@@ -75,8 +81,8 @@ static uint64_t hash_draws(bn_sampler_options options) {
                        domain = sample_domain(random_u64(4 * i + 3));
         uint32_t bits[4];
         float pair[2];
-        bn_sample_4d_u32(&sampler, x, y, index, domain, bits);
-        bn_sample_pair(&sampler, x, y, index, domain, 2u + (uint32_t)(i & 1u), pair);
+        DRAW(4d_u32)(&sampler, x, y, index, domain, bits);
+        DRAW(2d)(&sampler, x, y, index, domain, (uint32_t)i, pair);
         for (int d = 0; d < 4; ++d) hash = add(hash, bits[d]);
         for (int d = 0; d < 2; ++d) hash = add(hash, (uint32_t)(pair[d] * 16777216.0f));
     }
@@ -160,36 +166,36 @@ static void add_ray(uint32_t *hash, const bn_sampler *sampler, const bn_path *pa
     bn_ray_draw(sampler, &ray, v);
     add_floats(hash, v, 4);
     for (int i = 0; i < 5; ++i) {
-        v[0] = bn_ray_1d(sampler, &ray);
+        v[0] = bn_ray_next_1d(sampler, &ray);
         add_floats(hash, v, 1);
     }
     for (int i = 0; i < 3; ++i) {
-        bn_ray_2d(sampler, &ray, v);
+        bn_ray_next_2d(sampler, &ray, v);
         add_floats(hash, v, 2);
     }
-    bn_ray_4d(sampler, &ray, v);
+    bn_ray_next_4d(sampler, &ray, v);
     add_floats(hash, v, 4);
-    bn_rng rng = bn_ray_rng(sampler, &ray);
+    bn_loop rng = bn_ray_next_loop(sampler, &ray);
     for (int i = 0; i < 6; ++i) {
-        v[0] = bn_rng_1d(&rng);
+        v[0] = bn_loop_next_1d(&rng);
         add_floats(hash, v, 1);
     }
-    const bn_split split = bn_ray_split(&ray, 3), from = bn_ray_split_from(&ray, 9);
+    const bn_split split = bn_ray_next_split(&ray, 3), from = bn_ray_next_split_from(&ray, 9);
     for (uint32_t k = 0; k < 6; ++k) {
         const bn_path branch = bn_split_path(k < 4 ? &split : &from, k % 4);
         const bn_ray first = bn_path_ray(&branch, k < 4);
         bn_ray_draw(sampler, &first, v);
         add_floats(hash, k < 4 ? v + 2 : v, 1);
     }
-    bn_ray keyed = bn_ray_keyed(&ray, 77);
-    v[0] = bn_ray_1d(sampler, &keyed);
+    bn_ray keyed = bn_ray_child(&ray, 77);
+    v[0] = bn_ray_next_1d(sampler, &keyed);
     add_floats(hash, v, 1);
 }
 
 /* A hash for each of 96 paths, of their first eight rays. */
 static uint64_t hash_paths(void) {
     static const uint32_t indices[] = {0, 1, 5, 255, 256, 70000};
-    const bn_sampler sampler = bn_sampler_make(BN_SAMPLER_BLUE, 1);
+    const bn_sampler sampler = bn_sampler_make(1);
     uint64_t hash = 0xcbf29ce484222325u;
     for (int32_t pixel = 0; pixel < 16; ++pixel) {
         for (int i = 0; i < 6; ++i) {
@@ -206,7 +212,7 @@ static uint64_t hash_paths(void) {
 static int print_rows(char rows[ROWS][LINE]) {
     static const struct {
         const char *name;
-        int32_t kind;
+        int32_t type;
         uint32_t samples_per_pixel;
     } samplers[] = {{"blue", BN_SAMPLER_BLUE, 0},         {"blue_declared_16", BN_SAMPLER_BLUE, 16},
                     {"sobol", BN_SAMPLER_SOBOL, 0},       {"white", BN_SAMPLER_WHITE, 0},
@@ -215,22 +221,19 @@ static int print_rows(char rows[ROWS][LINE]) {
     enum { SAMPLERS = sizeof samplers / sizeof *samplers };
     uint32_t ranks[MASK_WIDTH * MASK_HEIGHT];
     int count = 0;
-    bn_sampler_options o = bn_sampler_options_default();
-    o.seed = 0x123456789abcdef0u;
+    const uint64_t seed = 0x123456789abcdef0u;
     for (int i = 0; i < SAMPLERS; ++i) {
-        o.kind = samplers[i].kind;
-        o.samples_per_pixel = samplers[i].samples_per_pixel;
-        snprintf(rows[count++], LINE, "%s %016" PRIx64, samplers[i].name, hash_draws(o));
+        const bn_sampler sampler =
+            make_sampler(samplers[i].type, samplers[i].samples_per_pixel, seed);
+        snprintf(rows[count++], LINE, "%s %016" PRIx64, samplers[i].name, hash_draws(sampler));
     }
     for (uint32_t i = 0; i < MASK_WIDTH * MASK_HEIGHT; ++i) {
         ranks[i] = (i * 49u + 7u) % (MASK_WIDTH * MASK_HEIGHT);
     }
-    o.kind = BN_SAMPLER_MASK;
-    o.samples_per_pixel = 0;
-    o.mask_ranks = ranks;
-    o.mask_width = MASK_WIDTH;
-    o.mask_height = MASK_HEIGHT;
-    snprintf(rows[count++], LINE, "mask_given %016" PRIx64, hash_draws(o));
+    const bn_mask mask = bn_mask_u32(ranks, MASK_WIDTH, MASK_HEIGHT);
+    bn_sampler given;
+    CHECK(bn_sampler_init_mask(&given, &mask, seed) == BN_SUCCESS);
+    snprintf(rows[count++], LINE, "mask_given %016" PRIx64, hash_draws(given));
     snprintf(rows[count++], LINE, "domains %016" PRIx64, hash_domains());
     snprintf(rows[count++], LINE, "choices %016" PRIx64, hash_choices());
     snprintf(rows[count++], LINE, "strange_choices %016" PRIx64, hash_strange_choices());

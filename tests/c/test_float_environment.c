@@ -39,7 +39,15 @@ static void compute(uint64_t hash[RESULTS]) {
             bn_sample_4d(&s, x[i], y[i], index[i], domain[i], u);
             hash[kind] = mixed(hash[kind], u, sizeof u);
         }
-        CHECK(bn_sample_many(&s, DRAWS, x, y, index, domain, 4, many[0], 4 * DRAWS) == BN_SUCCESS);
+        bn_wavefront w = bn_wavefront_default();
+        w.count = DRAWS;
+        w.x = x;
+        w.y = y;
+        w.index = index;
+        w.domain = domain;
+        for (int d = 0; d < 4; ++d) w.out[d] = &many[0][d];
+        w.stride = 4;
+        CHECK(bn_sample_wavefront(&s, &w) == BN_SUCCESS);
         hash[kind] = mixed(hash[kind], many, sizeof many);
     }
     bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
@@ -81,8 +89,8 @@ static void compute(uint64_t hash[RESULTS]) {
         bn_dither_options d = bn_dither_options_default();
         d.levels = levels;
         d.srgb = levels > 2;
-        d.mask_ranks = ranks;
-        d.mask_width = d.mask_height = SIDE;
+        const bn_mask mask = bn_mask_u32(ranks, SIDE, SIDE);
+        d.mask = &mask;
         CHECK(bn_dither(&d, image, SIDE, SIDE, 1, out, TEXELS) == BN_SUCCESS);
         hash[DITHER] = mixed(hash[DITHER], out, sizeof out);
     }

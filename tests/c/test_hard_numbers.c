@@ -61,8 +61,8 @@ static void test_extents(void) {
             check_made(count, 1);
             if (depth > 1) continue;
             check_error(made[0], width, height);
-            CHECK(bn_power_spectrum(made[0], width, height, count, power, NULL, NULL) ==
-                  BN_SUCCESS);
+            const bn_mask mask = bn_mask_u32(made[0], width, height);
+            CHECK(bn_power_spectrum(&mask, power, count, NULL, NULL) == BN_SUCCESS);
             for (size_t i = 0; i < count; ++i) CHECK(power[i] >= 0 && power[i] <= FLT_MAX);
             for (uint32_t channels = 1; channels <= 4; ++channels) {
                 bn_anneal_options anneal = bn_anneal_options_default();

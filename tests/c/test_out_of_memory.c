@@ -67,14 +67,10 @@ static bn_result call_network(int only_open, uint32_t channels) {
 }
 #endif
 
-static bn_result init_sampler(const uint32_t *mask_ranks) {
-    bn_sampler_options options = bn_sampler_options_default();
-    bn_sampler sampler = bn_sampler_make(BN_SAMPLER_SOBOL, 7);
+static bn_result init_sampler(const bn_mask *given) {
+    bn_sampler sampler = bn_sampler_make(7);
     const bn_sampler before = sampler;
-    options.kind = BN_SAMPLER_MASK;
-    options.mask_ranks = mask_ranks;
-    options.mask_width = options.mask_height = SIZE;
-    const bn_result result = bn_sampler_init(&sampler, &options);
+    const bn_result result = bn_sampler_init_mask(&sampler, given, 0);
     CHECK((memcmp(&sampler, &before, sizeof sampler) == 0) == (result != BN_SUCCESS));
     return result;
 }
@@ -95,8 +91,8 @@ static bn_result call(int function) {
     anneal.sweeps = 1;
     relax.threads = 1;
     cluster.progress = anneal.progress = relax.progress = progress;
-    dither.mask_ranks = mask;
-    dither.mask_width = dither.mask_height = SIZE;
+    const bn_mask value = bn_mask_u32(mask, SIZE, SIZE);
+    dither.mask = &value;
     switch (function) {
     case 0:
         return bn_void_and_cluster(&cluster, SIZE, SIZE, 1, ranks, TEXELS);
@@ -109,11 +105,11 @@ static bn_result call(int function) {
     case 4:
         return bn_ranks_from_values(values, TEXELS, ranks);
     case 5:
-        return bn_mask_error(mask, SIZE, SIZE, TEXELS, 1, &error, NULL, NULL);
+        return bn_mask_error(&value, 1, &error, NULL, NULL);
     case 6:
-        return bn_power_spectrum(mask, SIZE, SIZE, TEXELS, power, NULL, NULL);
+        return bn_power_spectrum(&value, power, TEXELS, NULL, NULL);
     case 8:
-        return init_sampler(mask);
+        return init_sampler(&value);
     case 9:
         return bn_ranks_from_values(many_values, MANY, ranks);
     case 7:

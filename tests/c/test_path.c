@@ -39,7 +39,7 @@ static void draw_path(const bn_sampler *sampler, bn_path path, uint32_t lights, 
         }
     }
     if (random_below(2)) {
-        bn_path_time(sampler, &path, u);
+        bn_path_time_wavelength(sampler, &path, u);
         put(place, u, 2);
     }
     for (uint32_t number = 0; number < rays; ++number) {
@@ -52,38 +52,39 @@ static void draw_path(const bn_sampler *sampler, bn_path path, uint32_t lights, 
             case 0:
                 if (level < DEPTH) {
                     const uint32_t branches = random_below(5), taken = 1 + random_below(6);
-                    const bn_split split = branches > 0 ? bn_ray_split(&ray, branches)
-                                                        : bn_ray_split_from(&ray, path.index * 8);
+                    const bn_split split = branches > 0
+                                               ? bn_ray_next_split(&ray, branches)
+                                               : bn_ray_next_split_from(&ray, path.index * 8);
                     for (uint32_t k = 0; k < taken; ++k)
                         draw_path(sampler, bn_split_path(&split, k), lights, place, level + 1);
                 }
                 break;
             case 1: {
-                bn_rng noise = bn_ray_rng(sampler, &ray);
+                bn_loop noise = bn_ray_next_loop(sampler, &ray);
                 for (uint32_t i = random_below(20); i > 0; --i) {
-                    u[0] = bn_rng_1d(&noise);
+                    u[0] = bn_loop_next_1d(&noise);
                     put(place, u, 1);
                 }
                 break;
             }
             case 2: {
-                bn_ray part = bn_ray_keyed(&ray, names++);
+                bn_ray part = bn_ray_child(&ray, names++);
                 bn_ray_draw(sampler, &part, u);
                 put(place, u, 4);
-                u[0] = bn_ray_1d(sampler, &part);
+                u[0] = bn_ray_next_1d(sampler, &part);
                 put(place, u, 1);
                 break;
             }
             case 3:
-                bn_ray_4d(sampler, &ray, u);
+                bn_ray_next_4d(sampler, &ray, u);
                 put(place, u, 4);
                 break;
             default:
                 if (random_below(2)) {
-                    u[0] = bn_ray_1d(sampler, &ray);
+                    u[0] = bn_ray_next_1d(sampler, &ray);
                     put(place, u, 1);
                 } else {
-                    bn_ray_2d(sampler, &ray, u);
+                    bn_ray_next_2d(sampler, &ray, u);
                     put(place, u, 2);
                 }
             }
@@ -132,24 +133,24 @@ static void the_next_ray_does_not_care(void) {
         bn_ray plain = bn_path_ray(&path, number + 1), other = bn_path_ray(&path, number);
         float u[4], v[4];
         for (int i = 0; i < 40; ++i)
-            bn_ray_2d(&sampler, &other, u), (void)bn_ray_1d(&sampler, &other);
+            bn_ray_next_2d(&sampler, &other, u), (void)bn_ray_next_1d(&sampler, &other);
         other = bn_path_ray(&path, number + 1);
         bn_ray_draw(&sampler, &plain, u);
         bn_ray_draw(&sampler, &other, v);
         CHECK(memcmp(u, v, sizeof u) == 0);
         float pair[2];
-        bn_ray_draw_where(&sampler, &plain, pair);
+        bn_ray_draw_direction(&sampler, &plain, pair);
         CHECK(pair[0] == u[0] && pair[1] == u[1]);
-        bn_ray_draw_light(&sampler, &plain, pair);
+        bn_ray_draw_end_light(&sampler, &plain, pair);
         CHECK(pair[0] == u[2] && pair[1] == u[3]);
         /* Nor do pairs care about single numbers. */
-        for (int i = 0; i < 5; ++i) (void)bn_ray_1d(&sampler, &other);
-        bn_ray_2d(&sampler, &plain, u);
-        bn_ray_2d(&sampler, &other, v);
+        for (int i = 0; i < 5; ++i) (void)bn_ray_next_1d(&sampler, &other);
+        bn_ray_next_2d(&sampler, &plain, u);
+        bn_ray_next_2d(&sampler, &other, v);
         CHECK(u[0] == v[0] && u[1] == v[1]);
         /* Nor do keyed parts. */
-        const bn_ray part = bn_ray_keyed(&plain, 12), same = bn_ray_keyed(&other, 12);
-        const bn_ray next = bn_ray_keyed(&plain, 13);
+        const bn_ray part = bn_ray_child(&plain, 12), same = bn_ray_child(&other, 12);
+        const bn_ray next = bn_ray_child(&plain, 13);
         bn_ray_draw(&sampler, &part, u);
         bn_ray_draw(&sampler, &same, v);
         CHECK(memcmp(u, v, sizeof u) == 0 && next.domain != part.domain);
@@ -163,8 +164,8 @@ static void a_split_is_one_sequence(void) {
         const bn_path path = bn_path_start(17, 18, index, 0);
         bn_ray ray = bn_path_ray(&path, 1);
         const uint32_t domain = bn_domain_child(bn_ray_split_domain(ray.domain, 0), 4);
-        const bn_split split = bn_ray_split(&ray, 4), next = bn_ray_split(&ray, 0);
-        const bn_split running = bn_ray_split_from(&ray, 3 * index);
+        const bn_split split = bn_ray_next_split(&ray, 4), next = bn_ray_next_split(&ray, 0);
+        const bn_split running = bn_ray_next_split_from(&ray, 3 * index);
         CHECK(bn_split_path(&running, 2).index == 3 * index + 2);
         CHECK(bn_split_path(&running, 2).domain == bn_split_path(&running, 0).domain);
         CHECK(bn_split_path(&running, 0).domain != bn_split_path(&next, 0).domain);
@@ -176,7 +177,7 @@ static void a_split_is_one_sequence(void) {
             bn_sample_4d(&sampler, 17, 18, 4 * index + k, bn_domain_child(domain, 0), v);
             CHECK(memcmp(u, v, sizeof u) == 0);
             bn_path_first_light(&sampler, &path, 4, k, u);
-            bn_sample_2d(&sampler, 17, 18, 4 * index + k, bn_domain_child(BN_DOMAIN_ROOT, 3), v);
+            bn_sample_2d(&sampler, 17, 18, 4 * index + k, bn_domain_child(BN_DOMAIN_ROOT, 3), 0, v);
             CHECK(u[0] == v[0] && u[1] == v[1]);
         }
         CHECK(bn_split_path(&next, 0).domain != bn_split_path(&split, 0).domain);
@@ -200,7 +201,7 @@ static void a_choice_and_a_pair_meet_in_all_quarters(void) {
                 if (form == 0) {
                     bn_ray_draw(&sampler, &ray, u);
                 } else {
-                    bn_ray_4d_at(&sampler, &ray, form - 1u, u);
+                    bn_ray_draw_4d(&sampler, &ray, form - 1u, u);
                 }
                 for (int d = 0; d < 2; ++d) ++met[d][u[2] < 0.5f][u[d] < 0.5f];
             }

@@ -3,21 +3,12 @@
  * independent the samples are is tested in tests/quality. */
 #include "check.h"
 #include "samplers.h"
-#define BN_BUILDING_DRAWS /* bn_sample_4d() and others are the library's here */
 #include <bn/bn_draw.h>
 #include <string.h>
 
 static uint32_t random_u32(void) {
     static uint32_t counter;
     return bn_hash32(bn_hash32(++counter) + 77u);
-}
-
-/* Whether a sampler with these options cannot be had, and the old one stays. */
-static int is_refused(const bn_sampler_options *options, bn_result expected) {
-    bn_sampler sampler = bn_sampler_make(BN_SAMPLER_SOBOL, 99);
-    const bn_sampler before = sampler;
-    return bn_sampler_init(&sampler, options) == expected &&
-           memcmp(&sampler, &before, sizeof sampler) == 0;
 }
 
 static int equal(const bn_sampler *a, const bn_sampler *b) {
@@ -27,37 +18,52 @@ static int equal(const bn_sampler *a, const bn_sampler *b) {
     return memcmp(u, v, sizeof u) == 0;
 }
 
+/* What cannot be made leaves the old sampler. */
 static void test_making(void) {
-    bn_sampler sampler;
-    bn_sampler_options o = bn_sampler_options_default();
-    CHECK(bn_sampler_init(NULL, NULL) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_sampler_init(&sampler, NULL) == BN_SUCCESS);
-    for (int32_t kind = -3; kind < 9; ++kind) {
-        const int known = kind >= 0 && kind < KINDS;
-        const bn_sampler made = bn_sampler_make(kind, 5);
-        o.kind = kind;
-        o.seed = 5;
-        CHECK(known ? bn_sampler_init(&sampler, &o) == BN_SUCCESS
-                    : is_refused(&o, BN_ERROR_INVALID_ARGUMENT));
-        /* Made of a kind that there is not, it is BLUE. */
-        const bn_sampler blue = bn_sampler_make(BN_SAMPLER_BLUE, 5);
-        CHECK(equal(&made, known ? &sampler : &blue));
-    }
-
+    bn_sampler sampler = bn_sampler_make(99);
+    const bn_sampler before = sampler, blue = bn_sampler_make(5);
+    const bn_result invalid = BN_ERROR_INVALID_ARGUMENT;
     uint32_t ranks[6] = {3, 1, 0, 5, 4, 2};
-    o = bn_sampler_options_default();
-    o.kind = BN_SAMPLER_MASK;
-    o.mask_ranks = ranks;
-    o.mask_width = 3;
-    o.mask_height = 2;
-    CHECK(bn_sampler_init(&sampler, &o) == BN_SUCCESS);
-    o.kind = BN_SAMPLER_BLUE;
-    CHECK(is_refused(&o, BN_ERROR_INVALID_ARGUMENT));
-    o.kind = BN_SAMPLER_MASK;
+    uint16_t narrow[6] = {3, 1, 0, 5, 4, 2};
+    bn_mask mask = bn_mask_u32(ranks, 3, 2), other = bn_mask_u16(narrow, 3, 2);
+    for (int32_t type = -3; type < 9; ++type) {
+        if (type < 0 || type >= KINDS) CHECK(bn_sampler_init(&sampler, type, 5) == invalid);
+    }
+    CHECK(bn_sampler_init_mask(&sampler, NULL, 0) == invalid);
     ranks[0] = 6;
-    CHECK(is_refused(&o, BN_ERROR_BAD_DATA));
-    o.mask_ranks = NULL;
-    CHECK(is_refused(&o, BN_ERROR_INVALID_ARGUMENT));
+    CHECK(bn_sampler_init_mask(&sampler, &mask, 0) == BN_ERROR_BAD_DATA);
+    ranks[0] = 3;
+    mask.rank_bits = 8;
+    CHECK(bn_sampler_init_mask(&sampler, &mask, 0) == invalid);
+    mask = bn_mask_u32(NULL, 3, 2);
+    CHECK(bn_sampler_init_mask(&sampler, &mask, 0) == invalid);
+    mask = bn_mask_u32(ranks, 1, 2);
+    mask.depth = 3;
+    CHECK(bn_sampler_init_mask(&sampler, &mask, 0) == invalid);
+    mask.depth = 1;
+    mask.channels = 3;
+    CHECK(bn_sampler_init_mask(&sampler, &mask, 0) == invalid);
+    CHECK(memcmp(&sampler, &before, sizeof sampler) == 0);
+    CHECK(bn_sampler_init(NULL, BN_SAMPLER_BLUE, 0) == invalid);
+    CHECK(bn_sampler_init_zorder(NULL, 4, 0) == invalid);
+    mask = bn_mask_u32(ranks, 3, 2);
+    CHECK(bn_sampler_init_mask(NULL, &mask, 0) == invalid);
+
+    CHECK(bn_sampler_init(&sampler, BN_SAMPLER_BLUE, 5) == BN_SUCCESS && equal(&sampler, &blue));
+    CHECK(bn_sampler_init(&sampler, BN_SAMPLER_SOBOL, 5) == BN_SUCCESS && !equal(&sampler, &blue));
+    bn_sampler zorder = make_sampler(BN_SAMPLER_ZORDER, 16, 5);
+    CHECK(bn_sampler_init(&sampler, BN_SAMPLER_ZORDER, 5) == BN_SUCCESS);
+    CHECK(!equal(&sampler, &zorder));
+    zorder = make_sampler(BN_SAMPLER_ZORDER, 255, 5);
+    CHECK(equal(&sampler, &zorder));
+
+    /* Ranks of 16 bits draw as those of 32 do. */
+    bn_sampler wide;
+    CHECK(bn_sampler_init_mask(&wide, &mask, 5) == BN_SUCCESS);
+    CHECK(bn_sampler_init_mask(&sampler, &other, 5) == BN_SUCCESS && equal(&sampler, &wide));
+    const bn_mask built_in = bn_builtin_mask(64);
+    CHECK(bn_sampler_init_mask(&wide, &built_in, 5) == BN_SUCCESS);
+    CHECK(bn_sampler_init(&sampler, BN_SAMPLER_MASK, 5) == BN_SUCCESS && equal(&sampler, &wide));
 }
 
 /* All forms of a draw agree, at ordinary and at extreme arguments. */
@@ -73,10 +79,10 @@ static void test_forms(void) {
             uint32_t bits[4], inline_bits[4];
             float four[4], two[2], inline_four[4];
             bn_sample_4d_u32(&s, x, y, index, domain, bits);
-            bn_inline_sample_4d_u32(&s, x, y, index, domain, inline_bits);
+            bn_draw_4d_u32(&s, x, y, index, domain, inline_bits);
             bn_sample_4d(&s, x, y, index, domain, four);
-            bn_inline_sample_4d(&s, x, y, index, domain, inline_four);
-            bn_sample_2d(&s, x, y, index, domain, two);
+            bn_draw_4d(&s, x, y, index, domain, inline_four);
+            bn_sample_2d(&s, x, y, index, domain, 0, two);
             CHECK(memcmp(bits, inline_bits, sizeof bits) == 0);
             CHECK(memcmp(four, inline_four, sizeof four) == 0);
             for (int d = 0; d < 4; ++d) {
@@ -84,15 +90,13 @@ static void test_forms(void) {
                 CHECK(four[d] >= 0.0f && four[d] < 1.0f);
             }
             CHECK(memcmp(two, four, sizeof two) == 0);
-            bn_inline_sample_2d(&s, x, y, index, domain, two);
-            CHECK(memcmp(two, four, sizeof two) == 0);
             CHECK(bn_sample_1d(&s, x, y, index, domain) == four[0]);
-            CHECK(bn_inline_sample_1d(&s, x, y, index, domain) == four[0]);
+            CHECK(bn_draw_1d(&s, x, y, index, domain) == four[0]);
             /* Only the lowest bit of the pair counts. */
             for (uint32_t pair = 0; pair < 4u; ++pair) {
-                bn_sample_pair(&s, x, y, index, domain, pair, two);
+                bn_sample_2d(&s, x, y, index, domain, pair, two);
                 CHECK(memcmp(two, four + 2u * (pair & 1u), sizeof two) == 0);
-                bn_inline_sample_pair(&s, x, y, index, domain, pair, two);
+                bn_draw_2d(&s, x, y, index, domain, pair, two);
                 CHECK(memcmp(two, four + 2u * (pair & 1u), sizeof two) == 0);
             }
         }
@@ -202,12 +206,9 @@ static void test_mask_values(void) {
     enum { W = 6, H = 4, COUNT = W * H };
     uint32_t ranks[COUNT];
     for (uint32_t i = 0; i < COUNT; ++i) ranks[i] = i * 7u % COUNT;
-    bn_sampler_options o = bn_sampler_options_default();
-    o.kind = BN_SAMPLER_MASK;
-    o.mask_ranks = ranks;
-    o.mask_width = W;
-    o.mask_height = H;
-    const bn_sampler s = sampler_of(&o);
+    const bn_mask mask = bn_mask_u32(ranks, W, H);
+    bn_sampler s;
+    CHECK(bn_sampler_init_mask(&s, &mask, 0) == BN_SUCCESS);
     for (uint32_t domain = 0; domain < 20; ++domain) {
         for (int d = 0; d < 4; ++d) {
             unsigned seen = 0, neighbours = 0;

@@ -6,11 +6,8 @@
 
 int main() {
     bn_sampler sampler;
-    bn_sampler_options options = bn_sampler_options_default();
-    options.kind = BN_SAMPLER_SOBOL;
-    options.seed = 5;
-    if (bn_sampler_init(&sampler, &options) != BN_SUCCESS) return 1;
+    if (bn_sampler_init(&sampler, BN_SAMPLER_SOBOL, 5) != BN_SUCCESS) return 1;
     float u[2];
-    bn_sample_2d(&sampler, 3, 4, 5, BN_DOMAIN_ROOT, u);
+    bn_sample_2d(&sampler, 3, 4, 5, BN_DOMAIN_ROOT, 0, u);
     std::printf("%s %.8f %.8f\n", bn_version_string(), u[0], u[1]);
 }

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// bn.hpp as a C++17 renderer uses it: prints what consumer.c prints first, then the number of
+// bn.hpp as a C++ renderer uses it: prints what consumer.c prints first, then the number of
 // things that are not as bn.hpp says.
 #include <bn/bn.hpp>
 
 #include <cstdio>
 #include <cstring>
+#include <memory>
 #include <type_traits>
 
 static_assert(std::is_trivially_copyable_v<bn::Sampler> && sizeof(bn::Sampler) <= 48);
-constexpr bn::Sampler at_compile_time(bn::Kind::sobol, 5);
+constexpr bn::Sampler at_compile_time(bn::Type::sobol, 5);
 struct Renderer {
     bn::Sampler sampler = {}; // without a warning
 };
@@ -19,8 +20,9 @@ static_assert(std::is_constructible_v<bn::Sampler, int> &&
               !std::is_constructible_v<bn::Sampler, decltype(BN_SAMPLER_SOBOL), int> &&
               !std::is_constructible_v<bn::Sampler, int, int>);
 // A copy would hand out its numbers a second time.
-static_assert(!std::is_copy_constructible_v<bn::Ray> && !std::is_copy_assignable_v<bn::Ray> &&
-              std::is_nothrow_move_constructible_v<bn::Ray>);
+static_assert(!std::is_copy_constructible_v<bn::RaySampler> &&
+              !std::is_copy_assignable_v<bn::RaySampler> &&
+              std::is_nothrow_move_constructible_v<bn::RaySampler>);
 
 namespace {
 
@@ -41,36 +43,33 @@ int wrong(const bn::Sampler &sampler, bn::Domain domain) {
     for (int32_t x = -40; x < 40; ++x) {
         float own[4];
         bn_sample_4d(sampler.get(), x, 3, 300, domain.value(), own);
-        const auto four = sampler.sample(x, 3, 300, domain);
-        const auto [a, b, c] = sampler.sample<3>(x, 3, 300, domain);
-        const auto [d, e] = sampler.sample<2>(x, 3, 300, domain);
-        const float f = sampler.sample<1>(x, 3, 300, domain)[0];
+        const auto four = sampler.sample_4d(x, 3, 300, domain);
+        const auto [a, b] = sampler.sample_2d(x, 3, 300, domain);
+        const auto [c, d] = sampler.sample_2d(x, 3, 300, domain, 1);
         count += std::memcmp(own, four.data(), sizeof own) != 0;
-        count += a != own[0] || b != own[1] || c != own[2] || d != own[0] || e != own[1];
-        count += f != own[0];
-        const auto [g, h] = sampler.sample_pair(x, 3, 300, domain, 1);
-        count += g != own[2] || h != own[3];
+        count += a != own[0] || b != own[1] || c != own[2] || d != own[3];
+        count += sampler.sample_1d(x, 3, 300, domain) != own[0];
     }
     const std::vector<float> block = sampler.block(5, 6, 3, 2, 7, 4, domain);
-    const auto last = sampler.sample(7, 7, 10, domain);
+    const auto last = sampler.sample_4d(7, 7, 10, domain);
     count += block.size() != 96 || std::memcmp(&block[92], last.data(), sizeof last) != 0;
     const int32_t x[3] = {-40, 0, 39}, y[3] = {3, 3, 3};
-    const uint32_t index[3] = {300, 300, 300};
-    const uint32_t domains[3] = {domain.value(), domain.value(), domain.value()};
-    float many[7] = {};
-    many[6] = 2.0f;
-    sampler.sample_many<2>(3, x, y, index, domains, many);
+    float second[6];
+    bn_wavefront lanes = bn_wavefront_default();
+    lanes.count = 3;
+    lanes.x = x;
+    lanes.y = y;
+    lanes.shared_index = 300;
+    lanes.shared_domain = domain.value();
+    lanes.out[2] = second;
+    lanes.out[3] = second + 1;
+    lanes.stride = 2;
+    sampler.sample_wavefront(lanes);
     for (int i = 0; i < 3; ++i) {
-        const auto [a, b] = sampler.sample<2>(x[i], 3, 300, domain);
-        count += many[2 * i] != a || many[2 * i + 1] != b;
+        const auto [a, b] = sampler.sample_2d(x[i], 3, 300, domain, 1);
+        count += second[2 * i] != a || second[2 * i + 1] != b;
     }
-    sampler.sample_many_pair(3, x, y, index, domains, 1, many);
-    for (int i = 0; i < 3; ++i) {
-        const auto [a, b] = sampler.sample_pair(x[i], 3, 300, domain, 1);
-        count += many[2 * i] != a || many[2 * i + 1] != b;
-    }
-    sampler.sample_many(0, nullptr, nullptr, nullptr, nullptr, nullptr);
-    return count + (many[6] != 2.0f);
+    return count;
 }
 
 // What tests/c/test_draw_hashes.c hashes of paths, and the frozen result.
@@ -81,7 +80,7 @@ bool wrong_paths() {
     uint64_t hash = 0xcbf29ce484222325u;
     for (int32_t pixel = 0; pixel < 16; ++pixel) {
         for (const uint32_t index : {0u, 1u, 5u, 255u, 256u, 70000u}) {
-            const bn::Path path(sampler, 3 * pixel - 20, 100 - 37 * pixel, index);
+            const bn::PathSampler path(sampler, 3 * pixel - 20, 100 - 37 * pixel, index);
             uint32_t own = 0;
             const auto add = [&](float v) {
                 uint32_t bits;
@@ -89,18 +88,18 @@ bool wrong_paths() {
                 own = (own ^ bits) * 0x01000193u;
             };
             for (uint32_t depth = 0; depth < 8; ++depth) {
-                bn::Ray ray = path.ray(depth);
+                bn::RaySampler ray = path.ray(depth);
                 for (const float v : ray.draw()) add(v);
                 for (int i = 0; i < 5; ++i) add(ray.next_1d());
                 for (int i = 0; i < 3; ++i)
                     for (const float v : ray.next_2d()) add(v);
                 for (const float v : ray.next_4d()) add(v);
-                bn::Rng rng = ray.next_rng();
+                bn::LoopSampler rng = ray.next_loop();
                 for (int i = 0; i < 6; ++i) add(rng.next_1d());
                 const bn::Split split = ray.next_split(3), from = ray.next_split_from(9);
-                for (uint32_t k = 0; k < 4; ++k) add(split[k].ray(1).draw_light()[0]);
-                for (uint32_t k = 0; k < 2; ++k) add(from[k].ray(0).draw_where()[0]);
-                add(ray.keyed(77).next_1d());
+                for (uint32_t k = 0; k < 4; ++k) add(split[k].ray(1).draw_end_light()[0]);
+                for (uint32_t k = 0; k < 2; ++k) add(from[k].ray(0).draw_direction()[0]);
+                add(ray.child(77).next_1d());
             }
             for (int i = 0; i < 4; ++i) hash = (hash ^ (own >> 8 * i & 255u)) * 0x100000001b3u;
         }
@@ -110,23 +109,24 @@ bool wrong_paths() {
 
 // Numbers by explicit counters are those that a ray counts itself; a path's first numbers are those of C.
 int wrong_counters(const bn::Sampler &sampler) {
-    const bn::Path path(sampler, -3, 9, 5, 2);
+    const bn::PathSampler path(sampler, -3, 9, 5, 2);
     const bn_path own = bn_path_start(-3, 9, 5, 2);
-    bn::Ray ray = path.ray(2);
-    const bn::Ray by_counter = path.ray(2);
+    bn::RaySampler ray = path.ray(2);
+    const bn::RaySampler by_counter = path.ray(2);
     int count = 0;
     for (uint32_t i = 0; i < 3; ++i) {
         count += ray.next_1d() != by_counter.draw_1d(i);
         count += ray.next_2d() != by_counter.draw_2d(i);
         count += ray.next_4d() != by_counter.draw_4d(i);
-        count += ray.next_split(3)[4].state().domain != by_counter.split(i, 3)[4].state().domain;
-        count += ray.next_rng().next_1d() != by_counter.rng(i).next_1d();
+        count +=
+            ray.next_split(3)[4].state().domain != by_counter.draw_split(i, 3)[4].state().domain;
+        count += ray.next_loop().next_1d() != by_counter.draw_loop(i).next_1d();
     }
     float u[4];
     bn_path_first_light(sampler.get(), &own, 4, 3, u);
     count += path.first_light(4, 3) != std::array<float, 2>{u[0], u[1]};
-    bn_path_time(sampler.get(), &own, u);
-    return count + (path.time() != std::array<float, 2>{u[0], u[1]});
+    bn_path_time_wavelength(sampler.get(), &own, u);
+    return count + (path.time_wavelength() != std::array<float, 2>{u[0], u[1]});
 }
 
 // The numbers of ray `ray` for a pattern of requests: '1' and '2' for dimensions.
@@ -134,9 +134,9 @@ std::vector<float> counted(bn::SequentialSampler &numbers, const char *pattern) 
     std::vector<float> all;
     for (; *pattern; ++pattern) {
         if (*pattern == '1') {
-            all.push_back(numbers.get_1d());
+            all.push_back(numbers.next_1d());
         } else {
-            const auto [a, b] = numbers.get_2d();
+            const auto [a, b] = numbers.next_2d();
             all.insert(all.end(), {a, b});
         }
     }
@@ -147,7 +147,7 @@ int wrong_counts(const bn::Sampler &sampler) {
     int count = 0;
     bn::SequentialSampler numbers(sampler);
     numbers.start(5, 6, 7);
-    const auto first = bn::Path(sampler, 5, 6, 7).ray(0).draw();
+    const auto first = bn::PathSampler(sampler, 5, 6, 7).ray(0).draw();
     // Two pairs, or a number and a pair, share a domain.
     const auto pairs = counted(numbers, "22");
     count += std::memcmp(pairs.data(), first.data(), sizeof first) != 0;
@@ -168,7 +168,7 @@ int wrong_counts(const bn::Sampler &sampler) {
             for (std::size_t k = 0; k < i; ++k) count += all[i] == all[k];
     }
     // From a path it draws the same, and a ray that has begun goes on.
-    const bn::Path path(sampler, 5, 6, 7);
+    const bn::PathSampler path(sampler, 5, 6, 7);
     bn::SequentialSampler own(path);
     numbers.start(5, 6, 7);
     auto whole = counted(own, "122");
@@ -178,14 +178,14 @@ int wrong_counts(const bn::Sampler &sampler) {
     own.start_ray(1);
     count += counted(own, "1212121") != next;
     // From a part of a ray it draws what the ray itself does not.
-    bn::Ray ray = path.ray(0);
-    bn::SequentialSampler part(ray.keyed(3));
+    bn::RaySampler ray = path.ray(0);
+    bn::SequentialSampler part(ray.child(3));
     const auto parts = counted(part, "2212");
     for (const float u : ray.draw()) whole.push_back(u);
     for (const float u : ray.next_4d()) whole.push_back(u);
     for (const float a : parts)
         for (const float b : whole) count += a == b;
-    return count + (parts[0] != path.ray(0).keyed(3).draw()[0]);
+    return count + (parts[0] != path.ray(0).child(3).draw()[0]);
 }
 
 // A number and the pair after it meet all four quarters of the square of their first digits over 8 samples, at every ray.
@@ -197,8 +197,8 @@ int tied_choices(const bn::Sampler &sampler) {
             bn::SequentialSampler numbers(sampler);
             numbers.start(3, 4, index);
             numbers.start_ray(ray);
-            const float choice = numbers.get_1d();
-            const std::array<float, 2> pair = numbers.get_2d();
+            const float choice = numbers.next_1d();
+            const std::array<float, 2> pair = numbers.next_2d();
             for (std::size_t d = 0; d < 2; ++d) ++met[d][choice < 0.5f][pair[d] < 0.5f];
         }
         for (const auto &coordinate : met)
@@ -208,51 +208,67 @@ int tied_choices(const bn::Sampler &sampler) {
     return tied;
 }
 
+// What a renderer keeps for a thread.
+struct Worker {
+    bn::Sampler sampler;
+    bn::SequentialSampler numbers{sampler};
+    bn::PathSampler path;
+    bn::RaySampler ray;
+};
+
+// One that has moved does not draw from where it was.
+int wrong_moves() {
+    auto first = std::make_unique<Worker>(Worker{bn::Sampler(5), {}, {}, {}});
+    first->numbers = bn::SequentialSampler(first->sampler);
+    Worker second(std::move(*first));
+    first->sampler = bn::Sampler(6);
+    first.reset();
+    second.numbers.start(1, 2, 3);
+    const bn::Sampler same(5);
+    return second.numbers.next_2d() != bn::PathSampler(same, 1, 2, 3).ray(0).draw_direction();
+}
+
 } // namespace
 
 int main() {
     const bn::Domain light = bn::Domain().child(3);
     bn::Sampler sampler;
     for (uint32_t index = 0; index < 4; ++index) {
-        const auto u = sampler.sample_u32(-7, 12, index, light);
+        const auto u = sampler.sample_4d_u32(-7, 12, index, light);
         std::printf("%08lx %08lx %08lx %08lx\n", static_cast<unsigned long>(u[0]),
                     static_cast<unsigned long>(u[1]), static_cast<unsigned long>(u[2]),
                     static_cast<unsigned long>(u[3]));
     }
-    bn::Ray ray = bn::Path(sampler, -7, 12, 1, 2).ray(3);
-    const bn::Path branch = ray.next_split(4)[5];
+    bn::RaySampler ray = bn::PathSampler(sampler, -7, 12, 1, 2).ray(3);
+    const bn::PathSampler branch = ray.next_split(4)[5];
     const auto number = ray.next_4d();
     std::printf("%.7f %.7f %08lx %lu\n", static_cast<double>(number[0]),
                 static_cast<double>(number[3]), static_cast<unsigned long>(branch.state().domain),
                 static_cast<unsigned long>(branch.state().index));
     int failures = wrong(sampler, light) + wrong_paths() + wrong_counters(sampler) +
-                   wrong_counts(sampler) + tied_choices(sampler);
-    failures += bn::Sampler(7).sample(1, 2, 3) != bn::Sampler(bn::Kind::blue, 7).sample(1, 2, 3);
+                   wrong_counts(sampler) + tied_choices(sampler) + wrong_moves();
+    failures +=
+        bn::Sampler(7).sample_4d(1, 2, 3) != bn::Sampler(bn::Type::blue, 7).sample_4d(1, 2, 3);
     failures += light.value() != bn_domain_child(BN_DOMAIN_ROOT, 3) || light == bn::Domain();
     failures += light != bn::Domain(light.value());
 
-    bn::Sampler other(bn::Kind::sobol, 5);
-    const auto before = other.sample(1, 2, 3);
-    failures += before == sampler.sample(1, 2, 3);
+    bn::Sampler other(bn::Type::sobol, 5);
+    const auto before = other.sample_4d(1, 2, 3);
+    failures += before == sampler.sample_4d(1, 2, 3);
     failures +=
-        at_compile_time.sample(1, 2, 3) != before || Renderer().sampler.seed() != sampler.seed();
+        at_compile_time.sample_4d(1, 2, 3) != before || Renderer().sampler.seed() != sampler.seed();
     sampler = other;
-    failures += sampler.sample(1, 2, 3) != before || other.sample(1, 2, 3) != before;
+    failures += sampler.sample_4d(1, 2, 3) != before || other.sample_4d(1, 2, 3) != before;
 
     failures += !fails_with(BN_ERROR_INVALID_ARGUMENT, [&] { sampler.block(0, 0, 0, 1, 0, 1); });
-    failures += !fails_with(BN_ERROR_INVALID_ARGUMENT, [&] {
-        sampler.sample_many(1, nullptr, nullptr, nullptr, nullptr, nullptr);
-    });
+    failures += !fails_with(BN_ERROR_INVALID_ARGUMENT,
+                            [&] { sampler.sample_wavefront(bn_wavefront_default()); });
     failures += !fails_with(BN_ERROR_OUT_OF_MEMORY,
                             [&] { sampler.block(0, 0, 1u << 31, 1u << 31, 0, 1u << 31); });
     const uint32_t ranks[2] = {0, 0};
-    bn_sampler_options options = bn_sampler_options_default();
-    options.kind = 99;
-    failures += !fails_with(BN_ERROR_INVALID_ARGUMENT, [&] { const bn::Sampler bad(options); });
-    options.kind = BN_SAMPLER_MASK;
-    options.mask_ranks = ranks;
-    options.mask_width = 2;
-    options.mask_height = 1;
-    failures += !fails_with(BN_ERROR_BAD_DATA, [&] { const bn::Sampler bad(options); });
+    const bn_mask mask = bn_mask_u32(ranks, 2, 1);
+    failures += !fails_with(BN_ERROR_INVALID_ARGUMENT,
+                            [] { const bn::Sampler bad(static_cast<bn::Type>(99)); });
+    failures += !fails_with(BN_ERROR_BAD_DATA, [&] { bn::Sampler::from_mask(mask); });
     std::printf("%d\n", failures);
 }

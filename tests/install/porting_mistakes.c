@@ -26,10 +26,11 @@ const bn_sampler *sampler(void) {
     const int32_t kinds[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL, BN_SAMPLER_WHITE};
     mistake = setting("MISTAKE", "none");
     layout = setting("LAYOUT", "next ray");
-    made = bn_sampler_make(kinds[is("sobol")   ? 1
-                                 : is("white") ? 2
-                                               : 0],
-                           strtoull(setting("SEED", "0"), NULL, 10));
+    bn_sampler_init(&made,
+                    kinds[is("sobol")   ? 1
+                          : is("white") ? 2
+                                        : 0],
+                    strtoull(setting("SEED", "0"), NULL, 10));
     return &made;
 }
 

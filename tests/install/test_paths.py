@@ -23,10 +23,10 @@ int main() {
     double texels[2][3] = {}, directions[4] = {}, places = 0;
     const int samples = 64 * 64 * 16;
     for (int i = 0; i < samples; ++i) {
-        const bn::Path path(sampler, i % 64, i / 64 % 64, unsigned(i / 4096));
-        bn::Ray ray = path.ray(1);
+        const bn::PathSampler path(sampler, i % 64, i / 64 % 64, unsigned(i / 4096));
+        bn::RaySampler ray = path.ray(1);
         float point[2];
-        lights[choose_light(ray.draw_light(), cdf, 3, point)] += 1.0 / samples;
+        lights[choose_light(ray.draw_end_light(), cdf, 3, point)] += 1.0 / samples;
         middle += (point[0] + point[1]) / 2 / samples;
         leaves[descend(ray, left, 2, point)] += 1.0 / samples;
         crossed += (free_flight(ray, 2, half_density, 1) >= 1) / double(samples);
@@ -36,14 +36,14 @@ int main() {
         wrong += passes(ray, 7, 0.25f) != passes(path.ray(1), 7, 0.25f);
         first += first_wavelength(path) / samples;
         dark += !(through_leaves(path, two, 2) > 0) / double(samples);
-        const Texel texel = choose_texel(ray.draw_light(), rows, columns, 3, 2);
+        const Texel texel = choose_texel(ray.draw_end_light(), rows, columns, 3, 2);
         texels[texel.row][texel.column] += 1.0 / samples;
         const Direction direction = choose_direction(ray, cdf, 3);
         directions[direction.to_light ? direction.light : 3] += 1.0 / samples;
         places += (texel.u + texel.v + direction.u + direction.v) / 4 / samples;
         const Start plain = start(path, false), lens = start(path, true);
         wrong += plain.film[0] != lens.film[0] || plain.light[0] != lens.lens[0] || lens.light[0] == lens.lens[0];
-        wrong += shutter_time(path) != path.time()[0] || shutter_time(path) == lens.lens[0];
+        wrong += shutter_time(path) != path.time_wavelength()[0] || shutter_time(path) == lens.lens[0];
         wrong += trace(sampler, 3, 4, unsigned(i)) != trace(sampler, 3, 4, unsigned(i));
     }
     const auto near = [](double a, double b) { return std::fabs(a - b) < 0.004; };
@@ -59,12 +59,12 @@ int main() {
         unsigned taken = 0, branches = 0;
         std::vector<float> all;
         for (unsigned index = 0; index < 16; ++index) {
-            const bn::Path path(sampler, 5, 6, index);
-            bn::Ray ray = path.ray(0);
+            const bn::PathSampler path(sampler, 5, 6, index);
+            bn::RaySampler ray = path.ray(0);
             const unsigned count = way ? 4 : 1 + index % 7;
-            bn::Ray again = path.ray(0);
+            bn::RaySampler again = path.ray(0);
             const bn::Split split = way ? again.next_split(count) : again.next_split_from(branches);
-            for (unsigned k = 0; k < count; ++k) all.push_back(split[k].ray(0).draw_where()[0]);
+            for (unsigned k = 0; k < count; ++k) all.push_back(split[k].ray(0).draw_direction()[0]);
             branches += count;
             way ? split_(ray, count) : split_by_weight(ray, count, taken);
         }

@@ -155,8 +155,8 @@ int main(int, char **arguments) {
     listed.StartPixelSample(1, 2, 3);
     int wrong = 0;
     for (const char *request = arguments[1]; *request; ++request) {
-        if (*request == '1') wrong += numbers.get_1d() != listed.Get1D();
-        else if (*request == '2') wrong += numbers.get_2d() != listed.Get2D();
+        if (*request == '1') wrong += numbers.next_1d() != listed.Get1D();
+        else if (*request == '2') wrong += numbers.next_2d() != listed.Get2D();
         else numbers.start_ray(unsigned(*request - 'a')), listed.StartRay(unsigned(*request - 'a'));
     }
     return wrong;
@@ -184,7 +184,7 @@ WAVEFRONT = """
 #include <cstdio>
 #include "wavefront.hpp"
 int main() {
-    const bn_sampler sampler = bn_sampler_make(BN_SAMPLER_BLUE, 0);
+    const bn_sampler sampler = bn_sampler_make(0);
     Lanes lanes;
     int wrong = !draw_stage(&sampler, lanes);
     for (int lane = 0; lane < 101; ++lane) {

@@ -61,7 +61,8 @@ def test_shared_library_needs_only_the_c_library(shared_library):
 
 DRAWS = """#include <bn/bn.h>
 int main(void) {
-    const bn_sampler sampler = bn_sampler_make(BN_SAMPLER_MASK, 1);
+    bn_sampler sampler;
+    if (bn_sampler_init(&sampler, BN_SAMPLER_MASK, 1) != BN_SUCCESS) return 1;
     float u[4] = {2, 2, 2, 2};
     bn_sample_4d(&sampler, 1, 2, 3, BN_DOMAIN_ROOT, u);
     return !(u[0] < 1);

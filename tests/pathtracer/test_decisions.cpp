@@ -153,8 +153,9 @@ void test_the_place_in_the_pixel() {
         for (int i = 0; i < 500; ++i) {
             const int x = i % SIDE, y = i / SIDE;
             const auto index = static_cast<uint32_t>(i % 5);
-            const auto [u, v] = with_path(
-                *sampler, x, y, index, [](const auto &path) { return path.ray(0).draw_where(); });
+            const auto [u, v] = with_path(*sampler, x, y, index, [](const auto &path) {
+                return path.ray(0).draw_direction();
+            });
             const float along_x = (static_cast<float>(x) + u) / SIDE * 2 - 1;
             const float along_y = 1 - (static_cast<float>(y) + v) / SIDE * 2;
             const float expected = 5 / (1 + 0.3f * (SLOPE_X * along_x + SLOPE_Y * along_y));

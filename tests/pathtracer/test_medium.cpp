@@ -43,10 +43,11 @@ void test_walks_against_integrals() {
                 Mean passed, flown;
                 for (int i = 0; i < 40000; ++i) {
                     const auto walk = [&](uint32_t k) {
-                        return with_path(*sampler, i % 200, i / 200, 0,
-                                         [k](const auto &path) { return path.ray(1).rng(k); });
+                        return with_path(*sampler, i % 200, i / 200, 0, [k](const auto &path) {
+                            return path.ray(1).draw_loop(k);
+                        });
                     };
-                    bn::Rng numbers = walk(0);
+                    bn::LoopSampler numbers = walk(0);
                     const float share = medium_transmittance(medium, ray, end, numbers);
                     CHECK(share >= 0 && share <= 1, "a share of %g", share);
                     passed.add(share);
@@ -67,7 +68,8 @@ void test_walks_against_integrals() {
 void test_rays_that_miss() {
     const Medium medium = ramp_medium();
     const bn::Sampler sampler;
-    bn::Rng numbers = bn::Path(sampler, 1, 2, 3).ray(0).rng(0), fresh = numbers;
+    bn::LoopSampler numbers = bn::PathSampler(sampler, 1, 2, 3).ray(0).draw_loop(0),
+                    fresh = numbers;
     for (const auto &[ray, end] : {std::pair{Ray{{-2, 1.5f, 0}, {1, 0, 0}}, 100.0f},
                                    {Ray{{-2, 0, 0}, {-1, 0, 0}}, 100.0f},
                                    {Ray{{-2, 0, 0}, {0, 1, 0}}, 100.0f},

@@ -103,8 +103,8 @@ void test_the_screen_is_a_net() {
                 const int x = i % 8, y = i / 8 % 8;
                 const auto index = static_cast<uint32_t>(4 + i / 64);
                 points.push_back(with_path(*sampler, x0 + x, y0 + y, index, [&](const auto &path) {
-                    const auto [u, v] = path.ray(0).draw_where();
-                    const auto [time, other] = path.time();
+                    const auto [u, v] = path.ray(0).draw_direction();
+                    const auto [time, other] = path.time_wavelength();
                     return Point{(static_cast<float>(x) + u) / 8, (static_cast<float>(y) + v) / 8,
                                  time, other};
                 }));

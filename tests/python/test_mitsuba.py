@@ -49,13 +49,13 @@ def scene_of(integrator, width, height, spp, crop=None, border=False, filter="bo
 
 def own(x, y, index, pair, frame=0):
     """Draw `pair` of two dimensions, in NumPy."""
-    ray = bluenoise.Path(SAMPLER, x, y, index, frame).ray(pair // 2)
-    return ray.draw_light() if pair % 2 else ray.draw_where()
+    ray = bluenoise.PathSampler(SAMPLER, x, y, index, frame).ray(pair // 2)
+    return ray.draw_end_light() if pair % 2 else ray.draw_direction()
 
 
 def single(x, y, index, ray, k, frame=0):
     """Single number k of a ray."""
-    ray = bluenoise.Path(SAMPLER, x, y, index, frame).ray(ray)
+    ray = bluenoise.PathSampler(SAMPLER, x, y, index, frame).ray(ray)
     return [ray.next_1d() for _ in range(k + 1)][k]
 
 

@@ -9,23 +9,23 @@ import numpy as np
 import pytest
 from hashes import hash_of, table
 
-from bluenoise import Path, Sampler, _path
+from bluenoise import PathSampler, Sampler, _path
 
 
 def test_paths_have_the_bits_of_c():
     """Those that tests/c/test_draw_hashes.c hashes, of sixteen pixels and six indices."""
     pixel, index = np.arange(96) // 6, np.tile([0, 1, 5, 255, 256, 70000], 16)
-    path = Path(Sampler(seed=1), 3 * pixel - 20, 100 - 37 * pixel, index)
+    path = PathSampler(Sampler(seed=1), 3 * pixel - 20, 100 - 37 * pixel, index)
     found = np.zeros(96, np.uint32)
     for depth in range(8):
         ray = path.ray(depth)
         numbers = [ray.draw(), *(ray.next_1d() for _ in range(5)), *(ray.next_2d() for _ in range(3)), ray.next_4d()]
-        rng = ray.next_rng()
+        rng = ray.next_loop()
         numbers += [rng.next_1d() for _ in range(6)]
         split, running = ray.next_split(3), ray.next_split_from(9)
-        numbers += [split[k].ray(1).draw_light()[:, 0] for k in range(4)]
-        numbers += [running[k].ray(0).draw_where()[:, 0] for k in range(2)]
-        numbers.append(ray.keyed(77).next_1d())
+        numbers += [split[k].ray(1).draw_end_light()[:, 0] for k in range(4)]
+        numbers += [running[k].ray(0).draw_direction()[:, 0] for k in range(2)]
+        numbers.append(ray.child(77).next_1d())
         for column in np.column_stack(numbers).T:
             assert column.dtype == np.float32
             found = (found ^ column.view(np.uint32)) * np.uint32(0x01000193)
@@ -33,26 +33,26 @@ def test_paths_have_the_bits_of_c():
 
 
 def test_explicit_counters_are_those_of_the_calls():
-    path = Path(Sampler(seed=2), np.arange(4), 7, [[0], [9]])
+    path = PathSampler(Sampler(seed=2), np.arange(4), 7, [[0], [9]])
     ray, counted = path.ray(1), path.ray(1)
     for k in range(6):
         np.testing.assert_array_equal(ray.draw_1d(k), counted.next_1d())
         np.testing.assert_array_equal(ray.draw_2d(k), counted.next_2d())
         np.testing.assert_array_equal(ray.draw_4d(k), counted.next_4d())
-        np.testing.assert_array_equal(ray.split(k, 3)[k].ray(0).draw(), counted.next_split(3)[k].ray(0).draw())
-        np.testing.assert_array_equal(ray.rng(k).next_1d(), counted.next_rng().next_1d())
-        assert (ray.rng(k).next_1d() != ray.split(k, 3)[0].ray(0).draw()[..., 0]).all()
+        np.testing.assert_array_equal(ray.draw_split(k, 3)[k].ray(0).draw(), counted.next_split(3)[k].ray(0).draw())
+        np.testing.assert_array_equal(ray.draw_loop(k).next_1d(), counted.next_loop().next_1d())
+        assert (ray.draw_loop(k).next_1d() != ray.draw_split(k, 3)[0].ray(0).draw()[..., 0]).all()
     np.testing.assert_array_equal(ray.next_1d(), ray.draw_1d(0))  # explicit ones count nothing
 
 
 def test_shapes_broadcast():
     sampler = Sampler(seed=3)
     y, x = np.mgrid[0:4, 0:5]
-    path = Path(sampler, x, y, np.arange(3)[:, None, None])
+    path = PathSampler(sampler, x, y, np.arange(3)[:, None, None])
     assert path.shape == (3, 4, 5)
     ray = path.ray(1)
-    split, rng = ray.next_split(2), ray.next_rng()
-    assert ray.draw().shape == (3, 4, 5, 4) and ray.draw_where().shape == ray.next_2d().shape == (3, 4, 5, 2)
+    split, rng = ray.next_split(2), ray.next_loop()
+    assert ray.draw().shape == (3, 4, 5, 4) and ray.draw_direction().shape == ray.next_2d().shape == (3, 4, 5, 2)
     assert [ray.next_1d().shape for _ in range(3)] == [(3, 4, 5)] * 3
     assert [rng.next_1d().shape for _ in range(6)] == [(3, 4, 5)] * 6
     branches = split[np.arange(2)[:, None, None, None]]
@@ -66,27 +66,28 @@ def test_shapes_broadcast():
     mixed = path.ray(number)
     assert mixed.shape == (3, 4, 5)
     for i in range(3):
-        alone = Path(sampler, x, y, i).ray(i)
+        alone = PathSampler(sampler, x, y, i).ray(i)
         np.testing.assert_array_equal(mixed.draw()[i], alone.draw())
-    assert ray.keyed([[7], [8], [9], [7]]).next_4d().shape == (3, 4, 5, 4)
-    one = Path(sampler, 1, 2, 3)
+    assert ray.child([[7], [8], [9], [7]]).next_4d().shape == (3, 4, 5, 4)
+    one = PathSampler(sampler, 1, 2, 3)
     assert one.shape == () and one.ray(0).draw().shape == (4,) and one.ray(0).next_1d().shape == ()
-    assert one.ray(0).next_rng().next_1d().shape == () and one.time().shape == (2,)
-    assert Path(sampler, [], 0, 0).ray(0).next_split(2)[1].ray(0).draw().shape == (0, 4)
+    assert one.ray(0).next_loop().next_1d().shape == () and one.time_wavelength().shape == (2,)
+    assert PathSampler(sampler, [], 0, 0).ray(0).next_split(2)[1].ray(0).draw().shape == (0, 4)
 
 
 def test_frames_and_samples_differ():
     sampler = Sampler(seed=1)
-    seen = [tuple(Path(sampler, 5, 6, index, frame).ray(ray).draw()) for index in range(4) for frame in range(4) for ray in range(4)]
+    seen = [tuple(PathSampler(sampler, 5, 6, index, stream).ray(ray).draw())
+            for index in range(4) for stream in range(4) for ray in range(4)]
     assert len(set(seen)) == 64
-    assert Path(sampler, 5, 6, 1, frame=[0, 0, 0]).time().shape == (3, 2)
-    both = Path(sampler, 5, 6, 1, frame=[0, 3]).ray(2).draw()
-    assert [tuple(row) for row in both] == [tuple(Path(sampler, 5, 6, 1, frame).ray(2).draw()) for frame in (0, 3)]
+    assert PathSampler(sampler, 5, 6, 1, stream=[0, 0, 0]).time_wavelength().shape == (3, 2)
+    both = PathSampler(sampler, 5, 6, 1, stream=[0, 3]).ray(2).draw()
+    assert [tuple(row) for row in both] == [tuple(PathSampler(sampler, 5, 6, 1, stream).ray(2).draw()) for stream in (0, 3)]
 
 
 def test_paths_keep_their_pixels():
     x, index = np.arange(5, dtype=np.int32), np.arange(5, dtype=np.uint32)
-    path = Path(Sampler(), x, 0, index)
+    path = PathSampler(Sampler(), x, 0, index)
     before = path.ray(1).draw()
     x += 7
     index += 1
@@ -96,12 +97,12 @@ def test_paths_keep_their_pixels():
 @pytest.mark.parametrize(
     ("call", "error", "words"),
     [
-        (lambda p: Path("blue", 0, 0, 0), TypeError, ["sampler", "'blue'"]),
-        (lambda p: Path(Sampler(), 2**31, 0, 0), ValueError, ["x", str(2**31)]),
-        (lambda p: Path(Sampler(), 0, 0.5, 0), TypeError, ["y", "0.5"]),
-        (lambda p: Path(Sampler(), 0, 0, -1), ValueError, ["index", "-1"]),
-        (lambda p: Path(Sampler(), 0, 0, 0, 2**32), ValueError, ["frame", str(2**32)]),
-        (lambda p: Path(Sampler(), [0, 1], [0, 1, 2], 0), ValueError, ["x, y, index and frame", "(2,)", "(3,)"]),
+        (lambda p: PathSampler("blue", 0, 0, 0), TypeError, ["sampler", "'blue'"]),
+        (lambda p: PathSampler(Sampler(), 2**31, 0, 0), ValueError, ["x", str(2**31)]),
+        (lambda p: PathSampler(Sampler(), 0, 0.5, 0), TypeError, ["y", "0.5"]),
+        (lambda p: PathSampler(Sampler(), 0, 0, -1), ValueError, ["index", "-1"]),
+        (lambda p: PathSampler(Sampler(), 0, 0, 0, 2**32), ValueError, ["stream", str(2**32)]),
+        (lambda p: PathSampler(Sampler(), [0, 1], [0, 1, 2], 0), ValueError, ["x, y, index and stream", "(2,)", "(3,)"]),
         (lambda p: p.ray(-1), ValueError, ["number", "-1"]),
         (lambda p: p.ray(2**28), ValueError, ["number", str(2**28)]),
         (lambda p: p.ray([0, 1]), ValueError, ["number", "(2,)", "(3,)"]),
@@ -116,9 +117,9 @@ def test_paths_keep_their_pixels():
         (lambda p: len(p.ray(0).next_split_from(0)), TypeError, ["next_split_from", "length"]),
         (lambda p: list(p.ray(0).next_split_from(0)), TypeError, ["next_split_from", "length"]),
         (lambda p: p.ray(0).draw_1d(-1), ValueError, ["k", "-1"]),
-        (lambda p: p.ray(0).split(2**28, 1), ValueError, ["k", str(2**28)]),
-        (lambda p: p.ray(0).keyed(-1), ValueError, ["key", "-1"]),
-        (lambda p: p.ray(0).keyed([0, 1]), ValueError, ["key", "(2,)"]),
+        (lambda p: p.ray(0).draw_split(2**28, 1), ValueError, ["k", str(2**28)]),
+        (lambda p: p.ray(0).child(-1), ValueError, ["key", "-1"]),
+        (lambda p: p.ray(0).child([0, 1]), ValueError, ["key", "(2,)"]),
         (lambda p: p.first_light(0), ValueError, ["count", "0"]),
         (lambda p: p.first_light(2, 2), ValueError, ["k", "2"]),
         (lambda p: p.first_light(4, [0, 1]), ValueError, ["k", "(2,)"]),
@@ -126,7 +127,7 @@ def test_paths_keep_their_pixels():
     ],
 )
 def test_bad_arguments(call, error, words):
-    path = Path(Sampler(), [1, 2, 3], 0, [0, 1, 2])
+    path = PathSampler(Sampler(), [1, 2, 3], 0, [0, 1, 2])
     with pytest.raises(error) as caught:
         call(path)
     assert all(word in str(caught.value) for word in words), str(caught.value)
@@ -138,8 +139,8 @@ def test_examples():
 
 @pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, pickle.dumps])
 def test_what_hands_out_numbers_cannot_be_copied(copied):
-    path = Path(Sampler(seed=1), 2, 3, 4)
-    for each in (path.ray(0), path.ray(0).next_rng()):
+    path = PathSampler(Sampler(seed=1), 2, 3, 4)
+    for each in (path.ray(0), path.ray(0).next_loop()):
         with pytest.raises(TypeError, match=f"a {type(each).__name__} cannot be copied or pickled"):
             copied(each)
     again = pickle.loads(pickle.dumps(path)) if copied is pickle.dumps else copied(path)

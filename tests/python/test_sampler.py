@@ -154,7 +154,7 @@ def test_equality_and_hash():
 
 def test_immutable():
     sampler = Sampler()
-    for name in ("seed", "kind", "mask", "samples_per_pixel", "_seed", "other"):
+    for name in ("seed", "type", "mask", "samples_per_pixel", "_seed", "other"):
         with pytest.raises(AttributeError, match=name):
             setattr(sampler, name, 1)
     with pytest.raises(AttributeError, match="seed"):
@@ -177,8 +177,8 @@ def test_repr_says_what_it_is():
 @pytest.mark.parametrize(
     ("call", "error", "words"),
     [
-        (lambda: Sampler(kind="bleu"), ValueError, ["kind", "'bleu'", "blue", "zorder"]),
-        (lambda: Sampler(kind=0), TypeError, ["kind", "0"]),
+        (lambda: Sampler(type="bleu"), ValueError, ["type", "'bleu'", "blue", "zorder"]),
+        (lambda: Sampler(type=0), TypeError, ["type", "0"]),
         (lambda: Sampler(seed=-1), ValueError, ["seed", "-1"]),
         (lambda: Sampler(seed=2**64), ValueError, ["seed", str(2**64)]),
         (lambda: Sampler(seed=1.0), TypeError, ["seed", "1.0"]),
@@ -188,13 +188,13 @@ def test_repr_says_what_it_is():
         (lambda: Sampler(samples_per_pixel=2**32), ValueError, ["samples_per_pixel", str(2**32)]),
         (lambda: Sampler(samples_per_pixel=4.5), TypeError, ["samples_per_pixel", "4.5"]),
         (lambda: Sampler(mask=[[0, 1]]), ValueError, ["mask", "'blue'"]),
-        (lambda: Sampler(kind="mask", mask=[[0, 0]]), ValueError, ["mask", "0 2 times"]),
-        (lambda: Sampler(kind="mask", mask=[[0, 2]]), ValueError, ["mask", "1 0 times"]),
-        (lambda: Sampler(kind="mask", mask=[[0, -1]]), ValueError, ["mask", "-1"]),
-        (lambda: Sampler(kind="mask", mask=[[0.0, 1.0]]), TypeError, ["mask", "float64"]),
-        (lambda: Sampler(kind="mask", mask=bluenoise.mask((2, 4, 4))), ValueError, ["mask", "(2, 4, 4)", "mask[0]"]),
-        (lambda: Sampler(kind="mask", mask=np.zeros((0, 4), int)), ValueError, ["mask", "(0, 4)"]),
-        (lambda: Sampler(kind="mask", mask=[[0], [1, 2]]), TypeError, ["mask"]),
+        (lambda: Sampler(type="mask", mask=[[0, 0]]), ValueError, ["mask", "0 2 times"]),
+        (lambda: Sampler(type="mask", mask=[[0, 2]]), ValueError, ["mask", "1 0 times"]),
+        (lambda: Sampler(type="mask", mask=[[0, -1]]), ValueError, ["mask", "-1"]),
+        (lambda: Sampler(type="mask", mask=[[0.0, 1.0]]), TypeError, ["mask", "float64"]),
+        (lambda: Sampler(type="mask", mask=bluenoise.mask((2, 4, 4))), ValueError, ["mask", "(2, 4, 4)", "mask[0]"]),
+        (lambda: Sampler(type="mask", mask=np.zeros((0, 4), int)), ValueError, ["mask", "(0, 4)"]),
+        (lambda: Sampler(type="mask", mask=[[0], [1, 2]]), TypeError, ["mask"]),
         (lambda: Sampler().sample(0.0, 0, 0), TypeError, ["x", "float64"]),
         (lambda: Sampler().sample(2**31, 0, 0), ValueError, ["x", str(2**31)]),
         (lambda: Sampler().sample(-(2**31) - 1, 0, 0), ValueError, ["x", str(-(2**31) - 1)]),

@@ -34,7 +34,7 @@ SAMPLER = core.Sampler(0, 0, 0, None)
 SHORT = core.AnnealOptions()
 SHORT.sweeps = 1
 WORK = {
-    "create": lambda: core.Sampler(core.sampler_kinds["mask"], 0, 0, RANKS),
+    "create": lambda: core.Sampler(core.sampler_types["mask"], 0, 0, RANKS),
     "sample": lambda: SAMPLER.sample(X, X, INDEX, INDEX, DRAWS.reshape(-1, 4)),
     "block": lambda: SAMPLER.block(0, 0, 0, 0, DRAWS),
     "void_and_cluster": lambda: core.void_and_cluster(RANKS[None].copy(), core.VoidAndClusterOptions(), None),

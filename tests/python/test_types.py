@@ -34,13 +34,13 @@ bluenoise.measure(np.zeros((8, 8)), ["e_1"], progress=print)
 keys = bluenoise.domain(np.arange(3))
 assert_type(bluenoise.domain(1, 2), int)
 bluenoise.Sampler().sample(1, 2, 3, pair=1)
-ray = bluenoise.Path(bluenoise.Sampler(), np.arange(3), 0, 0, frame=1).ray(0)
+ray = bluenoise.PathSampler(bluenoise.Sampler(), np.arange(3), 0, 0, stream=1).ray(0)
 assert_type(ray.next_1d(), npt.NDArray[np.float32])
-assert_type([branch for branch in ray.next_split(2)], list[bluenoise.Path])
-assert_type(ray.next_rng(), bluenoise.Rng)
+assert_type([branch for branch in ray.next_split(2)], list[bluenoise.PathSampler])
+assert_type(ray.next_loop(), bluenoise.LoopSampler)
 bluenoise.mask((8, 8), method="builtin", out=np.zeros((8, 8), np.uint32))
 assert_type(bluenoise.dither(np.zeros((8, 8), np.uint16)), npt.NDArray[np.uint16])
-kind: bluenoise.SamplerKind = bluenoise.Sampler("zorder", seed=None).kind
+kind: bluenoise.SamplerType = bluenoise.Sampler("zorder", seed=None).type
 '''
 
 WRONG = '''
@@ -50,7 +50,7 @@ bluenoise.mask((8, 8), method="paint")
 bluenoise.points(8, jitter=1.5)
 bluenoise.Sampler("red")
 bluenoise.Sampler().sample(1, 2, 3, pair=4)
-bluenoise.Path("blue", 0, 0, 0)
+bluenoise.PathSampler("blue", 0, 0, 0)
 bluenoise.measure(np.zeros((8, 8)))["e_3"]
 '''
 
@@ -77,6 +77,6 @@ def test_the_signature_names_every_option(module, function):
 def test_literals_are_what_there_is():
     assert set(typing.get_args(bluenoise.MaskMethod)) == set(_masks.METHODS)
     assert set(typing.get_args(bluenoise.PointsMethod)) == set(_points.METHODS)
-    assert set(typing.get_args(bluenoise.SamplerKind)) == set(_core.sampler_kinds)
+    assert set(typing.get_args(bluenoise.SamplerType)) == set(_core.sampler_types)
     measures = set(typing.get_type_hints(bluenoise.MaskMeasures))
     assert set(typing.get_args(bluenoise.MeasureName)) == measures == set(bluenoise.measure(bluenoise.mask((8, 8))))

@@ -7,9 +7,9 @@ import typing
 import numpy as np
 import pytest
 
-from bluenoise import Sampler, SamplerKind, domain
+from bluenoise import Sampler, SamplerType, domain
 
-every_kind = pytest.mark.parametrize("kind", typing.get_args(SamplerKind))
+every_kind = pytest.mark.parametrize("kind", typing.get_args(SamplerType))
 Y, X = np.mgrid[:64, :64]
 
 

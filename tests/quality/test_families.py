@@ -9,7 +9,7 @@ import pytest
 from conftest import plane_at_angle
 
 import bluenoise
-from bluenoise._core import domain_child, frame_domain, path_ray_domain
+from bluenoise._core import domain_child, path_ray_domain, stream_domain
 
 ndimage = pytest.importorskip("scipy.ndimage")
 
@@ -85,7 +85,7 @@ def test_first_families_have_different_shifts(views):
     earlier version had two families at one place."""
     run = np.arange(4096)
     seeds = np.array([bluenoise.Sampler("blue", seed=seed).seed_words() for seed in (1377, *range(4096 // 7 + 1))])
-    root = frame_domain(np.where(run == 0, 0, np.where(run == 1, 122, run)).astype(np.uint32))
+    root = stream_domain(np.where(run == 0, 0, np.where(run == 1, 122, run)).astype(np.uint32))
     parent = np.where((run < 2) | (run % 2 == 0), root, path_ray_domain(root, (run // 2 % 8).astype(np.uint32)))
     domains = domain_child(parent[:, None].astype(np.uint32), 4 * np.arange(30, dtype=np.uint32))
     found = views(seeds[np.where(run == 0, 0, 1 + run // 7)][:, None], domains)

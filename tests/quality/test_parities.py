@@ -42,10 +42,10 @@ def sampler(request, compiled):
 def decisions(sampler, x, y, index):
     """[numbers of a domain (..., 4)] of a path: its first rays, the camera's domain, further pairs, fours and single numbers, a loop and
     rays of a branch."""
-    path = bluenoise.Path(sampler, x, y, index)
+    path = bluenoise.PathSampler(sampler, x, y, index)
     first, second = path.ray(0), path.ray(1)
-    branch, loop = second.next_split(4)[0], second.next_rng()
-    return [*(path.ray(ray).draw() for ray in range(5)), np.concatenate([path.first_light(), path.time()], -1),
+    branch, loop = second.next_split(4)[0], second.next_loop()
+    return [*(path.ray(ray).draw() for ray in range(5)), np.concatenate([path.first_light(), path.time_wavelength()], -1),
             *(np.concatenate([ray.next_2d(), ray.next_2d()], -1) for ray in (first, second)), first.next_4d(), second.next_4d(),
             *(branch.ray(ray).draw() for ray in range(2)), np.stack([loop.next_1d() for _ in range(4)], -1),
             *(np.stack([ray.draw_1d(k) for k in range(start, start + 4)], -1) for ray, start in ((first, 0), (first, 4), (second, 0)))]
@@ -57,7 +57,7 @@ def apart(rows, drawn):
     return domain[:, None] != domain
 
 
-every_sampler = pytest.mark.parametrize("sampler", [*typing.get_args(bluenoise.SamplerKind), "sobol4d"], indirect=True)
+every_sampler = pytest.mark.parametrize("sampler", [*typing.get_args(bluenoise.SamplerType), "sobol4d"], indirect=True)
 
 
 @every_sampler

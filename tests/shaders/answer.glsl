@@ -13,19 +13,19 @@ void answer(out uint result[16]) {
     vec2 w;
     if (kind == 0u) {
         bits = bn_draw_blue_bits(seed, x, y, index, domain);
-        draw = bn_draw_blue(seed, x, y, index, domain);
+        draw = bn_draw_blue_4d(seed, x, y, index, domain);
         v = bn_draw_blue_pair_bits(seed, x, y, index, domain, pair);
-        w = bn_draw_blue_pair(seed, x, y, index, domain, pair);
+        w = bn_draw_blue_2d(seed, x, y, index, domain, pair);
     } else if (kind == 1u) {
         bits = bn_draw_sobol_bits(seed, x, y, index, domain);
-        draw = bn_draw_sobol(seed, x, y, index, domain);
+        draw = bn_draw_sobol_4d(seed, x, y, index, domain);
         v = bn_draw_sobol_pair_bits(seed, x, y, index, domain, pair);
-        w = bn_draw_sobol_pair(seed, x, y, index, domain, pair);
+        w = bn_draw_sobol_2d(seed, x, y, index, domain, pair);
     } else {
         bits = bn_draw_white_bits(seed, x, y, index, domain);
-        draw = bn_draw_white(seed, x, y, index, domain);
+        draw = bn_draw_white_4d(seed, x, y, index, domain);
         v = bn_draw_white_pair_bits(seed, x, y, index, domain, pair);
-        w = bn_draw_white_pair(seed, x, y, index, domain, pair);
+        w = bn_draw_white_2d(seed, x, y, index, domain, pair);
     }
     result[0] = domain;
     result[1] = bits.x;
@@ -60,6 +60,6 @@ void answer(out uint result[16]) {
         + 19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray, k) + 23u * bn_ray_1d_pair(k)
         + 25u * bn_ray_2d_domain(ray, k) + 27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray, k) + 31u * split
         + 33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain + 41u * last.index
-        + 43u * last.domain + 45u * bn_path_rng_bits(seed, branch, bn_ray_loop_domain(ray, k), k)
-        + 47u * bn_ray_keyed_domain(ray, k);
+        + 43u * last.domain + 45u * bn_loop_bits(seed, branch, bn_ray_loop_domain(ray, k), k)
+        + 47u * bn_ray_child_domain(ray, k);
 }

@@ -4,7 +4,9 @@
 #include <bn/bn_draw.h>
 #include <bn/bn_path.h>
 
-BN_DEVICE_INLINE uint32_t floatBitsToUint(float v) {
+#define DEVICE_INLINE static inline __host__ __device__
+
+DEVICE_INLINE uint32_t floatBitsToUint(float v) {
     union {
         float number;
         uint32_t bits;
@@ -13,7 +15,7 @@ BN_DEVICE_INLINE uint32_t floatBitsToUint(float v) {
     return u.bits;
 }
 
-BN_DEVICE_INLINE float uintBitsToFloat(uint32_t v) {
+DEVICE_INLINE float uintBitsToFloat(uint32_t v) {
     union {
         uint32_t bits;
         float number;
@@ -33,22 +35,21 @@ struct vec2 {
 #define FOUR(...) [&] { float u[4]; __VA_ARGS__; return vec4{u[0], u[1], u[2], u[3]}; }()
 #define TWO(...) [&] { float u[2]; __VA_ARGS__; return vec2{u[0], u[1]}; }()
 #define SIGNED(x, y) int32_t(x), int32_t(y)
-#define bn_domain_child bn_draw_domain_child
 #define bn_draw_blue_bits(...) bn_draw_blue_bits(words, __VA_ARGS__)
 #define bn_draw_blue_pair_bits(...) bn_draw_blue_pair_bits(words, __VA_ARGS__)
-#define bn_draw_blue(seed, x, y, ...) FOUR((bn_draw_blue)(words, seed, SIGNED(x, y), __VA_ARGS__, u))
-#define bn_draw_sobol(seed, x, y, ...) FOUR((bn_draw_sobol)(seed, SIGNED(x, y), __VA_ARGS__, u))
-#define bn_draw_white(seed, x, y, ...) FOUR((bn_draw_white)(seed, SIGNED(x, y), __VA_ARGS__, u))
-#define bn_draw_blue_pair(seed, x, y, ...) TWO((bn_draw_blue_pair)(words, seed, SIGNED(x, y), __VA_ARGS__, u))
-#define bn_draw_sobol_pair(seed, x, y, ...) TWO((bn_draw_sobol_pair)(seed, SIGNED(x, y), __VA_ARGS__, u))
-#define bn_draw_white_pair(seed, x, y, ...) TWO((bn_draw_white_pair)(seed, SIGNED(x, y), __VA_ARGS__, u))
+#define bn_draw_blue_4d(seed, x, y, ...) FOUR((bn_draw_blue_4d)(words, seed, SIGNED(x, y), __VA_ARGS__, u))
+#define bn_draw_sobol_4d(seed, x, y, ...) FOUR((bn_draw_sobol_4d)(seed, SIGNED(x, y), __VA_ARGS__, u))
+#define bn_draw_white_4d(seed, x, y, ...) FOUR((bn_draw_white_4d)(seed, SIGNED(x, y), __VA_ARGS__, u))
+#define bn_draw_blue_2d(seed, x, y, ...) TWO((bn_draw_blue_2d)(words, seed, SIGNED(x, y), __VA_ARGS__, u))
+#define bn_draw_sobol_2d(seed, x, y, ...) TWO((bn_draw_sobol_2d)(seed, SIGNED(x, y), __VA_ARGS__, u))
+#define bn_draw_white_2d(seed, x, y, ...) TWO((bn_draw_white_2d)(seed, SIGNED(x, y), __VA_ARGS__, u))
 #define bn_path_start(x, y, ...) bn_path_start(SIGNED(x, y), __VA_ARGS__)
 #define bn_choose(probability, u) bn_choose(probability, &u)
 #define bn_choose_u32(count, u) bn_choose_u32(count, &u)
 #define bn_choose_cdf(first, count, u) bn_choose_cdf(cdf + (first), count, &u)
 #define CASE(i) asked[i]
 #define out const uint32_t *words, const float *cdf, const uint32_t *asked,
-#define void BN_DEVICE_INLINE void
+#define void DEVICE_INLINE void
 #include "answer.glsl"
 #undef void
 

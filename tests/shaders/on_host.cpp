@@ -32,9 +32,9 @@ static const float *cdf;
 #undef thread
 /* Functions that take tables are given them. */
 #define bn_draw_blue_bits(...) bn_draw_blue_bits(words, __VA_ARGS__)
-#define bn_draw_blue(...) bn_draw_blue(words, __VA_ARGS__)
+#define bn_draw_blue_4d(...) bn_draw_blue_4d(words, __VA_ARGS__)
 #define bn_draw_blue_pair_bits(...) bn_draw_blue_pair_bits(words, __VA_ARGS__)
-#define bn_draw_blue_pair(...) bn_draw_blue_pair(words, __VA_ARGS__)
+#define bn_draw_blue_2d(...) bn_draw_blue_2d(words, __VA_ARGS__)
 #define bn_choose_cdf(first, ...) bn_choose_cdf(cdf + (first), __VA_ARGS__)
 #endif
 

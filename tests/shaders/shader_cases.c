@@ -82,7 +82,8 @@ static void choose(const float *cdf, uint32_t *record, uint32_t *expected) {
 }
 
 static void draw(uint64_t seed, uint32_t at, uint32_t *record, uint32_t *expected) {
-    const bn_sampler sampler = bn_sampler_make((int32_t)(at % SHADER_KINDS), seed);
+    bn_sampler sampler;
+    bn_sampler_init(&sampler, (int32_t)(at % SHADER_KINDS), seed);
     const uint32_t pair = random_u32() >> 30;
     bn_sampler_seed(&sampler, record + 10);
     const uint32_t edge = at / SHADER_KINDS;
@@ -105,12 +106,12 @@ static void draw(uint64_t seed, uint32_t at, uint32_t *record, uint32_t *expecte
         v = bn_draw_blue_pair_bits(bn_tables(NULL, NULL), bn_draw_seed(&sampler), record[1],
                                    record[2], record[3], expected[0], pair);
     }
-    bn_sample_pair(&sampler, x, y, record[3], expected[0], pair, u);
+    bn_sample_2d(&sampler, x, y, record[3], expected[0], pair, u);
     expected[15] = v.x + 3u * v.y + 5u * bits_of(u[0]) + 7u * bits_of(u[1]);
 }
 
 /* All that bn_path.glsl gives, for sample `index` of the pixel. Numbers 4 and later of a loop are
- * those of bn_rng, and the domains those from which the objects of bn_path.h draw. */
+ * those of bn_loop, and the domains those from which the objects of bn_path.h draw. */
 static uint32_t path_words(uint32_t *record) {
     const bn_uint2 seed = {record[10], record[11]};
     const uint32_t number = random_size() >> 4, k = random_size() >> 4;
@@ -126,7 +127,7 @@ static uint32_t path_words(uint32_t *record) {
     bn_ray ray = bn_path_ray(&path, number);
     ray.splits = k;
     const bn_split split =
-        count > 0 ? bn_ray_split(&ray, count) : bn_ray_split_from(&ray, path.index);
+        count > 0 ? bn_ray_next_split(&ray, count) : bn_ray_next_split_from(&ray, path.index);
     const bn_path branch = bn_split_path(&split, k);
     const bn_path last = bn_path_branch(branch, split.domain, count, count);
     return 9u * path.x + 11u * path.y + 13u * path.index + 15u * path.domain + 17u * ray.domain +
@@ -135,8 +136,8 @@ static uint32_t path_words(uint32_t *record) {
            27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray.domain, k) + 31u * split.domain +
            33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain +
            41u * last.index + 43u * last.domain +
-           45u * bn_path_rng_bits(seed, branch, bn_ray_loop_domain(ray.domain, k), k) +
-           47u * bn_ray_keyed(&ray, k).domain;
+           45u * bn_loop_bits(seed, branch, bn_ray_loop_domain(ray.domain, k), k) +
+           47u * bn_ray_child(&ray, k).domain;
 }
 
 /* ---- What rngInit(), rngNextBounce() and rand1() to rand4() of examples/web/package must draw */
@@ -155,18 +156,18 @@ static void expect(const bn_sampler *sampler, int lens, const uint32_t *asked, f
     const uint32_t bounce = asked[3], effect = asked[4];
     const bn_path path = bn_path_start((int32_t)asked[0], (int32_t)asked[1], asked[2], 0);
     const bn_ray ray = bn_path_ray(&path, bounce), next = bn_path_ray(&path, bounce + 1);
-    const bn_ray keyed = bn_ray_keyed(&ray, effect), light = bn_ray_keyed(&ray, LIGHT);
+    const bn_ray keyed = bn_ray_child(&ray, effect), light = bn_ray_child(&ray, LIGHT);
     float u[4], v[4];
     bn_ray_draw(sampler, &keyed, u);
-    bn_sample_pair(sampler, (int32_t)asked[0], (int32_t)asked[1], asked[2], keyed.domain, 2, v);
+    bn_sample_2d(sampler, (int32_t)asked[0], (int32_t)asked[1], asked[2], keyed.domain, 2, v);
     out[0] = v[0];
     copy(out + 1, u, 2);
     copy(out + 3, u, 3);
     copy(out + 6, u, 4);
-    if (effect == DIRECTION) bn_ray_draw_where(sampler, &next, out + 1);
-    if (effect == PIXEL && bounce == 0) bn_ray_draw_where(sampler, &ray, out + 1);
+    if (effect == DIRECTION) bn_ray_draw_direction(sampler, &next, out + 1);
+    if (effect == PIXEL && bounce == 0) bn_ray_draw_direction(sampler, &ray, out + 1);
     if (effect == LENS && bounce == 0 && lens) {
-        bn_ray_draw_light(sampler, &ray, out + 1);
+        bn_ray_draw_end_light(sampler, &ray, out + 1);
         copy(out + 3, out + 1, 2);
         out[5] = out[0];
     }
@@ -174,7 +175,7 @@ static void expect(const bn_sampler *sampler, int lens, const uint32_t *asked, f
         if (lens && bounce == 0)
             bn_path_first_light(sampler, &path, 1, 0, out + 1);
         else
-            bn_ray_draw_light(sampler, &ray, out + 1);
+            bn_ray_draw_end_light(sampler, &ray, out + 1);
     }
     if (effect == LIGHT) {
         out[3] = u[2];

@@ -35,7 +35,7 @@ def test_cuda_and_hip_on_the_host(cases, tmp_path, language):
 def test_cuda_in_c(tmp_path):
     """The functions that take words alone are for C too."""
     (tmp_path / "words.c").write_text("#include <bn/bn_draw.h>\nvoid draw(const uint32_t *words, bn_uint2 seed, float u[4]) "
-                                      "{ bn_draw_blue(words, seed, -1, 2, 3, 4, u); }\n")
+                                      "{ bn_draw_blue_4d(words, seed, -1, 2, 3, 4, u); }\n")
     run(os.environ.get("CC", "cc"), "-std=c99", *WARNINGS, "-I", INCLUDE, "-c", tmp_path / "words.c", "-o", tmp_path / "o")
 
 

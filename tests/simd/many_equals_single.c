@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * bn_sample_many() and blocks are bit-equal to single draws and write nothing else: every kind, number
+ * Wavefronts and blocks are bit-equal to single draws and write nothing else: every kind, number
  * of dimensions and count up to several vectors, arrays that begin anywhere, and arguments from one
  * end of their range to the other. The environment variable BN_SIMD chooses the instruction set. */
 #include "../c/check.h"
@@ -54,18 +54,21 @@ static void compare(const bn_sampler *sampler, size_t count, size_t offset, uint
     }
     memset(out, 0x5a, sizeof out);
     memset(guard, 0x5a, sizeof guard);
-    if (what >= PAIRS) {
-        CHECK(bn_sample_many_pair(sampler, count, x, y, index, domain, what - PAIRS, out + offset,
-                                  count * 2) == BN_SUCCESS);
-    } else {
-        CHECK(bn_sample_many(sampler, count, x, y, index, domain, dimensions, out + offset,
-                             count * dimensions) == BN_SUCCESS);
+    bn_wavefront w = bn_wavefront_default();
+    w.count = count;
+    w.x = x;
+    w.y = y;
+    w.index = index;
+    w.domain = domain;
+    w.stride = dimensions;
+    for (uint32_t d = 0; d < dimensions; ++d) {
+        w.out[what == PAIRS + 1 ? 2 + d : d] = out + offset + d;
     }
+    CHECK(bn_sample_wavefront(sampler, &w) == BN_SUCCESS);
     for (size_t i = 0; i < count; ++i) {
         float u[4];
         bn_sample_4d(sampler, x[i], y[i], index[i], domain[i], u);
-        if (what >= PAIRS)
-            bn_sample_pair(sampler, x[i], y[i], index[i], domain[i], what - PAIRS, u);
+        if (what >= PAIRS) bn_sample_2d(sampler, x[i], y[i], index[i], domain[i], what - PAIRS, u);
         differences += memcmp(u, out + offset + i * dimensions, dimensions * sizeof *u) != 0;
     }
     CHECK(differences == 0);
@@ -89,53 +92,13 @@ static void test_bits(void) {
     }
 }
 
-static void test_arguments(void) {
-    enum { N = 5 };
-    const bn_result invalid = BN_ERROR_INVALID_ARGUMENT, mismatch = BN_ERROR_SIZE_MISMATCH;
-    static const int32_t at[N];
-    static const uint32_t zero[N];
-    float out[4 * N], untouched[4 * N];
-    memset(out, 0x5a, sizeof out);
-    memset(untouched, 0x5a, sizeof untouched);
-    for (int32_t kind = 0; kind < KINDS; ++kind) {
-        const bn_sampler s = make_sampler(kind, 0, 0);
-        CHECK(bn_sample_many(NULL, N, at, at, zero, zero, 4, out, 4 * N) == invalid);
-        CHECK(bn_sample_many(&s, N, NULL, at, zero, zero, 4, out, 4 * N) == invalid);
-        CHECK(bn_sample_many(&s, N, at, NULL, zero, zero, 4, out, 4 * N) == invalid);
-        CHECK(bn_sample_many(&s, N, at, at, NULL, zero, 4, out, 4 * N) == invalid);
-        CHECK(bn_sample_many(&s, N, at, at, zero, NULL, 4, out, 4 * N) == invalid);
-        CHECK(bn_sample_many(&s, N, at, at, zero, zero, 4, NULL, 4 * N) == invalid);
-        CHECK(bn_sample_many(&s, N, at, at, zero, zero, 0, out, 0) == invalid);
-        CHECK(bn_sample_many(&s, N, at, at, zero, zero, 5, out, 5 * N) == invalid);
-        CHECK(bn_sample_many(&s, N, at, at, zero, zero, UINT32_MAX, out, 4 * N) == invalid);
-        CHECK(bn_sample_many(&s, N, at, at, zero, zero, 2, out, 2 * N - 1) == mismatch);
-        CHECK(bn_sample_many(&s, N, at, at, zero, zero, 2, out, 2 * N + 1) == mismatch);
-        CHECK(bn_sample_many(&s, N, at, at, zero, zero, 2, out, 2 * N + 2) == mismatch);
-        CHECK(bn_sample_many(&s, N, at, at, zero, zero, 2, out, 0) == mismatch);
-        CHECK(bn_sample_many(&s, SIZE_MAX, at, at, zero, zero, 3, out, N) == mismatch);
-        /* Counts whose product wraps around to the one given. */
-        CHECK(bn_sample_many(&s, SIZE_MAX / 4 + 2, at, at, zero, zero, 4, out, 4) == mismatch);
-        CHECK(bn_sample_many(&s, SIZE_MAX / 2 + 1, at, at, zero, zero, 2, out, 0) == mismatch);
-        /* An empty queue of lanes. */
-        CHECK(bn_sample_many(&s, 0, NULL, NULL, NULL, NULL, 4, NULL, 0) == BN_SUCCESS);
-        CHECK(bn_sample_many(&s, 0, at, at, zero, zero, 1, out, 0) == BN_SUCCESS);
-        CHECK(bn_sample_many(&s, 0, at, at, zero, zero, 4, out, 4) == mismatch);
-        CHECK(bn_sample_many(&s, 0, at, at, zero, zero, 0, out, 0) == invalid);
-        CHECK(bn_sample_many_pair(NULL, N, at, at, zero, zero, 1, out, 2 * N) == invalid);
-        CHECK(bn_sample_many_pair(&s, N, at, at, NULL, zero, 1, out, 2 * N) == invalid);
-        CHECK(bn_sample_many_pair(&s, N, at, at, zero, zero, 2, out, 2 * N) == invalid);
-        CHECK(bn_sample_many_pair(&s, N, at, at, zero, zero, 1, out, 4 * N) == mismatch);
-        CHECK(bn_sample_many_pair(&s, 0, NULL, NULL, NULL, NULL, 1, NULL, 0) == BN_SUCCESS);
-    }
-    CHECK(memcmp(out, untouched, sizeof out) == 0);
-}
-
 /* Every combination of arrays and one number for all, and of wanted dimensions. */
 static void test_wavefronts(void) {
     enum { N = 600 };
     static int32_t x[N], y[N];
     static uint32_t index[N], domain[N], depth[N];
-    static float out[4][N + 1];
+    enum { STRIDE = 3 };
+    static float out[4][STRIDE * N + 1];
     for (int i = 0; i < N; ++i) {
         x[i] = (int32_t)number(i % RANGES);
         y[i] = (int32_t)number(i % RANGES);
@@ -154,8 +117,9 @@ static void test_wavefronts(void) {
             w.index = what & 16 ? index : NULL;
             w.domain = what & 32 ? domain : NULL;
             w.depth = what & 64 ? depth : NULL;
-            w.index_of_all = 77;
-            w.domain_of_all = what & 1 ? 5 : BN_DOMAIN_ROOT;
+            w.shared_index = 77;
+            w.stride = what % 7 == 0 ? STRIDE : 1;
+            w.shared_domain = what & 1 ? 5 : BN_DOMAIN_ROOT;
             memset(out, 0x5a, sizeof out);
             for (int d = 0; d < 4; ++d) w.out[d] = what >> d & 1 ? out[d] : NULL;
             CHECK(bn_sample_wavefront(&s, &w) ==
@@ -163,13 +127,14 @@ static void test_wavefronts(void) {
             for (size_t i = 0; i < N; ++i) {
                 float u[4], untouched;
                 bn_path path = bn_path_start(0, 0, 0, 0);
-                path.domain = what & 32 ? domain[i] : w.domain_of_all;
+                path.domain = what & 32 ? domain[i] : w.shared_domain;
                 bn_sample_4d(&s, x[i], y[i], what & 16 ? index[i] : 77,
                              what & 64 ? bn_path_ray_domain(path, depth[i]) : path.domain, u);
                 memset(&untouched, 0x5a, sizeof untouched);
                 for (int d = 0; d < 4; ++d) {
                     const int wanted = what >> d & 1 && i < w.count;
-                    wrong += memcmp(&out[d][i], wanted ? &u[d] : &untouched, sizeof(float)) != 0;
+                    wrong += memcmp(&out[d][i * w.stride], wanted ? &u[d] : &untouched,
+                                    sizeof(float)) != 0;
                 }
             }
             CHECK(wrong == 0);
@@ -185,6 +150,9 @@ static void test_wavefronts(void) {
     CHECK(bn_sample_wavefront(NULL, &w) == BN_ERROR_INVALID_ARGUMENT);
     CHECK(bn_sample_wavefront(&s, NULL) == BN_ERROR_INVALID_ARGUMENT);
     CHECK(bn_sample_wavefront(&s, &w) == BN_SUCCESS);
+    w.stride = 0;
+    CHECK(bn_sample_wavefront(&s, &w) == BN_ERROR_INVALID_ARGUMENT);
+    w.stride = 1;
     w.struct_size = 0;
     CHECK(bn_sample_wavefront(&s, &w) == BN_ERROR_INVALID_ARGUMENT);
 }
@@ -233,14 +201,12 @@ static void test_blocks(void) {
 }
 
 #ifdef BN_COUNT_VECTOR_DRAWS
-/* The linker leads calls of bn_sample_many() here. */
+/* The linker leads calls of bn_sample_wavefront() here. */
 static size_t vector_draws;
-__typeof__(bn_sample_many) __real_bn_sample_many, __wrap_bn_sample_many;
-bn_result __wrap_bn_sample_many(const bn_sampler *sampler, size_t count, const int32_t *x,
-                                const int32_t *y, const uint32_t *index, const uint32_t *domain,
-                                uint32_t dimensions, float *out, size_t out_count) {
-    vector_draws += count;
-    return __real_bn_sample_many(sampler, count, x, y, index, domain, dimensions, out, out_count);
+__typeof__(bn_sample_wavefront) __real_bn_sample_wavefront, __wrap_bn_sample_wavefront;
+bn_result __wrap_bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefront *wavefront) {
+    if (wavefront != NULL) vector_draws += wavefront->count;
+    return __real_bn_sample_wavefront(sampler, wavefront);
 }
 
 /* SOBOL and WHITE use vector draws for blocks where there are any. */
@@ -262,7 +228,6 @@ static void test_vector_draws_are_used(void) {
 int main(void) {
     test_bits();
     test_wavefronts();
-    test_arguments();
     test_blocks();
 #ifdef BN_COUNT_VECTOR_DRAWS
     test_vector_draws_are_used();

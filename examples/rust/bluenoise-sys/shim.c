@@ -8,11 +8,13 @@
 BN_SAME(sizeof(bn_path) == 16 && offsetof(bn_path, index) == 8 && offsetof(bn_path, domain) == 12);
 BN_SAME(sizeof(bn_ray) == 44 && offsetof(bn_ray, domain) == 16 && offsetof(bn_ray, splits) == 32);
 BN_SAME(sizeof(bn_split) == 24 && offsetof(bn_split, domain) == 16);
-BN_SAME(sizeof(bn_rng) == 36 && offsetof(bn_rng, counter) == 16 && offsetof(bn_rng, drawn) == 32);
+BN_SAME(sizeof(bn_loop) == 36 && offsetof(bn_loop, counter) == 16 &&
+        offsetof(bn_loop, drawn) == 32);
 BN_SAME(sizeof(void *) != 8 || (sizeof(bn_sampler) == 48 && offsetof(bn_sampler, mask) == 16));
 BN_SAME(sizeof(void *) != 8 || offsetof(bn_sampler, mask_low_digits) == 32);
-BN_SAME(sizeof(void *) != 8 || sizeof(bn_sampler_options) == 40);
-BN_SAME(sizeof(void *) != 8 || offsetof(bn_sampler_options, mask_width) == 32);
+BN_SAME(sizeof(void *) != 8 || offsetof(bn_sampler, mask_rank_bits) == 44);
+BN_SAME(sizeof(void *) != 8 || (sizeof(bn_mask) == 32 && offsetof(bn_mask, channels) == 24));
+BN_SAME(sizeof(void *) != 8 || (sizeof(bn_wavefront) == 104 && offsetof(bn_wavefront, out) == 64));
 
 #define BN_INLINE(result, name, parameters, arguments)                                             \
     result bn_rs_##name parameters {                                                               \
@@ -26,26 +28,26 @@ BN_SAME(sizeof(void *) != 8 || offsetof(bn_sampler_options, mask_width) == 32);
 typedef const bn_sampler *sampler;
 typedef uint32_t u32;
 
-BN_INLINE(bn_sampler, sampler_make, (int32_t kind, uint64_t seed), (kind, seed))
-BN_INLINE(bn_path, path_start, (int32_t x, int32_t y, u32 i, u32 frame), (x, y, i, frame))
+BN_INLINE(bn_sampler, sampler_make, (uint64_t seed), (seed))
+BN_INLINE(bn_path, path_start, (int32_t x, int32_t y, u32 i, u32 stream), (x, y, i, stream))
 BN_INLINE(bn_ray, path_ray, (const bn_path *p, u32 ray), (p, ray))
-BN_INLINE(bn_ray, ray_keyed, (const bn_ray *r, u32 key), (r, key))
-BN_INLINE(bn_split, ray_split, (bn_ray * r, u32 count), (r, count))
-BN_INLINE(bn_split, ray_split_from, (bn_ray * r, u32 first), (r, first))
-BN_INLINE(bn_split, ray_split_at, (const bn_ray *r, u32 k, u32 count), (r, k, count))
+BN_INLINE(bn_ray, ray_child, (const bn_ray *r, u32 key), (r, key))
+BN_INLINE(bn_split, ray_next_split, (bn_ray * r, u32 count), (r, count))
+BN_INLINE(bn_split, ray_next_split_from, (bn_ray * r, u32 first), (r, first))
+BN_INLINE(bn_split, ray_draw_split, (const bn_ray *r, u32 k, u32 count), (r, k, count))
 BN_INLINE(bn_path, split_path, (const bn_split *split, u32 k), (split, k))
-BN_INLINE(float, ray_1d, (sampler s, bn_ray *r), (s, r))
-BN_INLINE(float, ray_1d_at, (sampler s, const bn_ray *r, u32 k), (s, r, k))
-BN_INLINE(bn_rng, ray_rng, (sampler s, bn_ray *r), (s, r))
-BN_INLINE(bn_rng, ray_rng_at, (sampler s, const bn_ray *r, u32 k), (s, r, k))
-BN_INLINE(float, rng_1d, (bn_rng * rng), (rng))
+BN_INLINE(float, ray_next_1d, (sampler s, bn_ray *r), (s, r))
+BN_INLINE(float, ray_draw_1d, (sampler s, const bn_ray *r, u32 k), (s, r, k))
+BN_INLINE(bn_loop, ray_next_loop, (sampler s, bn_ray *r), (s, r))
+BN_INLINE(bn_loop, ray_draw_loop, (sampler s, const bn_ray *r, u32 k), (s, r, k))
+BN_INLINE(float, loop_next_1d, (bn_loop * rng), (rng))
 BN_DRAW(ray_draw, (sampler s, const bn_ray *r, float out[4]), (s, r, out))
-BN_DRAW(ray_draw_where, (sampler s, const bn_ray *r, float out[2]), (s, r, out))
-BN_DRAW(ray_draw_light, (sampler s, const bn_ray *r, float out[2]), (s, r, out))
-BN_DRAW(ray_2d, (sampler s, bn_ray *r, float out[2]), (s, r, out))
-BN_DRAW(ray_2d_at, (sampler s, const bn_ray *r, u32 k, float out[2]), (s, r, k, out))
-BN_DRAW(ray_4d, (sampler s, bn_ray *r, float out[4]), (s, r, out))
-BN_DRAW(ray_4d_at, (sampler s, const bn_ray *r, u32 k, float out[4]), (s, r, k, out))
-BN_DRAW(path_time, (sampler s, const bn_path *p, float out[2]), (s, p, out))
+BN_DRAW(ray_draw_direction, (sampler s, const bn_ray *r, float out[2]), (s, r, out))
+BN_DRAW(ray_draw_end_light, (sampler s, const bn_ray *r, float out[2]), (s, r, out))
+BN_DRAW(ray_next_2d, (sampler s, bn_ray *r, float out[2]), (s, r, out))
+BN_DRAW(ray_draw_2d, (sampler s, const bn_ray *r, u32 k, float out[2]), (s, r, k, out))
+BN_DRAW(ray_next_4d, (sampler s, bn_ray *r, float out[4]), (s, r, out))
+BN_DRAW(ray_draw_4d, (sampler s, const bn_ray *r, u32 k, float out[4]), (s, r, k, out))
+BN_DRAW(path_time_wavelength, (sampler s, const bn_path *p, float out[2]), (s, p, out))
 BN_DRAW(path_first_light, (sampler s, const bn_path *p, u32 count, u32 k, float out[2]),
         (s, p, count, k, out))

@@ -11,7 +11,7 @@
  *
  * `effect` is a number below 2^32 - 1 that names the decision. The same effect at the same bounce gives the same
  * numbers again, whatever was drawn before it; so use each for one decision, with one of the four
- * functions. An effect draws from bn_ray_keyed_domain() of the ray that ends at the bounce, unless a
+ * functions. An effect draws from bn_ray_child_domain() of the ray that ends at the bounce, unless a
  * macro gives it a place in the layout of bn_path.h:
  *
  *     BN_EFFECT_PIXEL        rand2: the position in the pixel, at bounce 0
@@ -62,15 +62,15 @@ void rngNextBounce() {
 }
 
 uint bn_rng_domain(uint effect) {
-    return bn_ray_keyed_domain(bn_path_ray_domain(bn_rng_path, bn_rng_bounce), effect);
+    return bn_ray_child_domain(bn_path_ray_domain(bn_rng_path, bn_rng_bounce), effect);
 }
 
 vec2 bn_rng_pair(uint domain, uint pair) {
-    return bn_draw_blue_pair(bn_rng_seed, bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, domain, pair);
+    return bn_draw_blue_2d(bn_rng_seed, bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, domain, pair);
 }
 
 vec4 rand4(uint effect) {
-    return bn_draw_blue(bn_rng_seed, bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, bn_rng_domain(effect));
+    return bn_draw_blue_4d(bn_rng_seed, bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, bn_rng_domain(effect));
 }
 
 vec2 rand2(uint effect) {

@@ -30,15 +30,15 @@ fn rngNextBounce() {
 }
 
 fn bn_rng_domain(effect: u32) -> u32 {
-    return bn_ray_keyed_domain(bn_path_ray_domain(bn_rng_path, bn_rng_bounce), effect);
+    return bn_ray_child_domain(bn_path_ray_domain(bn_rng_path, bn_rng_bounce), effect);
 }
 
 fn bn_rng_pair(domain: u32, pair: u32) -> vec2f {
-    return bn_draw_blue_pair(bn_rng_seed, bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, domain, pair);
+    return bn_draw_blue_2d(bn_rng_seed, bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, domain, pair);
 }
 
 fn rand4(effect: u32) -> vec4f {
-    return bn_draw_blue(bn_rng_seed, bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, bn_rng_domain(effect));
+    return bn_draw_blue_4d(bn_rng_seed, bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, bn_rng_domain(effect));
 }
 
 fn rand2(effect: u32) -> vec2f {

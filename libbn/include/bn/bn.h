@@ -8,7 +8,7 @@
  * bn_choose.h makes choices with a number of a draw and keeps the rest of it, and neural.h makes
  * masks with a neural network.
  *
- *     bn_sampler sampler = bn_sampler_make(BN_SAMPLER_BLUE, seed);
+ *     bn_sampler sampler = bn_sampler_make(seed);
  *     float u[4];
  *     bn_sample_4d(&sampler, x, y, index, domain, u);
  *
@@ -73,9 +73,17 @@ extern "C" {
 /* C++14 and later can compute samplers when they compile. */
 #if defined(__cplusplus) &&                                                                        \
     (__cplusplus >= 201402L || (defined(_MSVC_LANG) && _MSVC_LANG >= 201402L))
-#define BN_CONSTEXPR static constexpr inline
+#define BN_CONSTEXPR constexpr inline
+#elif defined(__cplusplus)
+#define BN_CONSTEXPR inline
 #else
 #define BN_CONSTEXPR static inline
+#endif
+/* In C++ with external linkage, so that inline functions of a program may call them. */
+#ifdef __cplusplus
+#define BN_INLINE inline
+#else
+#define BN_INLINE static inline
 #endif
 
 /* ---- Results */
@@ -151,12 +159,36 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  * million. */
 BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 
+/* ---- Masks as values */
+
+/* A mask, whose ranks are somebody else's memory: texel (x, y, z) of channel c is ranks[((c * depth + z) *
+ * height + y) * width + x], of 16 or 32 bits. Each channel holds every rank from 0 to width * height *
+ * depth - 1 once. Functions that make masks write to the ranks, which must be memory of yours; the
+ * others only read them. */
+typedef struct bn_mask {
+    const void *ranks;
+    uint32_t rank_bits; /* 16 or 32 */
+    uint32_t width, height;
+    uint32_t depth, channels; /* 1, but for masks in three dimensions and vector masks */
+} bn_mask;
+
+/* A 2-D mask of one channel. */
+BN_INLINE bn_mask bn_mask_u16(const uint16_t *ranks, uint32_t width, uint32_t height) {
+    bn_mask mask = {ranks, 16, width, height, 1, 1};
+    return mask;
+}
+
+BN_INLINE bn_mask bn_mask_u32(const uint32_t *ranks, uint32_t width, uint32_t height) {
+    bn_mask mask = {ranks, 32, width, height, 1, 1};
+    return mask;
+}
+
 /* ---- Samplers */
 
 /* Increases with every change of the tables or of the values drawn from them; see Reproducibility. */
 #define BN_DRAW_TABLE_VERSION 7u
 
-typedef int32_t bn_sampler_kind;
+typedef int32_t bn_sampler_type;
 
 enum {
     /* The sampler to use. Progressive: it needs no sample count. The error is blue over the screen
@@ -186,47 +218,26 @@ enum {
     BN_SAMPLER_MASK = 4
 };
 
-typedef struct bn_sampler_options {
-    size_t struct_size;   /* sizeof(bn_sampler_options) */
-    bn_sampler_kind kind; /* default BN_SAMPLER_BLUE */
-    /* Only for ZORDER: the number of samples it is tuned for, rounded up to a power of two, at most
-     * 2^16; 0 (default) means 256. Later indices remain valid. The other kinds are good at every
-     * count and ignore it. */
-    uint32_t samples_per_pixel;
-    /* Different seeds give independent images. Default 0. */
-    uint64_t seed;
-    /* Only for MASK: the ranks of a mask, which must live and stay as they are for as long as the
-     * sampler or a copy of it draws; NULL (default) means the built-in 64 x 64 mask. */
-    const uint32_t *mask_ranks;
-    /* Extents of mask_ranks in texels; 0 when it is NULL. */
-    uint32_t mask_width, mask_height;
-} bn_sampler_options;
-
-static inline bn_sampler_options bn_sampler_options_default(void) {
-    bn_sampler_options options = {sizeof(bn_sampler_options), BN_SAMPLER_BLUE, 0, 0, NULL, 0, 0};
-    return options;
-}
-
-/* A sampler: a value of 48 bytes, to be copied, kept and shared between threads as one likes. There
- * is nothing to destroy. The fields are the library's: make it with one of the next two functions. */
+/* A sampler: a value of at most 48 bytes, to be copied, kept and shared between threads as one likes.
+ * There is nothing to destroy. The fields are the library's: make it with one of the functions below. */
 typedef struct bn_sampler {
-    bn_sampler_kind kind;
+    bn_sampler_type type;
     uint32_t log2_samples;    /* ZORDER: of the block of samples that every pixel owns */
     uint32_t seed[2];         /* hashed; see bn_sampler_seed() */
-    const uint32_t *mask;     /* MASK: ranks, or NULL for the built-in mask */
+    const void *mask;         /* MASK: ranks, or NULL for the built-in mask */
     uint64_t mask_scale;      /* 2^63 over the number of ranks, rounded up */
     uint32_t mask_low_digits; /* the digits finer than ranks */
-    uint32_t mask_width, mask_height;
+    uint32_t mask_width, mask_height, mask_rank_bits;
 } bn_sampler;
 
 #ifdef __clang__ /* which warns of casts in C++ */
 #pragma clang diagnostic push
 #pragma clang diagnostic ignored "-Wold-style-cast"
 #endif
-/* A sampler of one of the kinds above; another number means BLUE. ZORDER is tuned for 256 samples,
- * and MASK uses the built-in mask. Cannot fail. */
-BN_CONSTEXPR bn_sampler bn_sampler_make(bn_sampler_kind kind, uint64_t seed) {
-    bn_sampler sampler = {kind, 8, {0, 0}, NULL, (uint64_t)1 << 51, 0xfffffu, 64, 64};
+/* A BLUE sampler. Different seeds give independent images. Cannot fail. */
+BN_CONSTEXPR bn_sampler bn_sampler_make(uint64_t seed) {
+    bn_sampler sampler = {BN_SAMPLER_BLUE, 8,  {0, 0}, NULL, (uint64_t)1 << 51,
+                          0xfffffu,        64, 64,     16};
     /* The finaliser of SplitMix64 (Steele, Lea and Flood, 2014) with Stafford's variant 13. */
     uint64_t v = seed + 0x9e3779b97f4a7c15u;
     v = (v ^ (v >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -234,34 +245,44 @@ BN_CONSTEXPR bn_sampler bn_sampler_make(bn_sampler_kind kind, uint64_t seed) {
     v ^= v >> 31;
     sampler.seed[0] = (uint32_t)v;
     sampler.seed[1] = (uint32_t)(v >> 32);
-    if (kind < BN_SAMPLER_BLUE || kind > BN_SAMPLER_MASK) sampler.kind = BN_SAMPLER_BLUE;
     return sampler;
 }
 #ifdef __clang__
 #pragma clang diagnostic pop
 #endif
 
-/* The same with all options, checked. On failure *sampler is as it was. Errors: INVALID_ARGUMENT
- * (sampler is NULL, the kind is unknown, a mask has a zero extent, extents were given without a mask,
- * a mask was given to another kind than MASK), BAD_DATA (mask_ranks is not a permutation),
- * OUT_OF_MEMORY (a bit per texel is needed for that check), UNSUPPORTED. */
-BN_API bn_result bn_sampler_init(bn_sampler *sampler, const bn_sampler_options *options);
+/* The next three leave *sampler as it was if they fail. */
+
+/* A sampler of any type. ZORDER is tuned for 256 samples, MASK uses the built-in 64 x 64 mask. Errors:
+ * INVALID_ARGUMENT (sampler is NULL, there is no such type). */
+BN_API bn_result bn_sampler_init(bn_sampler *sampler, bn_sampler_type type, uint64_t seed);
+
+/* A ZORDER sampler, tuned for a number of samples per pixel: rounded up to a power of two, at most 2^16;
+ * 0 means 256. Later indices remain valid. Errors: INVALID_ARGUMENT (sampler is NULL). */
+BN_API bn_result bn_sampler_init_zorder(bn_sampler *sampler, uint32_t samples_per_pixel,
+                                        uint64_t seed);
+
+/* A MASK sampler from a 2-D mask of one channel, whose ranks must live and stay as they are for as long
+ * as the sampler or a copy of it draws. Errors: INVALID_ARGUMENT (a NULL, a zero extent, a depth or
+ * channels other than 1, rank_bits other than 16 or 32), BAD_DATA (the ranks are not a permutation),
+ * OUT_OF_MEMORY (a bit per texel is needed for that check, or there are more than 2^31 - 1). */
+BN_API bn_result bn_sampler_init_mask(bn_sampler *sampler, const bn_mask *mask, uint64_t seed);
+
+/* ---- Draws by hand */
 
 /* Draws sample number `index` of pixel (x, y) in a domain. The result depends on the arguments
  * alone, so the order of draws, threads, tiles, crops and restarts cannot change it. Coordinates
- * may be negative, and every index up to 2^32 - 1 gives a new sample. Draws take a sampler from one of
- * the two functions above. They cannot fail, allocate nothing and take no locks.
+ * may be negative, and every index up to 2^32 - 1 gives a new sample. The sampler must be initialised.
+ * Draws cannot fail, allocate nothing and take no locks.
  *
  * bn_sample_4d_u32() gives 32 random bits per dimension. The floats are out[i] = (u32[i] >> 8) *
- * 2^-24, always in [0, 1). The 1-D draw is dimension 0 of the 4-D draw and the 2-D draw dimensions
- * (0, 1). bn_sample_pair() draws one pair alone, (0, 1) with pair 0 and (2, 3) with pair 1; only the
- * lowest bit of `pair` counts. A pair never takes longer than a 4-D draw. */
+ * 2^-24, always in [0, 1). The 1-D draw is dimension 0 of the 4-D draw. The 2-D draw is one pair of
+ * dimensions, (0, 1) with pair 0 and (2, 3) with pair 1; only the lowest bit of `pair` counts. It never
+ * takes longer than a 4-D draw. bn_draw.h has the same draws inline. */
 BN_API float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                           uint32_t domain);
 BN_API void bn_sample_2d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
-                         uint32_t domain, float out[2]);
-BN_API void bn_sample_pair(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
-                           uint32_t domain, uint32_t pair, float out[2]);
+                         uint32_t domain, uint32_t pair, float out[2]);
 BN_API void bn_sample_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                          uint32_t domain, float out[4]);
 BN_API void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
@@ -269,63 +290,44 @@ BN_API void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, ui
 
 /* Draws a block of samples, bit-equal to bn_sample_4d(): out[height][width][index_count][4], for
  * pixels x0 to x0 + width - 1, y0 to y0 + height - 1 and indices first_index to first_index +
- * index_count - 1. SOBOL and WHITE take about the time of bn_sample_many(), BLUE with many indices
+ * index_count - 1. SOBOL and WHITE take about the time of a wavefront, BLUE with many indices
  * less: they share the work that depends on the pixel. Errors: INVALID_ARGUMENT (sampler or out is
  * NULL, an extent is zero, or the block runs past the last coordinate or index), SIZE_MISMATCH. */
 BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uint32_t width,
                                  uint32_t height, uint32_t first_index, uint32_t index_count,
                                  uint32_t domain, float *out, size_t out_count);
 
-/* Draws for all lanes of a wavefront: out[count][dimensions], in which lane i has the first
- * `dimensions`, 1 to 4, of the draw at x[i], y[i], index[i] and domain[i], bit-equal to
- * bn_sample_4d(). Lanes may come in any order. `count` is the number of elements of the four arrays;
- * if it is 0, the arrays may be NULL. Each array needs the alignment of its elements, 4 bytes, and
- * no more than that; `out` must not overlap the others. Allocates nothing and takes no locks.
- *
- * With AVX2 or AVX-512, BLUE takes about half as long as single draws, WHITE a third and SOBOL a
- * quarter or less. Other kinds take as long as single draws, and so do all kinds on other processors
- * and in libraries compiled by MSVC or by GCC for Windows.
- *
- * Errors: INVALID_ARGUMENT (sampler is NULL, an array of lanes is NULL, dimensions is not 1 to 4),
- * SIZE_MISMATCH (out_count is not count * dimensions). */
-BN_API bn_result bn_sample_many(const bn_sampler *sampler, size_t count, const int32_t *x,
-                                const int32_t *y, const uint32_t *index, const uint32_t *domain,
-                                uint32_t dimensions, float *out, size_t out_count);
-
-/* The same for one pair of dimensions, by 0 or 1: out[count][2], bit-equal to bn_sample_pair().
- * Errors: INVALID_ARGUMENT (sampler is NULL, an array of lanes is NULL, pair is above 1),
- * SIZE_MISMATCH (out_count is not count * 2). */
-BN_API bn_result bn_sample_many_pair(const bn_sampler *sampler, size_t count, const int32_t *x,
-                                     const int32_t *y, const uint32_t *index,
-                                     const uint32_t *domain, uint32_t pair, float *out,
-                                     size_t out_count);
-
+/* The lanes of a wavefront, in any order. */
 typedef struct bn_wavefront {
     size_t struct_size; /* sizeof(bn_wavefront) */
     size_t count;       /* of lanes: the elements of every array below */
     const int32_t *x, *y;
-    /* Of each lane; NULL (default): index_of_all and domain_of_all are those of all lanes. */
+    /* Of each lane; NULL (default): shared_index and shared_domain are those of all lanes. */
     const uint32_t *index, *domain;
-    uint32_t index_of_all, domain_of_all; /* defaults 0 and BN_DOMAIN_ROOT */
-    /* NULL (default), or a ray for each lane, below 2^28: it draws from ray depth[i] of a path whose domains
-     * begin at the lane's domain, as bn_path_ray() has it; the root is that of a single picture. */
+    uint32_t shared_index, shared_domain; /* defaults 0 and BN_DOMAIN_ROOT */
+    /* NULL (default), or the ray of each lane, below 2^28: it draws from ray depth[i] of a path whose
+     * domains begin at the lane's domain, as bn_path_ray() has it; the root is that of stream 0. */
     const uint32_t *depth;
-    /* Where dimension d goes, one array each. NULL (default): it is not wanted. */
+    /* Where dimension d of lane i goes: out[d][i * stride]. NULL (default): it is not wanted. For
+     * numbers side by side, u[count][4], out[d] is u + d and the stride 4. */
     float *out[4];
+    size_t stride; /* default 1 */
 } bn_wavefront;
 
-static inline bn_wavefront bn_wavefront_default(void) {
+BN_INLINE bn_wavefront bn_wavefront_default(void) {
     bn_wavefront wavefront = {
-        sizeof(bn_wavefront),    0, NULL, NULL, NULL, NULL, 0, BN_DOMAIN_ROOT, NULL,
-        {NULL, NULL, NULL, NULL}};
+        sizeof(bn_wavefront),     0, NULL, NULL, NULL, NULL, 0, BN_DOMAIN_ROOT, NULL,
+        {NULL, NULL, NULL, NULL}, 1};
     return wavefront;
 }
 
-/* The draws of bn_sample_many() for arrays as a wavefront renderer keeps them: one index, one domain or a
- * depth for each lane, and an array for each dimension. Where only out[0] and out[1], or only out[2] and
- * out[3] are wanted, one pair is drawn. Takes a nanosecond a lane longer than bn_sample_many(). Errors:
- * INVALID_ARGUMENT (a NULL: sampler, wavefront, x or y of lanes, or all of out; struct_size was never
- * set), UNSUPPORTED. */
+/* Draws for all lanes of a wavefront, bit-equal to bn_sample_4d(). If only dimensions of one pair are
+ * wanted, only that pair is drawn. Arrays need the alignment of their elements, 4 bytes, and must not
+ * overlap the outputs. Allocates nothing and takes no locks. With AVX2, BLUE takes about half as long as
+ * single draws, WHITE a third and SOBOL a quarter or less, and numbers side by side a nanosecond a
+ * lane less than others. Other types take as long as single draws, and so do all on other CPUs and in
+ * libraries compiled by MSVC or by GCC for Windows. Errors: INVALID_ARGUMENT (a NULL: sampler,
+ * wavefront, x or y of lanes, or all of out; the stride is 0; struct_size was never set), UNSUPPORTED. */
 BN_API bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefront *wavefront);
 
 /* ---- Drawing on a GPU (docs/shaders.md) */
@@ -335,7 +337,7 @@ BN_API bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefro
 BN_API const uint32_t *bn_tables(size_t *count, uint32_t *version);
 
 /* The seed of a sampler as shaders take it: two words. */
-static inline void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
+BN_INLINE void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
     seed[0] = sampler->seed[0];
     seed[1] = sampler->seed[1];
 }
@@ -358,7 +360,7 @@ typedef struct bn_void_and_cluster_options {
     void *progress_user;
 } bn_void_and_cluster_options;
 
-static inline bn_void_and_cluster_options bn_void_and_cluster_options_default(void) {
+BN_INLINE bn_void_and_cluster_options bn_void_and_cluster_options_default(void) {
     bn_void_and_cluster_options options = {
         sizeof(bn_void_and_cluster_options), 1.5, 0.1, 0, NULL, NULL};
     return options;
@@ -384,7 +386,7 @@ typedef struct bn_relax_options {
     void *progress_user;
 } bn_relax_options;
 
-static inline bn_relax_options bn_relax_options_default(void) {
+BN_INLINE bn_relax_options bn_relax_options_default(void) {
     bn_relax_options options = {sizeof(bn_relax_options), 0, 0, NULL, NULL};
     return options;
 }
@@ -426,7 +428,7 @@ typedef struct bn_anneal_options {
     void *progress_user;
 } bn_anneal_options;
 
-static inline bn_anneal_options bn_anneal_options_default(void) {
+BN_INLINE bn_anneal_options bn_anneal_options_default(void) {
     bn_anneal_options options = {
         sizeof(bn_anneal_options), 1, 1.5, 1, 1, 4e-4, 2e-6, 1000, 1, 0, 0, NULL, NULL};
     return options;
@@ -462,17 +464,12 @@ BN_API float bn_rank_to_float(uint32_t rank, size_t count);
 /* ---- Built-in masks */
 
 /* Annealed for minutes, so better than masks made on the spot. CC0-1.0. A program linked with the
- * static library has them, 175 KB, only if it calls one of these two functions; samplers and
+ * static library has them, 175 KB, only if it calls this function; samplers and
  * bn_dither() bring the 64 x 64 mask alone, 8 KB. */
 
-/* The built-in mask of size x size texels, with ranks from 0 to size * size - 1, in static storage.
- * The sizes are 16, 32, 64, 128 and, unless the library was built with BN_SMALL_DATA, 256. NULL for
- * any other size. */
-BN_API const uint16_t *bn_builtin_mask(uint32_t size);
-
-/* Copies a built-in mask to 32-bit ranks. Errors: INVALID_ARGUMENT (ranks is NULL, or there is no
- * such size), SIZE_MISMATCH. */
-BN_API bn_result bn_builtin_mask_copy(uint32_t size, uint32_t *ranks, size_t count);
+/* The built-in mask of size x size texels, of 16 bits, in static storage. The sizes are 16, 32, 64, 128
+ * and, unless the library was built with BN_SMALL_DATA, 256. Its ranks are NULL for any other size. */
+BN_API bn_mask bn_builtin_mask(uint32_t size);
 
 /* ---- Measuring masks. `progress` may be NULL; these two call it in the environment of the program. */
 
@@ -480,21 +477,17 @@ BN_API bn_result bn_builtin_mask_copy(uint32_t size, uint32_t *ranks, size_t cou
  * over texels and the 64 thresholds t = (i + 0.5) / 64, of G_sigma * [m < t] - t. Here m is the
  * value (rank + 0.5) / count, and G_sigma is a toroidal Gaussian of sigma texels, applied as the
  * transfer function exp(-2 pi^2 sigma^2 f^2). White noise has 0.1152 at sigma 1. Errors:
- * INVALID_ARGUMENT (a NULL, a zero extent, sigma negative or not finite), SIZE_MISMATCH, BAD_DATA
- * (ranks is not a permutation), OUT_OF_MEMORY, CANCELLED. */
-BN_API bn_result bn_mask_error(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count,
-                               double sigma, double *error, bn_progress progress,
-                               void *progress_user);
+ * those of bn_sampler_init_mask(), INVALID_ARGUMENT (sigma negative or not finite), CANCELLED. */
+BN_API bn_result bn_mask_error(const bn_mask *mask, double sigma, double *error,
+                               bn_progress progress, void *progress_user);
 
 /* Computes the power spectrum of a 2-D mask. power[v * width + u] is the squared magnitude of the
  * discrete Fourier transform at frequency (u / width, v / height) cycles per texel, divided by the
  * sum of the squared deviations of the ranks from their mean. White noise has a power of 1
  * everywhere. Frequencies above 1/2 are negative: subtract 1. The constant term, power[0], is 0.
- * Errors: INVALID_ARGUMENT (a NULL, a zero extent), SIZE_MISMATCH, BAD_DATA (ranks is not a
- * permutation), OUT_OF_MEMORY, CANCELLED. */
-BN_API bn_result bn_power_spectrum(const uint32_t *ranks, uint32_t width, uint32_t height,
-                                   size_t count, float *power, bn_progress progress,
-                                   void *progress_user);
+ * Errors: those of bn_sampler_init_mask(), SIZE_MISMATCH (count is not width * height), CANCELLED. */
+BN_API bn_result bn_power_spectrum(const bn_mask *mask, float *power, size_t count,
+                                   bn_progress progress, void *progress_user);
 
 /* ---- Dithering */
 
@@ -508,15 +501,12 @@ typedef struct bn_dither_options {
     /* 1 (default): give each channel the mask at a different offset, so that errors do not
      * correlate between channels. 0: give all channels the same one. */
     int32_t channel_offset;
-    /* A mask of any extents, which is tiled; NULL (default) means the built-in 64 x 64 mask. */
-    const uint32_t *mask_ranks;
-    /* Extents of mask_ranks in texels; 0 when it is NULL. */
-    uint32_t mask_width;
-    uint32_t mask_height;
+    /* A 2-D mask of one channel, which is tiled; NULL (default) means the built-in 64 x 64 mask. */
+    const bn_mask *mask;
 } bn_dither_options;
 
-static inline bn_dither_options bn_dither_options_default(void) {
-    bn_dither_options options = {sizeof(bn_dither_options), 2, 0, 1, NULL, 0, 0};
+BN_INLINE bn_dither_options bn_dither_options_default(void) {
+    bn_dither_options options = {sizeof(bn_dither_options), 2, 0, 1, NULL};
     return options;
 }
 
@@ -525,13 +515,16 @@ static inline bn_dither_options bn_dither_options_default(void) {
  * texels at that pixel. 0 stays 0 and 1 stays 1; values outside [0, 1] are clamped. With srgb, the
  * fraction of v * (levels - 1) is replaced by the one that preserves the light of v. `out` may be
  * the same array as `image`. Errors: INVALID_ARGUMENT (image or out is NULL, a zero extent, levels
- * out of range, a mask with a zero extent, extents without a mask), SIZE_MISMATCH, BAD_DATA (a NaN
- * in the image, or mask_ranks is not a permutation), OUT_OF_MEMORY, UNSUPPORTED. */
+ * out of range), those of bn_sampler_init_mask() for the mask, SIZE_MISMATCH, BAD_DATA (a NaN in the
+ * image), OUT_OF_MEMORY, UNSUPPORTED. */
 BN_API bn_result bn_dither(const bn_dither_options *options, const float *image, uint32_t width,
                            uint32_t height, uint32_t channels, float *out, size_t count);
 
 #ifdef __cplusplus
 }
 #endif
+
+#undef BN_CONSTEXPR
+#undef BN_INLINE
 
 #endif

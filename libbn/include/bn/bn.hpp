@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// libbn for C++17: samplers, paths, domains and draws as values. Everything is inline over bn.h and
+// libbn for C++14 and later: samplers, paths, domains and draws as values. Everything is inline over bn.h and
 // bn_path.h, which remain the manuals; the draws are equal to the bit.
 //
 //     const bn::Sampler sampler(seed);
-//     const bn::Path path(sampler, x, y, index, frame);
-//     bn::Ray ray = path.ray(depth);
+//     const bn::PathSampler path(sampler, x, y, index, frame);
+//     bn::RaySampler ray = path.ray(depth);
 //     const auto [u, v, s, t] = ray.draw();                            // std::array<float, 4>
 //     const float lobe = ray.next_1d();
 //
 //     bn::SequentialSampler numbers(sampler);                          // Get1D(), Get2D()
 //     numbers.start(x, y, index);
-//     const auto [a, b] = numbers.get_2d();
+//     const auto [a, b] = numbers.next_2d();
 //
 //     const bn::Domain light = bn::Domain().child(frame).child(KEY_LIGHT);
-//     const auto [s, t] = sampler.sample<2>(x, y, index, light);       // by hand
+//     const auto [s, t] = sampler.sample_2d(x, y, index, light);       // by hand
 //
 // A Sampler is trivially copyable, and never changes: all threads may share it. Only functions that
 // are not noexcept throw: bn::Error with the result of the library, or std::bad_alloc for memory of
@@ -21,8 +21,9 @@
 #ifndef BN_BN_HPP
 #define BN_BN_HPP
 
-#if __cplusplus < 201703L && !(defined(_MSVC_LANG) && _MSVC_LANG >= 201703L)
-#error "bn.hpp needs C++17 (-std=c++17 or /std:c++17); C++11 can use bn.h"
+#if __cplusplus < 201402L && !(defined(_MSVC_LANG) && _MSVC_LANG >= 201402L)
+#error                                                                                             \
+    "bn.hpp needs C++14 (-std=c++14); a C++11 program uses bn_path.h, or hides bn.hpp behind one file"
 #else
 
 /* Clang would warn of the casts of headers that C includes too. */
@@ -85,8 +86,8 @@ class Domain {
     uint32_t value_ = BN_DOMAIN_ROOT;
 };
 
-// The kinds of sampler, BN_SAMPLER_...; bn.h says what each is for.
-enum class Kind : int32_t {
+// The sampler types, BN_SAMPLER_...; bn.h says what each is for.
+enum class Type : int32_t {
     blue = BN_SAMPLER_BLUE,
     sobol = BN_SAMPLER_SOBOL,
     white = BN_SAMPLER_WHITE,
@@ -97,75 +98,57 @@ enum class Kind : int32_t {
 class Sampler {
   public:
     // Blue noise.
-    constexpr Sampler() noexcept : Sampler(Kind::blue) {}
-    constexpr explicit Sampler(uint64_t seed) noexcept : Sampler(Kind::blue, seed) {}
-    constexpr explicit Sampler(Kind kind, uint64_t seed = 0) noexcept
-        : sampler_(bn_sampler_make(static_cast<int32_t>(kind), seed)) {}
-    // BN_SAMPLER_... is no seed. Use Kind, or bn_sampler_options.
-    template <typename Other,
-              typename = std::enable_if_t<std::is_enum_v<Other> && !std::is_same_v<Other, Kind>>>
-    explicit Sampler(Other kind, uint64_t seed = 0) = delete;
-    // All options of bn.h. Throws INVALID_ARGUMENT, BAD_DATA, OUT_OF_MEMORY or UNSUPPORTED, as
-    // bn_sampler_init() says. A mask must outlive the Sampler and its copies.
-    explicit Sampler(const bn_sampler_options &options) {
-        check("bn_sampler_init", bn_sampler_init(&sampler_, &options));
+    constexpr Sampler() noexcept : Sampler(uint64_t{0}) {}
+    constexpr explicit Sampler(uint64_t seed) noexcept : sampler_(bn_sampler_make(seed)) {}
+    // Throws INVALID_ARGUMENT for a type that there is not. ZORDER is tuned for 256 samples.
+    constexpr explicit Sampler(Type type, uint64_t seed = 0) : Sampler(seed) {
+        if (type < Type::blue || type > Type::mask)
+            throw Error("bn_sampler_init", BN_ERROR_INVALID_ARGUMENT);
+        sampler_.type = static_cast<int32_t>(type);
+    }
+    // BN_SAMPLER_... is not a seed. Use Type.
+    template <typename Other, typename = std::enable_if_t<std::is_enum<Other>::value &&
+                                                          !std::is_same<Other, Type>::value>>
+    explicit Sampler(Other type, uint64_t seed = 0) = delete;
+    // bn_sampler_init_zorder(): tuned for a number of samples per pixel.
+    static Sampler zorder(uint32_t samples_per_pixel, uint64_t seed = 0) {
+        Sampler made(seed);
+        check("bn_sampler_init_zorder",
+              bn_sampler_init_zorder(&made.sampler_, samples_per_pixel, seed));
+        return made;
+    }
+    // bn_sampler_init_mask(). Throws INVALID_ARGUMENT, BAD_DATA or OUT_OF_MEMORY. The ranks must outlive
+    // the Sampler and its copies.
+    static Sampler from_mask(const bn_mask &mask, uint64_t seed = 0) {
+        Sampler made(seed);
+        check("bn_sampler_init_mask", bn_sampler_init_mask(&made.sampler_, &mask, seed));
+        return made;
     }
     constexpr explicit Sampler(const bn_sampler &sampler) noexcept : sampler_(sampler) {}
 
-    // The first N dimensions, 1 to 4, of sample `index` of pixel (x, y) in a domain.
-    template <std::size_t N = 4>
-    std::array<float, N> sample(int32_t x, int32_t y, uint32_t index,
-                                Domain domain = Domain()) const noexcept {
-        static_assert(N >= 1 && N <= 4,
-                      "a domain has four dimensions; draw more from its children");
-        std::array<float, N> out{};
-        if constexpr (N == 4) {
-            bn_sample_4d(&sampler_, x, y, index, domain.value(), out.data());
-        } else if constexpr (N == 2) {
-            bn_sample_2d(&sampler_, x, y, index, domain.value(), out.data());
-        } else if constexpr (N == 1) {
-            out[0] = bn_sample_1d(&sampler_, x, y, index, domain.value());
-        } else {
-            const std::array<float, 4> all = sample<4>(x, y, index, domain);
-            for (std::size_t i = 0; i < N; ++i) out[i] = all[i];
-        }
-        return out;
+    // Sample `index` of pixel (x, y) in a domain: dimension 0, one pair, (0, 1) with pair 0 and (2, 3) with
+    // pair 1, or all four.
+    float sample_1d(int32_t x, int32_t y, uint32_t index, Domain domain = Domain()) const noexcept {
+        return bn_draw_1d(&sampler_, x, y, index, domain.value());
     }
-
-    // One pair of dimensions alone: (0, 1) with pair 0, (2, 3) with pair 1.
-    std::array<float, 2> sample_pair(int32_t x, int32_t y, uint32_t index, Domain domain,
-                                     uint32_t pair) const noexcept {
+    std::array<float, 2> sample_2d(int32_t x, int32_t y, uint32_t index, Domain domain = Domain(),
+                                   uint32_t pair = 0) const noexcept {
         std::array<float, 2> out{};
-        bn_sample_pair(&sampler_, x, y, index, domain.value(), pair, out.data());
+        bn_draw_2d(&sampler_, x, y, index, domain.value(), pair, out.data());
         return out;
     }
-
-    // All four dimensions, 32 random bits each.
-    std::array<uint32_t, 4> sample_u32(int32_t x, int32_t y, uint32_t index,
-                                       Domain domain = Domain()) const noexcept {
+    std::array<float, 4> sample_4d(int32_t x, int32_t y, uint32_t index,
+                                   Domain domain = Domain()) const noexcept {
+        std::array<float, 4> out{};
+        bn_draw_4d(&sampler_, x, y, index, domain.value(), out.data());
+        return out;
+    }
+    // All four, 32 random bits each.
+    std::array<uint32_t, 4> sample_4d_u32(int32_t x, int32_t y, uint32_t index,
+                                          Domain domain = Domain()) const noexcept {
         std::array<uint32_t, 4> out{};
-        bn_sample_4d_u32(&sampler_, x, y, index, domain.value(), out.data());
+        bn_draw_4d_u32(&sampler_, x, y, index, domain.value(), out.data());
         return out;
-    }
-
-    // bn_sample_many(): the first N dimensions for all lanes of a wavefront, to out[count][N]. The
-    // domains are values of Domain. Throws INVALID_ARGUMENT for a null pointer, unless count is 0.
-    template <std::size_t N = 4>
-    void sample_many(std::size_t count, const int32_t *x, const int32_t *y, const uint32_t *index,
-                     const uint32_t *domain, float *out) const {
-        static_assert(N >= 1 && N <= 4,
-                      "a domain has four dimensions; draw more from its children");
-        check("bn_sample_many",
-              bn_sample_many(&sampler_, count, x, y, index, domain, N, out, count * N));
-    }
-
-    // bn_sample_many_pair(): one pair of dimensions, 0 or 1, to out[count][2]. Throws
-    // INVALID_ARGUMENT for another pair too.
-    void sample_many_pair(std::size_t count, const int32_t *x, const int32_t *y,
-                          const uint32_t *index, const uint32_t *domain, uint32_t pair,
-                          float *out) const {
-        check("bn_sample_many_pair",
-              bn_sample_many_pair(&sampler_, count, x, y, index, domain, pair, out, count * 2));
     }
 
     // bn_sample_wavefront(). Throws INVALID_ARGUMENT or UNSUPPORTED.
@@ -207,19 +190,19 @@ class Sampler {
 
 // ---- The decisions of a path (bn_path.h has the layout)
 
-class Path;
+class PathSampler;
 class SequentialSampler;
 
 // The numbers of a loop without bound: four of the sampler's, then a generator's.
-class Rng {
+class LoopSampler {
   public:
-    explicit Rng(const bn_rng &rng) noexcept : rng_(rng) {}
+    explicit LoopSampler(const bn_loop &loop) noexcept : loop_(loop) {}
 
     // The next number, in [0, 1).
-    float next_1d() noexcept { return bn_rng_1d(&rng_); }
+    float next_1d() noexcept { return bn_loop_next_1d(&loop_); }
 
   private:
-    bn_rng rng_;
+    bn_loop loop_;
 };
 
 // A path that goes on in several ways.
@@ -229,7 +212,7 @@ class Split {
         : sampler_(sampler), split_(split) {}
 
     // Branch k, whose rays begin at 0. Paths may take fewer branches than next_split() said, or more.
-    Path operator[](uint32_t k) const noexcept;
+    PathSampler operator[](uint32_t k) const noexcept;
 
   private:
     const bn_sampler *sampler_;
@@ -237,14 +220,17 @@ class Split {
 };
 
 // One ray of a path. It counts what it hands out, so it can be moved but not copied: hand it on by
-// reference. A second Ray of the same path and number starts again, with the same numbers.
-class Ray {
+// reference. A second RaySampler of the same path and number starts again, with the same numbers.
+class RaySampler {
   public:
-    Ray(const bn_sampler *sampler, const bn_ray &ray) noexcept : sampler_(sampler), ray_(ray) {}
-    Ray(Ray &&) noexcept = default;
-    Ray &operator=(Ray &&) noexcept = default;
-    Ray(const Ray &) = delete;
-    Ray &operator=(const Ray &) = delete;
+    // Draws nothing before one of a path is assigned to it.
+    RaySampler() noexcept = default;
+    RaySampler(const bn_sampler *sampler, const bn_ray &ray) noexcept
+        : sampler_(sampler), ray_(ray) {}
+    RaySampler(RaySampler &&) noexcept = default;
+    RaySampler &operator=(RaySampler &&) noexcept = default;
+    RaySampler(const RaySampler &) = delete;
+    RaySampler &operator=(const RaySampler &) = delete;
 
     // Where the ray goes, and the light that is tried where it ends. The same at every call.
     std::array<float, 4> draw() const noexcept {
@@ -253,77 +239,86 @@ class Ray {
         return out;
     }
     // Its first and its second pair alone.
-    std::array<float, 2> draw_where() const noexcept {
+    std::array<float, 2> draw_direction() const noexcept {
         std::array<float, 2> out{};
-        bn_ray_draw_where(sampler_, &ray_, out.data());
+        bn_ray_draw_direction(sampler_, &ray_, out.data());
         return out;
     }
-    std::array<float, 2> draw_light() const noexcept {
+    std::array<float, 2> draw_end_light() const noexcept {
         std::array<float, 2> out{};
-        bn_ray_draw_light(sampler_, &ray_, out.data());
+        bn_ray_draw_end_light(sampler_, &ray_, out.data());
         return out;
     }
 
     // Number, pair and four k of the further ones, split k and loop k: what call k + 1 of next_1d() and
     // its relatives gives. The same at every call.
-    float draw_1d(uint32_t k) const noexcept { return bn_ray_1d_at(sampler_, &ray_, k); }
+    float draw_1d(uint32_t k) const noexcept { return bn_ray_draw_1d(sampler_, &ray_, k); }
     std::array<float, 2> draw_2d(uint32_t k) const noexcept {
         std::array<float, 2> out{};
-        bn_ray_2d_at(sampler_, &ray_, k, out.data());
+        bn_ray_draw_2d(sampler_, &ray_, k, out.data());
         return out;
     }
     std::array<float, 4> draw_4d(uint32_t k) const noexcept {
         std::array<float, 4> out{};
-        bn_ray_4d_at(sampler_, &ray_, k, out.data());
+        bn_ray_draw_4d(sampler_, &ray_, k, out.data());
         return out;
     }
-    Split split(uint32_t k, uint32_t count) const noexcept {
-        return Split(sampler_, bn_ray_split_at(&ray_, k, count));
+    Split draw_split(uint32_t k, uint32_t count) const noexcept {
+        return Split(sampler_, bn_ray_draw_split(&ray_, k, count));
     }
-    Rng rng(uint32_t k) const noexcept { return Rng(bn_ray_rng_at(sampler_, &ray_, k)); }
+    LoopSampler draw_loop(uint32_t k) const noexcept {
+        return LoopSampler(bn_ray_draw_loop(sampler_, &ray_, k));
+    }
 
     // The same with a counter: new at every call.
-    float next_1d() noexcept { return bn_ray_1d(sampler_, &ray_); }
+    float next_1d() noexcept { return bn_ray_next_1d(sampler_, &ray_); }
     std::array<float, 2> next_2d() noexcept {
         std::array<float, 2> out{};
-        bn_ray_2d(sampler_, &ray_, out.data());
+        bn_ray_next_2d(sampler_, &ray_, out.data());
         return out;
     }
     std::array<float, 4> next_4d() noexcept {
         std::array<float, 4> out{};
-        bn_ray_4d(sampler_, &ray_, out.data());
+        bn_ray_next_4d(sampler_, &ray_, out.data());
         return out;
     }
     Split next_split(uint32_t count) noexcept {
-        return Split(sampler_, bn_ray_split(&ray_, count));
+        return Split(sampler_, bn_ray_next_split(&ray_, count));
     }
     // For counts that vary: `first` branches were taken by the earlier samples of the pixel.
     Split next_split_from(uint32_t first) noexcept {
-        return Split(sampler_, bn_ray_split_from(&ray_, first));
+        return Split(sampler_, bn_ray_next_split_from(&ray_, first));
     }
-    Rng next_rng() noexcept { return Rng(bn_ray_rng(sampler_, &ray_)); }
+    LoopSampler next_loop() noexcept { return LoopSampler(bn_ray_next_loop(sampler_, &ray_)); }
 
     // A part of the ray with a key, such as a primitive's number: it draws like a ray of its own. A
     // second part of the same key starts again.
-    Ray keyed(uint32_t key) const noexcept { return Ray(sampler_, bn_ray_keyed(&ray_, key)); }
+    RaySampler child(uint32_t key) const noexcept {
+        return RaySampler(sampler_, bn_ray_child(&ray_, key));
+    }
 
   private:
     friend class SequentialSampler;
-    const bn_sampler *sampler_;
-    bn_ray ray_;
+    const bn_sampler *sampler_ = nullptr;
+    bn_ray ray_{};
 };
 
 // One sample of one pixel. The Sampler must outlive it.
-class Path {
+class PathSampler {
   public:
-    Path(const Sampler &sampler, int32_t x, int32_t y, uint32_t index, uint32_t frame = 0) noexcept
-        : Path(sampler.get(), bn_path_start(x, y, index, frame)) {}
-    Path(const Sampler &&, int32_t, int32_t, uint32_t, uint32_t = 0) = delete;
-    Path(const bn_sampler *sampler, const bn_path &state) noexcept
+    // Draws nothing before another one is assigned to it.
+    PathSampler() noexcept = default;
+    PathSampler(const Sampler &sampler, int32_t x, int32_t y, uint32_t index,
+                uint32_t stream = 0) noexcept
+        : PathSampler(sampler.get(), bn_path_start(x, y, index, stream)) {}
+    PathSampler(const Sampler &&, int32_t, int32_t, uint32_t, uint32_t = 0) = delete;
+    PathSampler(const bn_sampler *sampler, const bn_path &state) noexcept
         : sampler_(sampler), state_(state) {}
 
     // Ray 0 leaves the camera, ray d the d-th surface.
-    Ray ray(uint32_t number) const noexcept { return Ray(sampler_, bn_path_ray(&state_, number)); }
+    RaySampler ray(uint32_t number) const noexcept {
+        return RaySampler(sampler_, bn_path_ray(&state_, number));
+    }
     // The light tried where ray 0 ends, if a lens has taken its pair, or if it is split.
     std::array<float, 2> first_light(uint32_t count = 1, uint32_t k = 0) const noexcept {
         std::array<float, 2> out{};
@@ -331,9 +326,9 @@ class Path {
         return out;
     }
     // [0]: the time of the path. [1]: its wavelength.
-    std::array<float, 2> time() const noexcept {
+    std::array<float, 2> time_wavelength() const noexcept {
         std::array<float, 2> out{};
-        bn_path_time(sampler_, &state_, out.data());
+        bn_path_time_wavelength(sampler_, &state_, out.data());
         return out;
     }
 
@@ -342,38 +337,38 @@ class Path {
 
   private:
     friend class SequentialSampler;
-    const bn_sampler *sampler_;
-    bn_path state_;
+    const bn_sampler *sampler_ = nullptr;
+    bn_path state_{};
 };
 
-inline Path Split::operator[](uint32_t k) const noexcept {
-    return Path(sampler_, bn_split_path(&split_, k));
+inline PathSampler Split::operator[](uint32_t k) const noexcept {
+    return PathSampler(sampler_, bn_split_path(&split_, k));
 }
 
 // For renderers that ask a sampler object for the next number or pair, as pbrt's do. A number and
 // the pair after it, or two pairs, share a domain. Each ray has its own sequence without end, so
 // what one ray draws cannot meet another's. Name the numbers before you hand them on: in
-// f(get_1d(), get_2d()) the order of the calls is open. A decision with two dimensions takes a
+// f(next_1d(), next_2d()) the order of the calls is open. A decision with two dimensions takes a
 // pair, not two numbers.
 class SequentialSampler {
   public:
-    // Draws nothing before start(). The Sampler must outlive it.
-    explicit SequentialSampler(const Sampler &sampler) noexcept : sampler_(sampler.get()) {}
-    SequentialSampler(const Sampler &&) = delete;
+    // Draws nothing before start(). It holds a copy of the Sampler.
+    SequentialSampler() noexcept : SequentialSampler(Sampler()) {}
+    explicit SequentialSampler(const Sampler &sampler) noexcept : sampler_(*sampler.get()) {}
     // From the first ray of a path on, a branch's too; or the numbers of one ray that is not used
-    // otherwise, such as ray.keyed(MATERIAL) beside ray.draw().
-    explicit SequentialSampler(const Path &path) noexcept
-        : sampler_(path.sampler_), path_(path.state_) {
+    // otherwise, such as ray.child(MATERIAL) beside ray.draw().
+    explicit SequentialSampler(const PathSampler &path) noexcept
+        : sampler_(*path.sampler_), path_(path.state_) {
         begin(0);
     }
-    explicit SequentialSampler(Ray &&ray) noexcept
-        : sampler_(ray.sampler_), path_(ray.ray_.path), state_(ray.ray_) {
+    explicit SequentialSampler(RaySampler &&ray) noexcept
+        : sampler_(*ray.sampler_), path_(ray.ray_.path), state_(ray.ray_) {
         open();
     }
 
     // Begins sample `index` of a pixel, at ray 0.
-    void start(int32_t x, int32_t y, uint32_t index, uint32_t frame = 0) noexcept {
-        path_ = bn_path_start(x, y, index, frame);
+    void start(int32_t x, int32_t y, uint32_t index, uint32_t stream = 0) noexcept {
+        path_ = bn_path_start(x, y, index, stream);
         begin(0);
     }
     // Call it before each later ray, so that paths agree again, whatever their surfaces drew
@@ -391,12 +386,12 @@ class SequentialSampler {
         expected_[1] = later_rays;
     }
 
-    float get_1d() noexcept {
+    float next_1d() noexcept {
         ask('1');
         if (pair_spent_ || numbers_spent_ == 2) next_domain();
         return u_[2 + numbers_spent_++];
     }
-    std::array<float, 2> get_2d() noexcept {
+    std::array<float, 2> next_2d() noexcept {
         ask('2');
         if (pair_spent_ && numbers_spent_ > 0) next_domain();
         if (pair_spent_) {
@@ -415,7 +410,7 @@ class SequentialSampler {
         open();
     }
     void open() noexcept {
-        bn_ray_draw(sampler_, &state_, u_);
+        bn_ray_draw(&sampler_, &state_, u_);
         pair_spent_ = false;
         numbers_spent_ = 0;
     }
@@ -426,12 +421,12 @@ class SequentialSampler {
         ++next_expected_;
     }
     void next_domain() noexcept {
-        bn_ray_4d(sampler_, &state_, u_);
+        bn_ray_next_4d(&sampler_, &state_, u_);
         pair_spent_ = false;
         numbers_spent_ = 0;
     }
 
-    const bn_sampler *sampler_;
+    bn_sampler sampler_;
     bn_path path_{};
     bn_ray state_{};
     uint32_t ray_ = 0;
@@ -446,5 +441,5 @@ class SequentialSampler {
 
 } // namespace bn
 
-#endif // C++17
+#endif // C++14
 #endif

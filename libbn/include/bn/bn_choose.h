@@ -70,7 +70,7 @@ BN_DEVICE_INLINE int bn_choose_positive(float v) {
 #ifndef BN_DEVICE_TOO /* GPUs are slow at double, and divide integers as shaders do */
 /* The quotient in double. Its distance from the next integer is 2^-24 or more, unless it is one; so
  * rounding cannot reach another, even where -ffast-math multiplies by the reciprocal. */
-static inline uint32_t bn_choose_stretched(uint32_t place, uint32_t width) {
+BN_HOST_INLINE uint32_t bn_choose_stretched(uint32_t place, uint32_t width) {
     const double middle = 2.0 * BN_CAST(double, BN_CAST(int32_t, place)) + 1.0;
     const double steps = BN_CAST(double, BN_CAST(int32_t, width));
     return BN_TO_UINT(middle * 8388608.0 / steps + 1.0 / 67108864.0);
@@ -85,6 +85,14 @@ static inline uint32_t bn_choose_stretched(uint32_t place, uint32_t width) {
 #define BN_CHOOSE_LIMIT(i) cdf[i]
 #define BN_CHOOSE_POSITIVE(v) bn_choose_positive(v)
 #include <bn/bn_choose.glsl>
+
+#undef BN_CHOOSE_U
+#undef BN_CHOOSE_GET_U
+#undef BN_CHOOSE_TABLE
+#undef BN_CHOOSE_LIMIT
+#undef BN_CHOOSE_POSITIVE
+#undef BN_CHOOSE_STRETCH
+#include <bn/bn_device.h>
 
 #ifdef __cplusplus
 }

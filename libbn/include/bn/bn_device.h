@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What the text that C, GPUs and shaders share is written in: bn_draw.glsl, bn_path.glsl and
- * bn_choose.glsl, which bn_draw.h, bn_path.h and bn_choose.h compile. With CUDA and HIP the functions
- * are `__host__ __device__`. NVRTC and hipRTC compile for the GPU alone and have no system headers:
- * there bn.h is left out. */
+ * The portability macros of the text that C, GPUs and shaders share: bn_draw.glsl, bn_path.glsl and
+ * bn_choose.glsl, which bn_draw.h, bn_path.h and bn_choose.h compile. These headers include this one
+ * twice: before the text, which defines the macros, and after it, which removes them. With CUDA and
+ * HIP the functions are `__host__ __device__`. NVRTC and hipRTC compile for the GPU alone and have no
+ * system headers: there bn.h is left out. */
 #ifndef BN_BN_DEVICE_H
 #define BN_BN_DEVICE_H
 
@@ -10,17 +11,34 @@
 #define BN_DEVICE_ONLY 1
 typedef signed int int32_t;
 typedef unsigned int uint32_t;
-#else
-#include <bn/bn.h>
 #endif
 
 #if defined(__CUDACC__) || defined(__HIPCC__) || defined(BN_DEVICE_ONLY)
 /* Defined where the functions are compiled for a GPU too. */
 #define BN_DEVICE_TOO 1
-/* What the functions begin with. */
-#define BN_DEVICE_INLINE static inline __host__ __device__
+#endif
+
+#ifndef BN_DEVICE_ONLY
+#include <bn/bn.h>
+#endif
+
+#endif
+
+#ifndef BN_UINT
+
+/* In C++ these have external linkage, so that inline functions of a program may call them. */
+#ifdef __cplusplus
+#define BN_HOST_INLINE inline
+#define BN_CAST(type, v) static_cast<type>(v)
 #else
-#define BN_DEVICE_INLINE static inline
+#define BN_HOST_INLINE static inline
+#define BN_CAST(type, v) (type)(v)
+#endif
+#ifdef BN_DEVICE_TOO
+#define BN_DEVICE_INLINE inline __host__ __device__
+#define bn_draw_domain_child bn_domain_child
+#else
+#define BN_DEVICE_INLINE BN_HOST_INLINE
 #endif
 
 #define BN_UINT uint32_t
@@ -34,11 +52,6 @@ typedef unsigned int uint32_t;
 #define BN_PASS_TABLE bn_words,
 #define BN_WORD(i) bn_words[i]
 
-#ifdef __cplusplus
-#define BN_CAST(type, v) static_cast<type>(v)
-#else
-#define BN_CAST(type, v) (type)(v)
-#endif
 /* By signed numbers, for which processors have instructions. */
 #define BN_TO_UINT(v) BN_CAST(uint32_t, BN_CAST(int32_t, v))
 #define BN_TO_FLOAT(v) BN_CAST(float, BN_CAST(int32_t, v))
@@ -46,5 +59,29 @@ typedef unsigned int uint32_t;
 #if defined(__CUDA_ARCH__) || defined(__HIP_DEVICE_COMPILE__)
 #define BN_REVERSE_BITS(v) __brev(v)
 #endif
+
+#else
+
+#undef BN_HOST_INLINE
+#undef BN_CAST
+#undef BN_DEVICE_INLINE
+#undef bn_draw_domain_child
+#undef BN_UINT
+#undef BN_BOOL
+#undef BN_FALSE
+#undef BN_FUNCTION
+#undef BN_TABLE
+#undef BN_PASS_TABLE
+#undef BN_WORD
+#undef BN_TO_UINT
+#undef BN_TO_FLOAT
+#undef BN_MULTIPLY_HIGH
+#undef BN_REVERSE_BITS
+/* Those that the texts define. */
+#undef BN_ANY
+#undef BN_ROW
+#undef BN_HALF_ROW
+#undef BN_KEY_FACTOR
+#undef BN_CHOOSE_STEPS
 
 #endif

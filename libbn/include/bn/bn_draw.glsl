@@ -12,8 +12,8 @@
  *     #define BN_WORD(i) bn_words[i]
  *     uniform uvec2 seed;
  *
- *     vec4 u = bn_draw_blue(seed, uint(pixel.x), uint(pixel.y), index, domain);
- *     vec2 v = bn_draw_blue_pair(seed, uint(pixel.x), uint(pixel.y), index, domain, 1u); // u.zw
+ *     vec4 u = bn_draw_blue_4d(seed, uint(pixel.x), uint(pixel.y), index, domain);
+ *     vec2 v = bn_draw_blue_2d(seed, uint(pixel.x), uint(pixel.y), index, domain, 1u); // u.zw
  *
  * Coordinates are signed integers reinterpreted as unsigned: uint(-1) is the column left of zero.
  * Without storage buffers, as in WebGL 2, the words come from a texture:
@@ -415,34 +415,34 @@ BN_FUNCTION BN_FLOAT2 bn_draw_pair_floats(bn_uint2 v) {
     return BN_FLOAT2(float(v.x >> 8u), float(v.y >> 8u)) * scale;
 }
 
-BN_FUNCTION BN_FLOAT4 bn_draw_blue(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
-                                   BN_UINT domain) {
+BN_FUNCTION BN_FLOAT4 bn_draw_blue_4d(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
+                                      BN_UINT domain) {
     return bn_draw_floats(bn_draw_blue_bits(BN_PASS_TABLE seed, x, y, index, domain));
 }
 
-BN_FUNCTION BN_FLOAT4 bn_draw_sobol(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
-                                    BN_UINT domain) {
+BN_FUNCTION BN_FLOAT4 bn_draw_sobol_4d(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
+                                       BN_UINT domain) {
     return bn_draw_floats(bn_draw_sobol_bits(seed, x, y, index, domain));
 }
 
-BN_FUNCTION BN_FLOAT4 bn_draw_white(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
-                                    BN_UINT domain) {
+BN_FUNCTION BN_FLOAT4 bn_draw_white_4d(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
+                                       BN_UINT domain) {
     return bn_draw_floats(bn_draw_white_bits(seed, x, y, index, domain));
 }
 
-BN_FUNCTION BN_FLOAT2 bn_draw_blue_pair(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
-                                        BN_UINT domain, BN_UINT pair) {
+BN_FUNCTION BN_FLOAT2 bn_draw_blue_2d(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
+                                      BN_UINT domain, BN_UINT pair) {
     return bn_draw_pair_floats(
         bn_draw_blue_pair_bits(BN_PASS_TABLE seed, x, y, index, domain, pair));
 }
 
-BN_FUNCTION BN_FLOAT2 bn_draw_sobol_pair(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
-                                         BN_UINT domain, BN_UINT pair) {
+BN_FUNCTION BN_FLOAT2 bn_draw_sobol_2d(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
+                                       BN_UINT domain, BN_UINT pair) {
     return bn_draw_pair_floats(bn_draw_sobol_pair_bits(seed, x, y, index, domain, pair));
 }
 
-BN_FUNCTION BN_FLOAT2 bn_draw_white_pair(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
-                                         BN_UINT domain, BN_UINT pair) {
+BN_FUNCTION BN_FLOAT2 bn_draw_white_2d(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
+                                       BN_UINT domain, BN_UINT pair) {
     return bn_draw_pair_floats(bn_draw_white_pair_bits(seed, x, y, index, domain, pair));
 }
 #endif

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of bn.h inline: in a file that includes this header, bn_sample_1d(), bn_sample_2d(),
- * bn_sample_pair(), bn_sample_4d() and bn_sample_4d_u32() are compiled into their callers, with the
- * same bits. BLUE, SOBOL and WHITE need no call then; for ZORDER and MASK the inline functions call
- * the library. A library with other tables than this header's fails to link.
+ * The draws of bn.h inline. bn_draw_1d(), bn_draw_2d(), bn_draw_4d() and bn_draw_4d_u32() give the
+ * bits of bn_sample_1d() and its relatives. BLUE is compiled into the caller; the other sampler types
+ * are calls of the library. Paths (bn_path.h) and C++ (bn.hpp) draw with these. A library with other
+ * tables than this header's fails to link.
  *
  * ON A GPU
  *
  * The draws themselves are in bn_draw.glsl, in 32-bit integer arithmetic that GLSL, HLSL, Metal and
- * WGSL share (docs/shaders.md). CUDA and HIP include this header: bn_draw_blue(), bn_draw_sobol()
- * and bn_draw_white() are __host__ __device__ there. BLUE reads a copy of the words of bn_tables() in
- * the memory of the device; the seed is an argument. bn_draw_domain_child() is bn_domain_child() for
+ * WGSL share (docs/shaders.md). CUDA and HIP include this header: bn_draw_blue_4d(), bn_draw_sobol_4d()
+ * and bn_draw_white_4d() are __host__ __device__ there. BLUE reads a copy of the words of bn_tables() in
+ * the memory of the device; the seed is an argument. bn_domain_child() is here, too, for
  * device code.
  *
  * HOW BLUE WORKS
@@ -52,9 +52,12 @@ typedef struct bn_uint2 bn_uint2;
 typedef struct bn_blue_pixel bn_blue_pixel;
 
 #ifndef BN_DEVICE_TOO
-/* A load in place of a product and a sum, which the other arithmetic leaves no room for. */
-static const uint32_t bn_key_factors[4] = {0xd35a2d97u, 0xdf31c26du, 0xeb095743u, 0xf6e0ec19u};
-#define BN_KEY_FACTOR(member) bn_key_factors[member]
+/* A table lookup, because the ALU is the bottleneck. */
+BN_HOST_INLINE uint32_t bn_draw_key_factor(uint32_t member) {
+    static const uint32_t factors[4] = {0xd35a2d97u, 0xdf31c26du, 0xeb095743u, 0xf6e0ec19u};
+    return factors[member];
+}
+#define BN_KEY_FACTOR(member) bn_draw_key_factor(member)
 #endif
 #include <bn/bn_draw.glsl>
 
@@ -78,40 +81,40 @@ BN_DEVICE_INLINE void bn_draw_pair_floats(bn_uint2 v, float out[2]) {
 /* ---- Draws from words and a seed, as in shaders */
 
 /* bn_sample_4d() of a BLUE sampler with bn_sampler_seed() `seed`. `words` are those of bn_tables(). */
-BN_DEVICE_INLINE void bn_draw_blue(const uint32_t *words, bn_uint2 seed, int32_t x, int32_t y,
-                                   uint32_t index, uint32_t domain, float out[4]) {
+BN_DEVICE_INLINE void bn_draw_blue_4d(const uint32_t *words, bn_uint2 seed, int32_t x, int32_t y,
+                                      uint32_t index, uint32_t domain, float out[4]) {
     bn_draw_floats(bn_draw_blue_bits(words, seed, (uint32_t)x, (uint32_t)y, index, domain), out);
 }
 
 /* The same for SOBOL. */
-BN_DEVICE_INLINE void bn_draw_sobol(bn_uint2 seed, int32_t x, int32_t y, uint32_t index,
-                                    uint32_t domain, float out[4]) {
+BN_DEVICE_INLINE void bn_draw_sobol_4d(bn_uint2 seed, int32_t x, int32_t y, uint32_t index,
+                                       uint32_t domain, float out[4]) {
     bn_draw_floats(bn_draw_sobol_bits(seed, (uint32_t)x, (uint32_t)y, index, domain), out);
 }
 
 /* The same for WHITE. */
-BN_DEVICE_INLINE void bn_draw_white(bn_uint2 seed, int32_t x, int32_t y, uint32_t index,
-                                    uint32_t domain, float out[4]) {
+BN_DEVICE_INLINE void bn_draw_white_4d(bn_uint2 seed, int32_t x, int32_t y, uint32_t index,
+                                       uint32_t domain, float out[4]) {
     bn_draw_floats(bn_draw_white_bits(seed, (uint32_t)x, (uint32_t)y, index, domain), out);
 }
 
-/* bn_sample_pair() of the three: dimensions (0, 1) of the same draw with pair 0, (2, 3) with pair 1. */
-BN_DEVICE_INLINE void bn_draw_blue_pair(const uint32_t *words, bn_uint2 seed, int32_t x, int32_t y,
-                                        uint32_t index, uint32_t domain, uint32_t pair,
-                                        float out[2]) {
+/* bn_sample_2d() of the three: dimensions (0, 1) of the same draw with pair 0, (2, 3) with pair 1. */
+BN_DEVICE_INLINE void bn_draw_blue_2d(const uint32_t *words, bn_uint2 seed, int32_t x, int32_t y,
+                                      uint32_t index, uint32_t domain, uint32_t pair,
+                                      float out[2]) {
     bn_draw_pair_floats(
         bn_draw_blue_pair_bits(words, seed, (uint32_t)x, (uint32_t)y, index, domain, pair), out);
 }
 
-BN_DEVICE_INLINE void bn_draw_sobol_pair(bn_uint2 seed, int32_t x, int32_t y, uint32_t index,
-                                         uint32_t domain, uint32_t pair, float out[2]) {
+BN_DEVICE_INLINE void bn_draw_sobol_2d(bn_uint2 seed, int32_t x, int32_t y, uint32_t index,
+                                       uint32_t domain, uint32_t pair, float out[2]) {
     uint32_t key = bn_draw_sobol_key(seed, (uint32_t)x, (uint32_t)y, domain);
     if (pair & 1u) key = bn_draw_sobol_second_key(key);
     bn_draw_pair_floats(bn_draw_sobol_two(key, index), out);
 }
 
-BN_DEVICE_INLINE void bn_draw_white_pair(bn_uint2 seed, int32_t x, int32_t y, uint32_t index,
-                                         uint32_t domain, uint32_t pair, float out[2]) {
+BN_DEVICE_INLINE void bn_draw_white_2d(bn_uint2 seed, int32_t x, int32_t y, uint32_t index,
+                                       uint32_t domain, uint32_t pair, float out[2]) {
     bn_draw_pair_floats(
         bn_draw_white_pair_bits(seed, (uint32_t)x, (uint32_t)y, index, domain, pair & 1u), out);
 }
@@ -131,7 +134,7 @@ typedef struct bn_index_digits {
 /* By the lowest eight bits. */
 BN_API extern const bn_index_digits bn_index_digits_7[256];
 
-static inline bn_uint2 bn_draw_seed(const bn_sampler *sampler) {
+BN_HOST_INLINE bn_uint2 bn_draw_seed(const bn_sampler *sampler) {
     bn_uint2 seed;
     seed.x = sampler->seed[0];
     seed.y = sampler->seed[1];
@@ -141,7 +144,7 @@ static inline bn_uint2 bn_draw_seed(const bn_sampler *sampler) {
 /* ---- BLUE, faster */
 
 /* The digits of an index: bn_draw_blue_digits() by tables. */
-static inline uint32_t bn_draw_blue_shuffled(uint32_t shuffle, uint32_t index) {
+BN_HOST_INLINE uint32_t bn_draw_blue_shuffled(uint32_t shuffle, uint32_t index) {
     const bn_index_digits low = bn_index_digits_7[index & 255u];
     uint32_t reversed = low.reversed;
     if (index > 255u) {
@@ -154,18 +157,18 @@ static inline uint32_t bn_draw_blue_shuffled(uint32_t shuffle, uint32_t index) {
 
 #if defined(BN_DRAW_SSE2)
 
-static inline __m128i bn_draw_load_pair(const uint32_t *words) {
+BN_HOST_INLINE __m128i bn_draw_load_pair(const uint32_t *words) {
     return _mm_loadl_epi64((const __m128i *)(const void *)words);
 }
 
-static inline __m128i bn_draw_load_four(const uint32_t *words) {
+BN_HOST_INLINE __m128i bn_draw_load_four(const uint32_t *words) {
     return _mm_loadu_si128((const __m128i *)(const void *)words);
 }
 
 #endif
 
 /* Sample `index` of a pixel. */
-static inline void bn_draw_blue_floats(const bn_blue_pixel *pixel, uint32_t index, float out[4]) {
+BN_HOST_INLINE void bn_draw_blue_floats(const bn_blue_pixel *pixel, uint32_t index, float out[4]) {
 #if defined(BN_DRAW_SSE2)
     /* The four dimensions in one register. */
     const uint32_t digits = bn_draw_blue_shuffled(pixel->shuffle, index);
@@ -195,8 +198,8 @@ static inline void bn_draw_blue_floats(const bn_blue_pixel *pixel, uint32_t inde
 }
 
 /* One pair of it. */
-static inline void bn_draw_blue_pair_floats(const bn_blue_pixel *pixel, uint32_t index,
-                                            uint32_t pair, float out[2]) {
+BN_HOST_INLINE void bn_draw_blue_pair_floats(const bn_blue_pixel *pixel, uint32_t index,
+                                             uint32_t pair, float out[2]) {
 #if defined(BN_DRAW_SSE2)
     const uint32_t half = pair & 1u;
     const size_t member = (size_t)pixel->member * 4u + half * 2u;
@@ -224,106 +227,56 @@ static inline void bn_draw_blue_pair_floats(const bn_blue_pixel *pixel, uint32_t
 
 /* ---- The draws of bn.h */
 
-#if defined(__GNUC__)
-#define BN_RARE __attribute__((noinline, unused)) static void
-#else
-#define BN_RARE static inline void
-#endif
+BN_HOST_INLINE void bn_draw_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                                   uint32_t domain, uint32_t out[4]) {
+    if (sampler->type == BN_SAMPLER_BLUE) {
+        const bn_uint4 v = bn_draw_blue_bits(bn_tables_7, bn_draw_seed(sampler), (uint32_t)x,
+                                             (uint32_t)y, index, domain);
+        out[0] = v.x;
+        out[1] = v.y;
+        out[2] = v.z;
+        out[3] = v.w;
+    } else {
+        bn_sample_4d_u32(sampler, x, y, index, domain, out);
+    }
+}
 
-/* The kinds that are not drawn inline, called, so that there is one copy of each per translation
- * unit. */
-BN_RARE bn_inline_rare_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
-                          uint32_t domain, float out[4]) {
-    if (sampler->kind == BN_SAMPLER_SOBOL) {
-        bn_draw_sobol(bn_draw_seed(sampler), x, y, index, domain, out);
-    } else if (sampler->kind == BN_SAMPLER_WHITE) {
-        bn_draw_white(bn_draw_seed(sampler), x, y, index, domain, out);
+BN_HOST_INLINE void bn_draw_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                               uint32_t domain, float out[4]) {
+    if (sampler->type == BN_SAMPLER_BLUE) {
+        const bn_blue_pixel pixel = bn_draw_blue_pixel(bn_tables_7, bn_draw_seed(sampler),
+                                                       (uint32_t)x, (uint32_t)y, domain);
+        bn_draw_blue_floats(&pixel, index, out);
     } else {
         bn_sample_4d(sampler, x, y, index, domain, out);
     }
 }
 
-BN_RARE bn_inline_rare_pair(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
-                            uint32_t domain, uint32_t pair, float out[2]) {
-    if (sampler->kind == BN_SAMPLER_SOBOL) {
-        bn_draw_sobol_pair(bn_draw_seed(sampler), x, y, index, domain, pair, out);
-    } else if (sampler->kind == BN_SAMPLER_WHITE) {
-        bn_draw_white_pair(bn_draw_seed(sampler), x, y, index, domain, pair, out);
-    } else {
-        bn_sample_pair(sampler, x, y, index, domain, pair, out);
-    }
-}
-
-#undef BN_RARE
-
-static inline void bn_inline_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y,
-                                           uint32_t index, uint32_t domain, uint32_t out[4]) {
-    const bn_uint2 seed = bn_draw_seed(sampler);
-    const uint32_t column = (uint32_t)x, row = (uint32_t)y;
-    bn_uint4 v;
-    if (sampler->kind == BN_SAMPLER_BLUE) {
-        v = bn_draw_blue_bits(bn_tables_7, seed, column, row, index, domain);
-    } else if (sampler->kind == BN_SAMPLER_SOBOL) {
-        v = bn_draw_sobol_bits(seed, column, row, index, domain);
-    } else if (sampler->kind == BN_SAMPLER_WHITE) {
-        v = bn_draw_white_bits(seed, column, row, index, domain);
-    } else {
-        bn_sample_4d_u32(sampler, x, y, index, domain, out);
-        return;
-    }
-    out[0] = v.x;
-    out[1] = v.y;
-    out[2] = v.z;
-    out[3] = v.w;
-}
-
-static inline void bn_inline_sample_4d(const bn_sampler *sampler, int32_t x, int32_t y,
-                                       uint32_t index, uint32_t domain, float out[4]) {
-    if (sampler->kind == BN_SAMPLER_BLUE) {
-        bn_blue_pixel pixel = bn_draw_blue_pixel(bn_tables_7, bn_draw_seed(sampler), (uint32_t)x,
-                                                 (uint32_t)y, domain);
-        bn_draw_blue_floats(&pixel, index, out);
-    } else {
-        bn_inline_rare_4d(sampler, x, y, index, domain, out);
-    }
-}
-
-static inline void bn_inline_sample_pair(const bn_sampler *sampler, int32_t x, int32_t y,
-                                         uint32_t index, uint32_t domain, uint32_t pair,
-                                         float out[2]) {
-    if (sampler->kind == BN_SAMPLER_BLUE) {
-        bn_blue_pixel pixel = bn_draw_blue_pixel(bn_tables_7, bn_draw_seed(sampler), (uint32_t)x,
-                                                 (uint32_t)y, domain);
+BN_HOST_INLINE void bn_draw_2d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                               uint32_t domain, uint32_t pair, float out[2]) {
+    if (sampler->type == BN_SAMPLER_BLUE) {
+        const bn_blue_pixel pixel = bn_draw_blue_pixel(bn_tables_7, bn_draw_seed(sampler),
+                                                       (uint32_t)x, (uint32_t)y, domain);
         bn_draw_blue_pair_floats(&pixel, index, pair, out);
     } else {
-        bn_inline_rare_pair(sampler, x, y, index, domain, pair, out);
+        bn_sample_2d(sampler, x, y, index, domain, pair, out);
     }
 }
 
-static inline void bn_inline_sample_2d(const bn_sampler *sampler, int32_t x, int32_t y,
-                                       uint32_t index, uint32_t domain, float out[2]) {
-    bn_inline_sample_pair(sampler, x, y, index, domain, 0, out);
-}
-
-static inline float bn_inline_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y,
-                                        uint32_t index, uint32_t domain) {
+BN_HOST_INLINE float bn_draw_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                                uint32_t domain) {
     float out[2];
-    bn_inline_sample_pair(sampler, x, y, index, domain, 0, out);
+    bn_draw_2d(sampler, x, y, index, domain, 0, out);
     return out[0];
 }
-
-#ifndef BN_BUILDING_DRAWS
-#define bn_sample_1d bn_inline_sample_1d
-#define bn_sample_2d bn_inline_sample_2d
-#define bn_sample_pair bn_inline_sample_pair
-#define bn_sample_4d bn_inline_sample_4d
-#define bn_sample_4d_u32 bn_inline_sample_4d_u32
-#endif
 
 #endif
 
 #ifdef __cplusplus
 }
 #endif
+
+#undef BN_DRAW_SSE2
+#include <bn/bn_device.h>
 
 #endif

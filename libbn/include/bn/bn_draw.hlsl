@@ -6,7 +6,7 @@
  *     StructuredBuffer<uint> bn_words : register(t0);
  *     #define BN_WORD(i) bn_words[i]
  *
- *     float4 u = bn_draw_blue(seed, uint(pixel.x), uint(pixel.y), index, bn_domain_child(0, ray));
+ *     float4 u = bn_draw_blue_4d(seed, uint(pixel.x), uint(pixel.y), index, bn_domain_child(0, ray));
  *
  * With a ByteAddressBuffer, BN_WORD(i) is bn_words.Load(4 * (i)). bn_draw.glsl documents the functions
  * and the words. bn_draw_blue_bits() and its relatives give all 32 bits of each number, as a uint4. */

@@ -7,7 +7,7 @@
  *     #include "bn_draw.metal"
  *
  *     kernel void trace(const device uint *bn_words [[buffer(0)]], constant uint2 &seed [[buffer(1)]], ...) {
- *         float4 u = bn_draw_blue(bn_words, seed, uint(pixel.x), uint(pixel.y), index,
+ *         float4 u = bn_draw_blue_4d(bn_words, seed, uint(pixel.x), uint(pixel.y), index,
  *                                 bn_domain_child(0, ray));
  *
  * For words in the constant address space, define BN_WORDS as `constant uint *` before. bn_draw.glsl

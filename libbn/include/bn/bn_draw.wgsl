@@ -5,7 +5,7 @@
  *
  *     @group(0) @binding(0) var<storage, read> bn_words: array<u32>;
  *
- *     let u: vec4f = bn_draw_blue(seed, u32(pixel.x), u32(pixel.y), index, bn_domain_child(0u, ray));
+ *     let u: vec4f = bn_draw_blue_4d(seed, u32(pixel.x), u32(pixel.y), index, bn_domain_child(0u, ray));
  *
  * Coordinates are signed integers reinterpreted as unsigned: u32(-1i) is the column left of zero.
  * bn_draw_blue_bits() and its relatives give all 32 bits of each number. Names that begin with bn_
@@ -342,26 +342,26 @@ fn bn_draw_pair_floats(v: vec2u) -> vec2f {
     return vec2f(f32(v.x >> 8u), f32(v.y >> 8u)) * scale;
 }
 
-fn bn_draw_blue(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> vec4f {
+fn bn_draw_blue_4d(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> vec4f {
     return bn_draw_floats(bn_draw_blue_bits(seed, x, y, index, domain));
 }
 
-fn bn_draw_sobol(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> vec4f {
+fn bn_draw_sobol_4d(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> vec4f {
     return bn_draw_floats(bn_draw_sobol_bits(seed, x, y, index, domain));
 }
 
-fn bn_draw_white(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> vec4f {
+fn bn_draw_white_4d(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> vec4f {
     return bn_draw_floats(bn_draw_white_bits(seed, x, y, index, domain));
 }
 
-fn bn_draw_blue_pair(seed: vec2u, x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2f {
+fn bn_draw_blue_2d(seed: vec2u, x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2f {
     return bn_draw_pair_floats(bn_draw_blue_pair_bits(seed, x, y, index, domain, pair));
 }
 
-fn bn_draw_sobol_pair(seed: vec2u, x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2f {
+fn bn_draw_sobol_2d(seed: vec2u, x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2f {
     return bn_draw_pair_floats(bn_draw_sobol_pair_bits(seed, x, y, index, domain, pair));
 }
 
-fn bn_draw_white_pair(seed: vec2u, x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2f {
+fn bn_draw_white_2d(seed: vec2u, x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2f {
     return bn_draw_pair_floats(bn_draw_white_pair_bits(seed, x, y, index, domain, pair));
 }

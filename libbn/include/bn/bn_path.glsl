@@ -8,8 +8,8 @@
  *
  *     bn_path path = bn_path_start(uint(pixel.x), uint(pixel.y), index, 0u);
  *     uint ray = bn_path_ray_domain(path, depth);
- *     vec4 u = bn_draw_blue(seed, path.x, path.y, path.index, ray);
- *     vec2 v = bn_draw_blue_pair(seed, path.x, path.y, path.index, bn_ray_2d_domain(ray, 0u),
+ *     vec4 u = bn_draw_blue_4d(seed, path.x, path.y, path.index, ray);
+ *     vec2 v = bn_draw_blue_2d(seed, path.x, path.y, path.index, bn_ray_2d_domain(ray, 0u),
  *                               bn_ray_2d_pair(0u));
  *
  * What the C functions count, a shader numbers itself: the first further pair of a ray is 0u, the
@@ -19,10 +19,11 @@
 
 /* Keys that no ray, no decision and no count reaches. */
 #define BN_PATH_CAMERA_KEY 3u /* in place of ray 3, which moves up: what only the camera draws */
-#define BN_PATH_FRAMES_KEY 0x80000000u /* below the root: the parent of all frames but the first */
-#define BN_PATH_KEYED_KEY 0x80000000u  /* below a ray: the parent of its keyed parts */
-#define BN_PATH_LOOPS_KEY 0x40000000u  /* below a ray: added to the keys of loops */
-#define BN_PATH_MORE_KEY 0x40000000u   /* below a split: branches beyond their count */
+#define BN_PATH_STREAMS_KEY                                                                        \
+    0x80000000u /* below the root: the parent of all streams but the first */
+#define BN_PATH_CHILDREN_KEY 0x80000000u /* below a ray: the parent of its keyed parts */
+#define BN_PATH_LOOPS_KEY 0x40000000u    /* below a ray: added to the keys of loops */
+#define BN_PATH_MORE_KEY 0x40000000u     /* below a split: branches beyond their count */
 
 /* One sample of a pixel, or a branch of it. */
 struct bn_path {
@@ -33,19 +34,19 @@ struct bn_path {
 
 /* ---- Paths */
 
-BN_FUNCTION BN_UINT bn_path_frame_domain(BN_UINT frame) {
-    if (frame == 0u) return 0u;
-    return bn_draw_domain_child(bn_draw_domain_child(0u, BN_PATH_FRAMES_KEY), frame);
+BN_FUNCTION BN_UINT bn_path_stream_domain(BN_UINT stream) {
+    if (stream == 0u) return 0u;
+    return bn_draw_domain_child(bn_draw_domain_child(0u, BN_PATH_STREAMS_KEY), stream);
 }
 
 #ifndef BN_PATH_IN_C
-/* Sample `index` of pixel (x, y) in a frame. */
-BN_FUNCTION bn_path bn_path_start(BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT frame) {
+/* Sample `index` of pixel (x, y) in a stream. */
+BN_FUNCTION bn_path bn_path_start(BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT stream) {
     bn_path path;
     path.x = x;
     path.y = y;
     path.index = index;
-    path.domain = bn_path_frame_domain(frame);
+    path.domain = bn_path_stream_domain(stream);
     return path;
 }
 #endif
@@ -100,8 +101,8 @@ BN_FUNCTION BN_UINT bn_ray_loop_domain(BN_UINT ray, BN_UINT k) {
 }
 
 /* The domain of a part of a ray that has a key, from which it draws as a ray does. */
-BN_FUNCTION BN_UINT bn_ray_keyed_domain(BN_UINT ray, BN_UINT key) {
-    return bn_draw_domain_child(bn_draw_domain_child(ray, BN_PATH_KEYED_KEY), key);
+BN_FUNCTION BN_UINT bn_ray_child_domain(BN_UINT ray, BN_UINT key) {
+    return bn_draw_domain_child(bn_draw_domain_child(ray, BN_PATH_CHILDREN_KEY), key);
 }
 
 /* ---- Splits */
@@ -128,7 +129,7 @@ BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, B
 
 /* Number k of a loop, 32 bits, from the domain of the loop. Numbers 0 to 3 are those that WHITE draws
  * from it; the next four are those of the same hash a step further. */
-BN_FUNCTION BN_UINT bn_path_rng_bits(bn_uint2 seed, bn_path path, BN_UINT domain, BN_UINT k) {
+BN_FUNCTION BN_UINT bn_loop_bits(bn_uint2 seed, bn_path path, BN_UINT domain, BN_UINT k) {
     bn_uint4 v =
         bn_draw_white_bits(seed, path.x, path.y, path.index, domain + (k >> 2u) * 0x9e3779b9u);
     BN_UINT odd = 0u - (k & 1u), upper = 0u - (k >> 1u & 1u);

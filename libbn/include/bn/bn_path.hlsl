@@ -3,7 +3,7 @@
  * beside this file. Include it after bn_draw.hlsl. bn_path.h explains the layout.
  *
  *     bn_path path = bn_path_start(uint(pixel.x), uint(pixel.y), index, 0);
- *     float4 u = bn_draw_blue(seed, path.x, path.y, path.index, bn_path_ray_domain(path, depth)); */
+ *     float4 u = bn_draw_blue_4d(seed, path.x, path.y, path.index, bn_path_ray_domain(path, depth)); */
 #ifndef BN_PATH_HLSL
 #define BN_PATH_HLSL
 

@@ -5,7 +5,7 @@
  *
  *     bn_path path = bn_path_start(uint(pixel.x), uint(pixel.y), index, 0);
  *     uint ray = bn_path_ray_domain(path, depth);
- *     float4 u = bn_draw_blue(bn_words, seed, path.x, path.y, path.index, ray); */
+ *     float4 u = bn_draw_blue_4d(bn_words, seed, path.x, path.y, path.index, ray); */
 #ifndef BN_PATH_METAL
 #define BN_PATH_METAL
 

@@ -4,14 +4,14 @@
  *
  *     let path = bn_path_start(u32(pixel.x), u32(pixel.y), index, 0u);
  *     let ray = bn_path_ray_domain(path, depth);
- *     let u: vec4f = bn_draw_blue(seed, path.x, path.y, path.index, ray); */
+ *     let u: vec4f = bn_draw_blue_4d(seed, path.x, path.y, path.index, ray); */
 
 /* Keys that no ray, no decision and no count reaches. */
 const BN_PATH_CAMERA_KEY = 3u; /* in place of ray 3, which moves up: what only the camera draws */
-const BN_PATH_FRAMES_KEY = 0x80000000u; /* below the root: the parent of all frames but the first */
-const BN_PATH_KEYED_KEY = 0x80000000u;  /* below a ray: the parent of its keyed parts */
-const BN_PATH_LOOPS_KEY = 0x40000000u;  /* below a ray: added to the keys of loops */
-const BN_PATH_MORE_KEY = 0x40000000u;   /* below a split: branches beyond their count */
+BN_PATH_STREAMS_KEY                                                                        \ 0x80000000u /* below the root: the parent of all streams but the first */
+const BN_PATH_CHILDREN_KEY = 0x80000000u; /* below a ray: the parent of its keyed parts */
+const BN_PATH_LOOPS_KEY = 0x40000000u;    /* below a ray: added to the keys of loops */
+const BN_PATH_MORE_KEY = 0x40000000u;     /* below a split: branches beyond their count */
 
 /* One sample of a pixel, or a branch of it. */
 struct bn_path {
@@ -23,20 +23,20 @@ struct bn_path {
 
 /* ---- Paths */
 
-fn bn_path_frame_domain(frame: u32) -> u32 {
-    if (frame == 0u) {
+fn bn_path_stream_domain(stream: u32) -> u32 {
+    if (stream == 0u) {
         return 0u;
     }
-    return bn_domain_child(bn_domain_child(0u, BN_PATH_FRAMES_KEY), frame);
+    return bn_domain_child(bn_domain_child(0u, BN_PATH_STREAMS_KEY), stream);
 }
 
-/* Sample `index` of pixel (x, y) in a frame. */
-fn bn_path_start(x: u32, y: u32, index: u32, frame: u32) -> bn_path {
+/* Sample `index` of pixel (x, y) in a stream. */
+fn bn_path_start(x: u32, y: u32, index: u32, stream: u32) -> bn_path {
     var path: bn_path;
     path.x = x;
     path.y = y;
     path.index = index;
-    path.domain = bn_path_frame_domain(frame);
+    path.domain = bn_path_stream_domain(stream);
     return path;
 }
 
@@ -92,8 +92,8 @@ fn bn_ray_loop_domain(ray: u32, k: u32) -> u32 {
 }
 
 /* The domain of a part of a ray that has a key, from which it draws as a ray does. */
-fn bn_ray_keyed_domain(ray: u32, key: u32) -> u32 {
-    return bn_domain_child(bn_domain_child(ray, BN_PATH_KEYED_KEY), key);
+fn bn_ray_child_domain(ray: u32, key: u32) -> u32 {
+    return bn_domain_child(bn_domain_child(ray, BN_PATH_CHILDREN_KEY), key);
 }
 
 /* ---- Splits */
@@ -120,7 +120,7 @@ fn bn_path_branch(path: bn_path, split: u32, count: u32, k: u32) -> bn_path {
 
 /* Number k of a loop, 32 bits, from the domain of the loop. Numbers 0 to 3 are those that WHITE draws
  * from it; the next four are those of the same hash a step further. */
-fn bn_path_rng_bits(seed: vec2u, path: bn_path, domain: u32, k: u32) -> u32 {
+fn bn_loop_bits(seed: vec2u, path: bn_path, domain: u32, k: u32) -> u32 {
     let v = bn_draw_white_bits(seed, path.x, path.y, path.index, domain + (k >> 2u) * 0x9e3779b9u);
     let odd = 0u - (k & 1u);
     let upper = 0u - ((k >> 1u) & 1u);

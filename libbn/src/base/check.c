@@ -24,12 +24,17 @@ bn_result bn_check_extents(uint32_t width, uint32_t height, uint32_t depth, uint
     return count == texels * channels ? BN_SUCCESS : BN_ERROR_SIZE_MISMATCH;
 }
 
-static bn_result check_permutation(const uint32_t *ranks, size_t count) {
+uint32_t bn_mask_rank(const bn_mask *mask, size_t at) {
+    if (mask->rank_bits == 16) return ((const uint16_t *)mask->ranks)[at];
+    return ((const uint32_t *)mask->ranks)[at];
+}
+
+static bn_result check_permutation(const bn_mask *mask, size_t count) {
     uint64_t *seen = bn_allocate_zero(count / 64 + 1, sizeof *seen);
     if (seen == NULL) return BN_ERROR_OUT_OF_MEMORY;
     int good = 1;
     for (size_t i = 0; i < count && good; ++i) {
-        const uint32_t rank = ranks[i];
+        const uint32_t rank = bn_mask_rank(mask, i);
         good = rank < count && !(seen[rank / 64] >> rank % 64 & 1);
         if (good) seen[rank / 64] |= (uint64_t)1 << rank % 64;
     }
@@ -37,10 +42,14 @@ static bn_result check_permutation(const uint32_t *ranks, size_t count) {
     return good ? BN_SUCCESS : BN_ERROR_BAD_DATA;
 }
 
-bn_result bn_check_mask(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count) {
-    if (ranks == NULL) return BN_ERROR_INVALID_ARGUMENT;
-    const bn_result result = bn_check_extents(width, height, 1, 1, count);
-    return result == BN_SUCCESS ? check_permutation(ranks, count) : result;
+bn_result bn_check_mask(const bn_mask *mask) {
+    if (mask == NULL || mask->ranks == NULL || mask->depth != 1 || mask->channels != 1 ||
+        (mask->rank_bits != 16 && mask->rank_bits != 32)) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
+    const size_t count = (size_t)mask->width * mask->height;
+    const bn_result result = bn_check_extents(mask->width, mask->height, 1, 1, count);
+    return result == BN_SUCCESS ? check_permutation(mask, count) : result;
 }
 
 int bn_in_range(double value, double low, double high) {

@@ -17,10 +17,13 @@ int bn_product(const uint32_t factors[4], uint64_t limit, uint64_t *product);
 bn_result bn_check_extents(uint32_t width, uint32_t height, uint32_t depth, uint32_t channels,
                            size_t count);
 
-/* Checks that `ranks` is a mask of width x height texels: every rank 0 .. count - 1 once. Errors:
- * INVALID_ARGUMENT (also for NULL), OUT_OF_MEMORY and SIZE_MISMATCH as above, BAD_DATA (not a
- * permutation). One bit of memory per texel. */
-bn_result bn_check_mask(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count);
+/* The rank of texel `at`, counted in memory. */
+uint32_t bn_mask_rank(const bn_mask *mask, size_t at);
+
+/* Checks that `mask` is a 2-D mask of one channel that has every rank 0 .. count - 1 once. Errors:
+ * INVALID_ARGUMENT (also for NULL), OUT_OF_MEMORY as above, BAD_DATA (not a permutation). One bit of
+ * memory per texel. */
+bn_result bn_check_mask(const bn_mask *mask);
 
 /* Whether low <= value <= high; false for NaN and infinities. Examines the bits, so that a compiler
  * that rules both out (-ffast-math) cannot drop the check. */

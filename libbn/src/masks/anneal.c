@@ -34,7 +34,8 @@ static bn_result start(bn_anneal_options *o, uint32_t width, uint32_t height, ui
                        const uint32_t *from, uint32_t *ranks, size_t texels) {
     for (uint32_t c = 0; c < channels; ++c) {
         if (o->start_from_ranks) {
-            const bn_result result = bn_check_mask(from + c * texels, width, height, texels);
+            const bn_mask channel = bn_mask_u32(from + c * texels, width, height);
+            const bn_result result = bn_check_mask(&channel);
             if (result != BN_SUCCESS) return result;
             memcpy(ranks + c * texels, from + c * texels, texels * sizeof *ranks);
         } else {

@@ -7,7 +7,7 @@ extern const uint16_t bn_data_mask_16[], bn_data_mask_32[], bn_data_mask_64[], b
 extern const uint16_t bn_data_mask_256[];
 #endif
 
-const uint16_t *bn_builtin_mask(uint32_t size) {
+static const uint16_t *ranks_of(uint32_t size) {
     switch (size) {
     case 16:
         return bn_data_mask_16;
@@ -26,10 +26,6 @@ const uint16_t *bn_builtin_mask(uint32_t size) {
     }
 }
 
-bn_result bn_builtin_mask_copy(uint32_t size, uint32_t *ranks, size_t count) {
-    const uint16_t *mask = bn_builtin_mask(size);
-    if (ranks == NULL || mask == NULL) return BN_ERROR_INVALID_ARGUMENT;
-    if (count != (size_t)size * size) return BN_ERROR_SIZE_MISMATCH;
-    for (size_t i = 0; i < count; ++i) ranks[i] = mask[i];
-    return BN_SUCCESS;
+bn_mask bn_builtin_mask(uint32_t size) {
+    return bn_mask_u16(ranks_of(size), size, size);
 }

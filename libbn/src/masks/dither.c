@@ -58,29 +58,26 @@ static BN_NOINLINE bn_result dither(const bn_dither_options *given, const float 
     bn_result result = bn_options_read(&o, sizeof o, given);
     if (result != BN_SUCCESS) return result;
     if (image == NULL || out == NULL || width == 0 || height == 0 || channels == 0 ||
-        o.levels < 2 || o.levels > 256 ||
-        (o.mask_ranks == NULL && (o.mask_width != 0 || o.mask_height != 0))) {
+        o.levels < 2 || o.levels > 256) {
         return BN_ERROR_INVALID_ARGUMENT;
     }
     const uint32_t extents[4] = {width, height, channels, 1};
     uint64_t product;
     if (!bn_product(extents, SIZE_MAX / sizeof *image, &product)) return BN_ERROR_OUT_OF_MEMORY;
     if (count != product) return BN_ERROR_SIZE_MISMATCH;
-    const uint32_t mask_width = o.mask_ranks != NULL ? o.mask_width : 64;
-    const uint32_t mask_height = o.mask_ranks != NULL ? o.mask_height : 64;
+    const bn_mask built_in = bn_mask_u16(bn_data_mask_64, 64, 64);
+    const bn_mask *mask = o.mask != NULL ? o.mask : &built_in;
+    result = bn_check_mask(mask);
+    if (result != BN_SUCCESS) return result;
+    const uint32_t mask_width = mask->width, mask_height = mask->height;
     const size_t texels = (size_t)mask_width * mask_height;
-    if (o.mask_ranks != NULL) {
-        result = bn_check_mask(o.mask_ranks, mask_width, mask_height, texels);
-        if (result != BN_SUCCESS) return result;
-    }
     for (size_t i = 0; i < count; ++i) {
         if (bn_is_nan(image[i])) return BN_ERROR_BAD_DATA;
     }
     double *thresholds = bn_allocate(texels, sizeof *thresholds);
     if (thresholds == NULL) return BN_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < texels; ++i) {
-        uint32_t rank = o.mask_ranks != NULL ? o.mask_ranks[i] : bn_data_mask_64[i];
-        thresholds[i] = (rank + 0.5) / (double)texels;
+        thresholds[i] = (bn_mask_rank(mask, i) + 0.5) / (double)texels;
     }
 
     levels l = {.steps = (double)(o.levels - 1), .srgb = o.srgb != 0};

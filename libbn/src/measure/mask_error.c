@@ -29,11 +29,13 @@ static double below(uint32_t rank, uint32_t i, size_t count) {
     return (2 * (uint64_t)rank + 1) * BN_ERROR_THRESHOLDS < (2 * (uint64_t)i + 1) * count;
 }
 
-bn_result bn_mask_error(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count,
-                        double sigma, double *error, bn_progress progress, void *progress_user) {
+bn_result bn_mask_error(const bn_mask *mask, double sigma, double *error, bn_progress progress,
+                        void *progress_user) {
     if (error == NULL || !bn_in_range(sigma, 0, DBL_MAX)) return BN_ERROR_INVALID_ARGUMENT;
-    bn_result result = bn_check_mask(ranks, width, height, count);
+    bn_result result = bn_check_mask(mask);
     if (result != BN_SUCCESS) return result;
+    const uint32_t width = mask->width, height = mask->height;
+    const size_t count = (size_t)width * height;
 
     result = BN_ERROR_OUT_OF_MEMORY;
     bn_fft *columns = bn_fft_create(height), *rows = bn_fft_create(width);
@@ -48,8 +50,9 @@ bn_result bn_mask_error(const uint32_t *ranks, uint32_t width, uint32_t height, 
     double total = 0, n = (double)count;
     for (uint32_t i = 0; i < BN_ERROR_THRESHOLDS; i += 2) {
         for (size_t p = 0; p < count; ++p) {
-            re[p] = below(ranks[p], i, count);
-            im[p] = below(ranks[p], i + 1, count);
+            const uint32_t rank = bn_mask_rank(mask, p);
+            re[p] = below(rank, i, count);
+            im[p] = below(rank, i + 1, count);
         }
         const double done = (double)i / BN_ERROR_THRESHOLDS, half = 1.0 / BN_ERROR_THRESHOLDS;
         const bn_fft_watch first_half = {progress, progress_user, done, half};

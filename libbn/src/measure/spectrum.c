@@ -5,10 +5,12 @@
 #include "measure/fft.h"
 #include <bn/bn.h>
 
-bn_result bn_power_spectrum(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count,
-                            float *power, bn_progress progress, void *progress_user) {
-    if (power == NULL) return BN_ERROR_INVALID_ARGUMENT;
-    bn_result result = bn_check_mask(ranks, width, height, count);
+bn_result bn_power_spectrum(const bn_mask *mask, float *power, size_t count, bn_progress progress,
+                            void *progress_user) {
+    if (power == NULL || mask == NULL) return BN_ERROR_INVALID_ARGUMENT;
+    const uint32_t width = mask->width, height = mask->height;
+    bn_result result = bn_check_extents(width, height, 1, 1, count);
+    if (result == BN_SUCCESS) result = bn_check_mask(mask);
     if (result != BN_SUCCESS) return result;
 
     result = BN_ERROR_OUT_OF_MEMORY;
@@ -18,7 +20,7 @@ bn_result bn_power_spectrum(const uint32_t *ranks, uint32_t width, uint32_t heig
     double *re = data, *im = data + count, *turned_re = im + count, *turned_im = turned_re + count;
     const double n = (double)count;
     for (size_t i = 0; i < count; ++i) {
-        re[i] = ranks[i] - (n - 1) / 2;
+        re[i] = bn_mask_rank(mask, i) - (n - 1) / 2;
         im[i] = 0;
     }
     result = BN_ERROR_CANCELLED;

@@ -3,7 +3,6 @@
 #ifndef BN_KINDS_H
 #define BN_KINDS_H
 
-#define BN_BUILDING_DRAWS /* the names of bn.h are those of the library here */
 #include "simd/simd.h"
 #include <bn/bn_draw.h>
 
@@ -12,7 +11,7 @@ typedef void (*bn_draw_bits)(const bn_sampler *sampler, int32_t x, int32_t y, ui
                              uint32_t domain, uint32_t pairs, uint32_t out[4]);
 
 typedef struct bn_kind {
-    bn_draw_bits draw;   /* NULL for the kinds that bn_draw.h draws inline */
+    bn_draw_bits draw;   /* NULL for BLUE, which bn_draw.h draws inline */
     int in_lanes;        /* whether bn_simd has it */
     int blocks_in_lanes; /* whether many indices of a pixel are drawn as lanes, too */
 } bn_kind;

@@ -23,7 +23,12 @@ static uint32_t mask_lookup(const bn_sampler *sampler, int32_t x, int32_t y, uin
     uint32_t shift_x = (uint32_t)((uint64_t)key * w >> 32);
     uint32_t shift_y = (uint32_t)((uint64_t)bn_hash32(key) * h >> 32);
     const size_t at = (size_t)wrap(y, shift_y, h) * w + wrap(x, shift_x, w);
-    uint64_t rank = sampler->mask != NULL ? sampler->mask[at] : bn_data_mask_64[at];
+    uint64_t rank;
+    if (sampler->mask_rank_bits == 32) {
+        rank = ((const uint32_t *)sampler->mask)[at];
+    } else {
+        rank = (sampler->mask != NULL ? (const uint16_t *)sampler->mask : bn_data_mask_64)[at];
+    }
     return (uint32_t)((2u * rank + 1u) * sampler->mask_scale >> 32);
 }
 

@@ -5,7 +5,7 @@
 
 static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t first,
                        uint32_t count, uint32_t domain, float *out) {
-    if (sampler->kind != BN_SAMPLER_BLUE) {
+    if (sampler->type != BN_SAMPLER_BLUE) {
         for (uint32_t i = 0; i < count; ++i) {
             bn_sample_4d(sampler, x, y, first + i, domain, out + 4 * (size_t)i);
         }
@@ -18,7 +18,7 @@ static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t
     }
 }
 
-/* Lanes for bn_sample_many(), as many at a time as the arrays hold. */
+/* Lanes for bn_sample_wavefront(), as many at a time as the arrays hold. */
 typedef struct lane_buffer {
     size_t count;
     int32_t x[256], y[256];
@@ -26,7 +26,15 @@ typedef struct lane_buffer {
 } lane_buffer;
 
 static float *draw_buffer(const bn_sampler *sampler, lane_buffer *l, float *out) {
-    bn_sample_many(sampler, l->count, l->x, l->y, l->index, l->domain, 4, out, 4 * l->count);
+    bn_wavefront lanes = bn_wavefront_default();
+    lanes.count = l->count;
+    lanes.x = l->x;
+    lanes.y = l->y;
+    lanes.index = l->index;
+    lanes.domain = l->domain;
+    for (int d = 0; d < 4; ++d) lanes.out[d] = out + d;
+    lanes.stride = 4;
+    bn_sample_wavefront(sampler, &lanes);
     out += 4 * l->count;
     l->count = 0;
     return out;
@@ -67,7 +75,7 @@ bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uin
     }
 
     const int in_lanes =
-        bn_kinds[sampler->kind].blocks_in_lanes && bn_simd_get()->draw_many != NULL;
+        bn_kinds[sampler->type].blocks_in_lanes && bn_simd_get()->draw_many != NULL;
     lane_buffer l;
     l.count = 0;
     for (uint32_t row = 0; row < height; ++row) {

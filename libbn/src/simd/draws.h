@@ -99,9 +99,9 @@ BN_INLINE void draw_kind(const bn_sampler *sampler, int32_t kind, uint32_t pair,
 
 static void draw_whole(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
                        const bn_draw_lanes *lanes, float *out) {
-    if (sampler->kind == BN_SAMPLER_BLUE) {
+    if (sampler->type == BN_SAMPLER_BLUE) {
         draw_kind(sampler, BN_SAMPLER_BLUE, pair, dimensions, lanes, out);
-    } else if (sampler->kind == BN_SAMPLER_SOBOL) {
+    } else if (sampler->type == BN_SAMPLER_SOBOL) {
         draw_kind(sampler, BN_SAMPLER_SOBOL, pair, dimensions, lanes, out);
     } else {
         draw_kind(sampler, BN_SAMPLER_WHITE, pair, dimensions, lanes, out);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The inner loops of the mask generators and of bn_sample_many(), compiled once per instruction set
+ * The inner loops of the mask generators and of bn_sample_wavefront(), compiled once per instruction set
  * and chosen at run time. They work on integers, so every set gives the same bits. */
 #ifndef BN_SIMD_H
 #define BN_SIMD_H
@@ -45,8 +45,8 @@ typedef struct bn_simd {
                       uint32_t pairs, uint32_t columns, int16_t limit, int32_t shift,
                       int16_t *gradient);
 
-    /* Draws of the kinds BLUE, SOBOL and WHITE: out[count][dimensions]. With two dimensions, `pair` is
-     * that of bn_sample_pair(). NULL where there is nothing faster than single draws. */
+    /* Draws of the types BLUE, SOBOL and WHITE: out[count][dimensions]. With two dimensions, `pair` is
+     * that of bn_sample_2d(). NULL where there is nothing faster than single draws. */
     void (*draw_many)(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
                       const bn_draw_lanes *lanes, float *out);
 } bn_simd;

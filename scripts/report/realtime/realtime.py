@@ -2,7 +2,7 @@
 """One sample a frame: `scripts/bench realtime` measures the noise that frames and averages of frames have
 
 In every pixel of a frame the integrand is the same: a step or a ramp in one number, a half-plane or a disc in a pair, a product of
-half-planes in four numbers. Single numbers are drawn as such (bn_ray_1d()). Slices of others' space-time masks are read from
+half-planes in four numbers. Single numbers are drawn as such (bn_ray_next_1d()). Slices of others' space-time masks are read from
 files, if you have some. It writes tables in docs/report/realtime.md, and realtime.png.
 """
 
@@ -34,7 +34,7 @@ class Draws:
 
     def frame(self, frame, dimensions, seed, size):
         y, x = np.mgrid[:size, :size]
-        ray = bluenoise.Path(bluenoise.Sampler(self.kind, seed=seed), x, y, *((0, frame) if self.new_key else (frame, 0))).ray(0)
+        ray = bluenoise.PathSampler(bluenoise.Sampler(self.kind, seed=seed), x, y, *((0, frame) if self.new_key else (frame, 0))).ray(0)
         return ray.next_1d()[..., None] if dimensions == 1 else ray.draw()[..., :dimensions]
 
 
@@ -255,7 +255,7 @@ def part_errors(part, kind, given, seed, integrands, size=SIZE):
     y, x = np.mgrid[:size * 2 // n, :size // 2]
     for t in range(n * SETTLED.start // 2):
         at_x, at_y = pixels(x, y, t)
-        u = bluenoise.Path(sampler, *given(x, y, at_x, at_y, t, n)).ray(0).draw_where()
+        u = bluenoise.PathSampler(sampler, *given(x, y, at_x, at_y, t, n)).ray(0).draw_direction()
         weight = np.where(shown[at_y, at_x], np.float32(0.1), np.float32(1))
         shown[at_y, at_x] = True
         for average, (values, mean) in zip(averages, integrands):

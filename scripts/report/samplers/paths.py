@@ -23,7 +23,7 @@ INTEGRANDS = 6
 
 def paths(kind, seed, index, size=SIZE):
     y, x = np.mgrid[0:size, 0:size]
-    return bluenoise.Path(bluenoise.Sampler(kind, seed=seed), x, y, index)
+    return bluenoise.PathSampler(bluenoise.Sampler(kind, seed=seed), x, y, index)
 
 
 def half_planes(rng, count):
@@ -48,7 +48,7 @@ def lights(rng):
     edges = half_planes(rng, 12)
 
     def one_pair(path):
-        draw = path.ray(0).draw_light()
+        draw = path.ray(0).draw_end_light()
         light, u = bluenoise.choose_cdf(cdf, draw[..., 0])
         return inside(edges[light], np.stack([u, draw[..., 1]], -1))
 
@@ -66,7 +66,7 @@ def lights(rng):
             small.append(large.pop())
 
     def alias(path):
-        draw = path.ray(0).draw_light()
+        draw = path.ray(0).draw_end_light()
         column, u = bluenoise.choose_u32(12, draw[..., 0])
         own = np.clip(share, 0, 1).astype(np.float32)[column]
         stays = u < own
@@ -75,7 +75,7 @@ def lights(rng):
 
     return {"one pair, from a table in order": one_pair,
             "a number and a pair of one domain": lambda path: with_number((draw := path.ray(0).next_4d())[..., 2], draw[..., :2]),
-            "a number and a pair of two domains": lambda path: with_number(path.ray(0).next_1d(), path.ray(0).draw_light()),
+            "a number and a pair of two domains": lambda path: with_number(path.ray(0).next_1d(), path.ray(0).draw_end_light()),
             "one pair, from an alias table": alias}
 
 
@@ -95,7 +95,7 @@ def environment_map(rng):
         return inside(edge, np.stack([column / width, row / height], -1))
 
     def row_and_column(path):
-        draw = path.ray(0).draw_light()
+        draw = path.ray(0).draw_end_light()
         row, v = bluenoise.choose_cdf(rows, draw[..., 1])
         column, u = np.empty_like(row), np.empty_like(v)
         for i in np.unique(row):
@@ -104,7 +104,7 @@ def environment_map(rng):
         return seen(column + u, row + v)
 
     def one_search(path):
-        draw = path.ray(0).draw_light()
+        draw = path.ray(0).draw_end_light()
         texel, u = bluenoise.choose_cdf(flat, draw[..., 0])
         return seen(texel % width + u, texel // width + draw[..., 1])
 
@@ -137,7 +137,7 @@ def coin(rng):
         direction = np.where(to_light[..., None], middle[light] + (2 * point - 1) * half[light], by_lobe)
         r = np.maximum(np.hypot(*np.moveaxis(direction - lobe, -1, 0)), 1e-9)
         lobe_density = np.where(r < 1, r ** (2 / sharp - 2) / (np.pi * sharp), 0)
-        light_density, found, moved = 0, 0, path.ray(0).draw_where() @ shift
+        light_density, found, moved = 0, 0, path.ray(0).draw_direction() @ shift
         for i in range(6):
             place = (direction - middle[i]) / (2 * half[i]) + 0.5
             met = np.all((place >= 0) & (place < 1), -1)
@@ -146,7 +146,7 @@ def coin(rng):
         return 2 * found * lobe_density / (0.5 * lobe_density + 0.5 * light_density)
 
     def one_pair(path):
-        draw = path.ray(1).draw_where()
+        draw = path.ray(1).draw_direction()
         to_light, u = bluenoise.choose(0.5, draw[..., 0])
         light, rest = bluenoise.choose_cdf(cdf, u)
         return estimate(path, to_light, light, np.stack([rest, draw[..., 1]], -1), np.stack([u, draw[..., 1]], -1))
@@ -162,12 +162,12 @@ def coin(rng):
     def all_apart(path):
         ray = path.ray(1)
         to_light, light = ray.next_1d() < 0.5, bluenoise.choose_cdf(cdf, ray.next_1d())[0]
-        return estimate(path, to_light, light, ray.next_2d(), ray.draw_where())
+        return estimate(path, to_light, light, ray.next_2d(), ray.draw_direction())
 
     return {"coin and light with u[0], one after the other": one_pair,
             "the coin with u[2], the light with u[0]": lambda path: with_coin(path, draw := path.ray(1).draw(), draw[..., 2]),
             "the coin with u[2], the light with u[3]": third_and_fourth,
-            "the coin with `next_1d()`, the light with u[0]": lambda path: with_coin(path, path.ray(1).draw_where(), path.ray(1).next_1d()),
+            "the coin with `next_1d()`, the light with u[0]": lambda path: with_coin(path, path.ray(1).draw_direction(), path.ray(1).next_1d()),
             "coin and light with `next_1d()`, the point with `next_2d()`": all_apart}
 
 
@@ -178,7 +178,7 @@ def light_tree(rng):
 
     def descend(path, apart):
         ray, node = path.ray(0), np.zeros(path.shape, np.int64)
-        pair = ray.draw_light()
+        pair = ray.draw_end_light()
         u = pair[..., 0]
         for level in range(6):
             u, probability = ray.next_1d() if apart else u, left[(2**level + node) % 64]
@@ -211,7 +211,7 @@ def free_flight(rng):
 
     generator = np.random.default_rng(5)
     return {"one number, inverted": lambda path: path.ray(0).next_1d() < np.exp(-np.float32(depth[-1])),
-            "`next_rng()`: four stratified, then a generator": lambda path: track(path, path.ray(0).next_rng().next_1d),
+            "`next_loop()`: four stratified, then a generator": lambda path: track(path, path.ray(0).next_loop().next_1d),
             "a number of the sampler for each step": lambda path: track(path, path.ray(0).next_1d),
             "a generator alone": lambda path: track(path, lambda: generator.random(path.shape, np.float32))}
 
@@ -235,12 +235,12 @@ def random_walk(rng):
 
     def stratified(path):
         ray = path.ray(0)
-        numbers = ray.next_rng().next_1d
+        numbers = ray.next_loop().next_1d
         return walk(path, numbers, ray.next_4d())
 
     generator = np.random.default_rng(6)
-    return {"first step from `next_4d()`, then `next_rng()`": stratified,
-            "all of it from `next_rng()`": lambda path: walk(path, path.ray(0).next_rng().next_1d),
+    return {"first step from `next_4d()`, then `next_loop()`": stratified,
+            "all of it from `next_loop()`": lambda path: walk(path, path.ray(0).next_loop().next_1d),
             "a number of the sampler for each decision": lambda path: walk(path, path.ray(0).next_1d),
             "a generator alone": lambda path: walk(path, lambda: generator.random(path.shape, np.float32))}
 
@@ -260,7 +260,7 @@ def transparency(rng):
         return seen - (color[front] * alpha[front] + (1 - alpha[front]) * alpha[back] * color[back])
 
     def by_leaf(path):
-        one, other = (path.ray(0).keyed(1000 + leaf).draw_where()[..., 0] for leaf in (0, 1))
+        one, other = (path.ray(0).child(1000 + leaf).draw_direction()[..., 0] for leaf in (0, 1))
         return first_seen(path, lambda front: (np.where(front, other, one), np.where(front, one, other)))
 
     def by_order(path):
@@ -279,8 +279,8 @@ def moving_edge(rng):
 def time_alone(rng):
     covered = moving_edge(rng)
     return {"time from the second pair of ray 0": lambda path: covered((draw := path.ray(0).draw())[..., :2], draw[..., 2]),
-            "time from `time()`": lambda path: covered(path.ray(0).draw_where(), path.time()[..., 0]),
-            "time from `next_1d()`": lambda path: covered(path.ray(0).draw_where(), path.ray(0).next_1d())}
+            "time from `time_wavelength()`": lambda path: covered(path.ray(0).draw_direction(), path.time_wavelength()[..., 0]),
+            "time from `next_1d()`": lambda path: covered(path.ray(0).draw_direction(), path.ray(0).next_1d())}
 
 
 def time_and_lens(rng):
@@ -295,10 +295,10 @@ def time_and_lens(rng):
         draw = path.ray(0).draw()
         return blurred(draw[..., :2], draw[..., 2:], time)
 
-    return {"lens from the second pair of ray 0, time from `time()`": lambda path: second_pair(path, path.time()[..., 0]),
+    return {"lens from the second pair of ray 0, time from `time_wavelength()`": lambda path: second_pair(path, path.time_wavelength()[..., 0]),
             "lens from the second pair of ray 0, time from `next_1d()`": lambda path: second_pair(path, path.ray(0).next_1d()),
             "lens and time from `next_4d()`": lambda path: blurred(
-                path.ray(0).draw_where(), (more := path.ray(0).next_4d())[..., 2:], more[..., 0])}
+                path.ray(0).draw_direction(), (more := path.ray(0).next_4d())[..., 2:], more[..., 0])}
 
 
 def wavelength(rng):
@@ -308,8 +308,8 @@ def wavelength(rng):
     def four(w):
         return np.mean([np.exp(-(((w + k / 4) % 1 - line) / width) ** 2) for k in range(4)], 0)
 
-    return {"w = (floor(4 v) + u) / 4": lambda path: four((np.floor(4 * (time := path.time())[..., 0]) + time[..., 1]) / 4),
-            "w = u": lambda path: four(path.time()[..., 1])}
+    return {"w = (floor(4 v) + u) / 4": lambda path: four((np.floor(4 * (time := path.time_wavelength())[..., 0]) + time[..., 1]) / 4),
+            "w = u": lambda path: four(path.time_wavelength()[..., 1])}
 
 
 def splits(rng):
@@ -319,7 +319,7 @@ def splits(rng):
     domains, taken = itertools.count(1000), [0]
 
     def weight(path):
-        where = path.ray(0).draw_where()
+        where = path.ray(0).draw_direction()
         return 0.5 + shade[0] * where[..., 0] + shade[1] * where[..., 1]
 
     def varying(path):
@@ -328,7 +328,7 @@ def splits(rng):
 
     def estimate(path, number, ray):
         """ray(k): the one that draws light sample k."""
-        return weight(path) * sum((k < number) * inside(edge, ray(k).draw_where()) for k in range(6)) / number
+        return weight(path) * sum((k < number) * inside(edge, ray(k).draw_direction()) for k in range(6)) / number
 
     def split(path, most, number):
         branches = path.ray(0).next_split(most)
@@ -348,7 +348,7 @@ def splits(rng):
             "two to six of `next_split(8)`": lambda path: split(path, 8, varying(path)),
             "two to six of `next_split_from(taken)`": running,
             "two to six, a domain for each path": own_domain,
-            "two to six, a domain for each branch": lambda path: estimate(path, varying(path), path.ray(0).keyed)}
+            "two to six, a domain for each branch": lambda path: estimate(path, varying(path), path.ray(0).child)}
 
 
 EXPERIMENTS = {"lights": lights, "environment map": environment_map, "coin": coin, "light tree": light_tree, "free flight": free_flight,

@@ -19,7 +19,7 @@ namespace {
 Globals make(uint seed) {
     Globals globals;
     globals.data.integrator.seed = seed * 0x9e3779b9u + 77u;
-    const bn_sampler sampler = bn_sampler_make(BN_SAMPLER_BLUE, seed);
+    const bn_sampler sampler = bn_sampler_make(seed);
     size_t count;
     const uint32_t *words = bn_tables(&count, nullptr);
     globals.sample_pattern_lut.resize(count + 2);
@@ -99,7 +99,7 @@ struct Wanted {
 
 int domains() {
     int wrong = 0;
-    const bn_sampler library = bn_sampler_make(BN_SAMPLER_BLUE, 0);
+    const bn_sampler library = bn_sampler_make(0);
     const Globals globals = make(0);
     const auto ray = [](uint32_t key) { return bn_domain_child(BN_DOMAIN_ROOT, key); };
     // Ray 3 and those after it have the next key, as the camera's domain has key 3.

@@ -107,7 +107,7 @@ int wavefront(int depths) {
 
 int domains() {
     int wrong = 0;
-    const bn_sampler library = bn_sampler_make(BN_SAMPLER_BLUE, 0);
+    const bn_sampler library = bn_sampler_make(0);
     pbrt::BlueSampler sampler = make();
     for (int index = 0; index < 300; index += 7) {
         float u[4][4];
@@ -128,7 +128,8 @@ int domains() {
 // uniform, and a mask's with one sample.
 int wavelengths() {
     int wrong = 0;
-    const bn_sampler mask = bn_sampler_make(BN_SAMPLER_MASK, 0);
+    bn_sampler mask;
+    bn_sampler_init(&mask, BN_SAMPLER_MASK, 0);
     for (int count = 1; count <= 7; ++count) {
         pbrt::given.pixelSamples = count;
         pbrt::BlueSampler sampler = make();

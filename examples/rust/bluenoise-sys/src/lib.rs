@@ -17,27 +17,42 @@ pub const BN_SAMPLER_ZORDER: i32 = 3;
 pub const BN_SAMPLER_MASK: i32 = 4;
 
 #[repr(C)]
-pub struct bn_sampler_options {
+pub struct bn_mask {
+    pub ranks: *const std::os::raw::c_void,
+    pub rank_bits: u32,
+    pub width: u32,
+    pub height: u32,
+    pub depth: u32,
+    pub channels: u32,
+}
+
+#[repr(C)]
+pub struct bn_wavefront {
     pub struct_size: usize,
-    pub kind: i32,
-    pub samples_per_pixel: u32,
-    pub seed: u64,
-    pub mask_ranks: *const u32,
-    pub mask_width: u32,
-    pub mask_height: u32,
+    pub count: usize,
+    pub x: *const i32,
+    pub y: *const i32,
+    pub index: *const u32,
+    pub domain: *const u32,
+    pub shared_index: u32,
+    pub shared_domain: u32,
+    pub depth: *const u32,
+    pub out: [*mut f32; 4],
+    pub stride: usize,
 }
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct bn_sampler {
-    pub kind: i32,
+    pub r#type: i32,
     pub log2_samples: u32,
     pub seed: [u32; 2],
-    pub mask: *const u32,
+    pub mask: *const std::os::raw::c_void,
     pub mask_scale: u64,
     pub mask_low_digits: u32,
     pub mask_width: u32,
     pub mask_height: u32,
+    pub mask_rank_bits: u32,
 }
 
 #[repr(C)]
@@ -72,7 +87,7 @@ pub struct bn_split {
 
 #[repr(C)]
 #[derive(Debug)]
-pub struct bn_rng {
+pub struct bn_loop {
     pub next: [f32; 4],
     pub counter: [u32; 4],
     pub drawn: u32,
@@ -82,11 +97,13 @@ extern "C" {
     pub fn bn_result_string(result: i32) -> *const std::os::raw::c_char;
     pub fn bn_domain_child(domain: u32, key: u32) -> u32;
 
-    pub fn bn_sampler_init(sampler: *mut bn_sampler, options: *const bn_sampler_options) -> i32;
+    pub fn bn_sampler_init(sampler: *mut bn_sampler, r#type: i32, seed: u64) -> i32;
+    pub fn bn_sampler_init_zorder(sampler: *mut bn_sampler, samples_per_pixel: u32, seed: u64) -> i32;
+    pub fn bn_sampler_init_mask(sampler: *mut bn_sampler, mask: *const bn_mask, seed: u64) -> i32;
     pub fn bn_tables(count: *mut usize, version: *mut u32) -> *const u32;
     pub fn bn_sample_4d(sampler: *const bn_sampler, x: i32, y: i32, index: u32, domain: u32, out: *mut f32);
     pub fn bn_sample_4d_u32(sampler: *const bn_sampler, x: i32, y: i32, index: u32, domain: u32, out: *mut u32);
-    pub fn bn_sample_pair(
+    pub fn bn_sample_2d(
         sampler: *const bn_sampler,
         x: i32,
         y: i32,
@@ -107,38 +124,28 @@ extern "C" {
         out: *mut f32,
         out_count: usize,
     ) -> i32;
-    pub fn bn_sample_many(
-        sampler: *const bn_sampler,
-        count: usize,
-        x: *const i32,
-        y: *const i32,
-        index: *const u32,
-        domain: *const u32,
-        dimensions: u32,
-        out: *mut f32,
-        out_count: usize,
-    ) -> i32;
+    pub fn bn_sample_wavefront(sampler: *const bn_sampler, wavefront: *const bn_wavefront) -> i32;
 
-    pub fn bn_rs_sampler_make(kind: i32, seed: u64) -> bn_sampler;
+    pub fn bn_rs_sampler_make(seed: u64) -> bn_sampler;
     pub fn bn_rs_path_start(x: i32, y: i32, index: u32, frame: u32) -> bn_path;
     pub fn bn_rs_path_ray(path: *const bn_path, ray: u32) -> bn_ray;
-    pub fn bn_rs_ray_keyed(ray: *const bn_ray, key: u32) -> bn_ray;
-    pub fn bn_rs_ray_split(ray: *mut bn_ray, count: u32) -> bn_split;
-    pub fn bn_rs_ray_split_from(ray: *mut bn_ray, first: u32) -> bn_split;
+    pub fn bn_rs_ray_child(ray: *const bn_ray, key: u32) -> bn_ray;
+    pub fn bn_rs_ray_next_split(ray: *mut bn_ray, count: u32) -> bn_split;
+    pub fn bn_rs_ray_next_split_from(ray: *mut bn_ray, first: u32) -> bn_split;
     pub fn bn_rs_split_path(split: *const bn_split, k: u32) -> bn_path;
     pub fn bn_rs_ray_draw(sampler: *const bn_sampler, ray: *const bn_ray, out: *mut f32);
-    pub fn bn_rs_ray_draw_where(sampler: *const bn_sampler, ray: *const bn_ray, out: *mut f32);
-    pub fn bn_rs_ray_draw_light(sampler: *const bn_sampler, ray: *const bn_ray, out: *mut f32);
-    pub fn bn_rs_ray_1d(sampler: *const bn_sampler, ray: *mut bn_ray) -> f32;
-    pub fn bn_rs_ray_2d(sampler: *const bn_sampler, ray: *mut bn_ray, out: *mut f32);
-    pub fn bn_rs_ray_4d(sampler: *const bn_sampler, ray: *mut bn_ray, out: *mut f32);
-    pub fn bn_rs_ray_1d_at(sampler: *const bn_sampler, ray: *const bn_ray, k: u32) -> f32;
-    pub fn bn_rs_ray_2d_at(sampler: *const bn_sampler, ray: *const bn_ray, k: u32, out: *mut f32);
-    pub fn bn_rs_ray_4d_at(sampler: *const bn_sampler, ray: *const bn_ray, k: u32, out: *mut f32);
-    pub fn bn_rs_ray_split_at(ray: *const bn_ray, k: u32, count: u32) -> bn_split;
-    pub fn bn_rs_ray_rng_at(sampler: *const bn_sampler, ray: *const bn_ray, k: u32) -> bn_rng;
+    pub fn bn_rs_ray_draw_direction(sampler: *const bn_sampler, ray: *const bn_ray, out: *mut f32);
+    pub fn bn_rs_ray_draw_end_light(sampler: *const bn_sampler, ray: *const bn_ray, out: *mut f32);
+    pub fn bn_rs_ray_next_1d(sampler: *const bn_sampler, ray: *mut bn_ray) -> f32;
+    pub fn bn_rs_ray_next_2d(sampler: *const bn_sampler, ray: *mut bn_ray, out: *mut f32);
+    pub fn bn_rs_ray_next_4d(sampler: *const bn_sampler, ray: *mut bn_ray, out: *mut f32);
+    pub fn bn_rs_ray_draw_1d(sampler: *const bn_sampler, ray: *const bn_ray, k: u32) -> f32;
+    pub fn bn_rs_ray_draw_2d(sampler: *const bn_sampler, ray: *const bn_ray, k: u32, out: *mut f32);
+    pub fn bn_rs_ray_draw_4d(sampler: *const bn_sampler, ray: *const bn_ray, k: u32, out: *mut f32);
+    pub fn bn_rs_ray_draw_split(ray: *const bn_ray, k: u32, count: u32) -> bn_split;
+    pub fn bn_rs_ray_draw_loop(sampler: *const bn_sampler, ray: *const bn_ray, k: u32) -> bn_loop;
     pub fn bn_rs_path_first_light(sampler: *const bn_sampler, path: *const bn_path, count: u32, k: u32, out: *mut f32);
-    pub fn bn_rs_path_time(sampler: *const bn_sampler, path: *const bn_path, out: *mut f32);
-    pub fn bn_rs_ray_rng(sampler: *const bn_sampler, ray: *mut bn_ray) -> bn_rng;
-    pub fn bn_rs_rng_1d(rng: *mut bn_rng) -> f32;
+    pub fn bn_rs_path_time_wavelength(sampler: *const bn_sampler, path: *const bn_path, out: *mut f32);
+    pub fn bn_rs_ray_next_loop(sampler: *const bn_sampler, ray: *mut bn_ray) -> bn_loop;
+    pub fn bn_rs_loop_next_1d(rng: *mut bn_loop) -> f32;
 }

@@ -2,10 +2,10 @@
 //! Blue noise for path tracers: the samplers and the paths of libbn.
 //!
 //! ```
-//! use bluenoise::{Path, Sampler};
+//! use bluenoise::{PathSampler, Sampler};
 //!
 //! fn trace(sampler: &Sampler, x: i32, y: i32, index: u32) -> f32 {
-//!     let path = Path::new(sampler, x, y, index);
+//!     let path = PathSampler::new(sampler, x, y, index);
 //!     let mut sum = 0.0;
 //!     for depth in 0..8 {
 //!         let mut ray = path.ray(depth); // ray 0 leaves the camera, ray d the d-th surface
@@ -24,8 +24,8 @@
 mod path;
 mod sampler;
 
-pub use path::{Path, Ray, Rng, Split};
-pub use sampler::{tables, Block, Domain, Kind, Sampler, Samples};
+pub use path::{PathSampler, RaySampler, LoopSampler, Split};
+pub use sampler::{tables, Block, Domain, Type, Sampler, Samples};
 
 use bluenoise_sys as sys;
 use std::ffi::CStr;

@@ -7,28 +7,28 @@ use bluenoise_sys as sys;
 
 /// One sample of one pixel. It is a name alone: copies name the same numbers.
 #[derive(Clone, Copy, Debug)]
-pub struct Path<'s> {
+pub struct PathSampler<'s> {
     sampler: &'s Sampler<'s>,
     state: sys::bn_path,
 }
 
-impl<'s> Path<'s> {
+impl<'s> PathSampler<'s> {
     /// Sample `index` of pixel (x, y) of a single picture.
-    pub fn new(sampler: &'s Sampler<'s>, x: i32, y: i32, index: u32) -> Path<'s> {
-        Path::in_frame(sampler, x, y, index, 0)
+    pub fn new(sampler: &'s Sampler<'s>, x: i32, y: i32, index: u32) -> PathSampler<'s> {
+        PathSampler::in_stream(sampler, x, y, index, 0)
     }
 
     /// Frames that must be independent have numbers of their own; where frames are averaged, the index goes on instead.
-    pub fn in_frame(sampler: &'s Sampler<'s>, x: i32, y: i32, index: u32, frame: u32) -> Path<'s> {
+    pub fn in_stream(sampler: &'s Sampler<'s>, x: i32, y: i32, index: u32, stream: u32) -> PathSampler<'s> {
         // SAFETY: a pure function.
-        Path { sampler, state: unsafe { sys::bn_rs_path_start(x, y, index, frame) } }
+        PathSampler { sampler, state: unsafe { sys::bn_rs_path_start(x, y, index, stream) } }
     }
 
-    /// Ray 0 leaves the camera, ray d the d-th surface. Make one [`Ray`] for each: a second one of the same number starts
+    /// RaySampler 0 leaves the camera, ray d the d-th surface. Make one [`RaySampler`] for each: a second one of the same number starts
     /// again.
-    pub fn ray(&self, number: u32) -> Ray<'s> {
+    pub fn ray(&self, number: u32) -> RaySampler<'s> {
         // SAFETY: a pure function.
-        Ray { sampler: self.sampler, state: unsafe { sys::bn_rs_path_ray(&self.state, number) } }
+        RaySampler { sampler: self.sampler, state: unsafe { sys::bn_rs_path_ray(&self.state, number) } }
     }
 
     /// The light tried where ray 0 ends, if a lens has taken its pair; point k if it is split into `count`.
@@ -37,8 +37,8 @@ impl<'s> Path<'s> {
     }
 
     /// The time of the path, where things move, and its wavelength.
-    pub fn time(&self) -> [f32; 2] {
-        filled(|out| unsafe { sys::bn_rs_path_time(&self.sampler.state, &self.state, out) })
+    pub fn time_wavelength(&self) -> [f32; 2] {
+        filled(|out| unsafe { sys::bn_rs_path_time_wavelength(&self.sampler.state, &self.state, out) })
     }
 }
 
@@ -46,100 +46,100 @@ impl<'s> Path<'s> {
 /// numbers twice: lend it as `&mut`.
 ///
 /// ```compile_fail,E0599
-/// fn twice(ray: bluenoise::Ray) -> (bluenoise::Ray, bluenoise::Ray) {
+/// fn twice(ray: bluenoise::RaySampler) -> (bluenoise::RaySampler, bluenoise::RaySampler) {
 ///     (ray.clone(), ray)
 /// }
 /// ```
 ///
 /// ```compile_fail,E0515
-/// fn dangling() -> bluenoise::Ray<'static> {
+/// fn dangling() -> bluenoise::RaySampler<'static> {
 ///     let sampler = bluenoise::Sampler::new(1);
-///     let path = bluenoise::Path::new(&sampler, 0, 0, 0);
+///     let path = bluenoise::PathSampler::new(&sampler, 0, 0, 0);
 ///     path.ray(0)
 /// }
 /// ```
 #[derive(Debug)]
-pub struct Ray<'s> {
+pub struct RaySampler<'s> {
     sampler: &'s Sampler<'s>,
     state: sys::bn_ray,
 }
 
-impl<'s> Ray<'s> {
+impl<'s> RaySampler<'s> {
     /// Where the ray goes, and the light that is tried where it ends. The same at every call.
     pub fn draw(&self) -> [f32; 4] {
         filled(|out| unsafe { sys::bn_rs_ray_draw(&self.sampler.state, &self.state, out) })
     }
 
     /// The first pair of them alone.
-    pub fn draw_where(&self) -> [f32; 2] {
-        filled(|out| unsafe { sys::bn_rs_ray_draw_where(&self.sampler.state, &self.state, out) })
+    pub fn draw_direction(&self) -> [f32; 2] {
+        filled(|out| unsafe { sys::bn_rs_ray_draw_direction(&self.sampler.state, &self.state, out) })
     }
 
     /// The second pair of them alone.
-    pub fn draw_light(&self) -> [f32; 2] {
-        filled(|out| unsafe { sys::bn_rs_ray_draw_light(&self.sampler.state, &self.state, out) })
+    pub fn draw_end_light(&self) -> [f32; 2] {
+        filled(|out| unsafe { sys::bn_rs_ray_draw_end_light(&self.sampler.state, &self.state, out) })
     }
 
-    /// Single number `k` of the ray, from 0, by an explicit counter: what call k + 1 of [`next_1d`](Ray::next_1d) gives. The
+    /// Single number `k` of the ray, from 0, by an explicit counter: what call k + 1 of [`next_1d`](RaySampler::next_1d) gives. The
     /// same at every call, and so are its relatives. A loop and a split of the same `k` are one decision.
     pub fn draw_1d(&self, k: u32) -> f32 {
-        unsafe { sys::bn_rs_ray_1d_at(&self.sampler.state, &self.state, k) }
+        unsafe { sys::bn_rs_ray_draw_1d(&self.sampler.state, &self.state, k) }
     }
 
     /// Pair `k`.
     pub fn draw_2d(&self, k: u32) -> [f32; 2] {
-        filled(|out| unsafe { sys::bn_rs_ray_2d_at(&self.sampler.state, &self.state, k, out) })
+        filled(|out| unsafe { sys::bn_rs_ray_draw_2d(&self.sampler.state, &self.state, k, out) })
     }
 
     /// Four `k`.
     pub fn draw_4d(&self, k: u32) -> [f32; 4] {
-        filled(|out| unsafe { sys::bn_rs_ray_4d_at(&self.sampler.state, &self.state, k, out) })
+        filled(|out| unsafe { sys::bn_rs_ray_draw_4d(&self.sampler.state, &self.state, k, out) })
     }
 
     /// Split `k`, into `count` branches.
-    pub fn split(&self, k: u32, count: u32) -> Split<'s> {
-        Split { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_split_at(&self.state, k, count) } }
+    pub fn draw_split(&self, k: u32, count: u32) -> Split<'s> {
+        Split { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_draw_split(&self.state, k, count) } }
     }
 
     /// The numbers of loop `k`.
-    pub fn rng(&self, k: u32) -> Rng {
-        Rng { state: unsafe { sys::bn_rs_ray_rng_at(&self.sampler.state, &self.state, k) } }
+    pub fn draw_loop(&self, k: u32) -> LoopSampler {
+        LoopSampler { state: unsafe { sys::bn_rs_ray_draw_loop(&self.sampler.state, &self.state, k) } }
     }
 
     /// The next single number. Numbers for further decisions are new at every call.
     pub fn next_1d(&mut self) -> f32 {
-        unsafe { sys::bn_rs_ray_1d(&self.sampler.state, &mut self.state) }
+        unsafe { sys::bn_rs_ray_next_1d(&self.sampler.state, &mut self.state) }
     }
 
     /// The next pair.
     pub fn next_2d(&mut self) -> [f32; 2] {
-        filled(|out| unsafe { sys::bn_rs_ray_2d(&self.sampler.state, &mut self.state, out) })
+        filled(|out| unsafe { sys::bn_rs_ray_next_2d(&self.sampler.state, &mut self.state, out) })
     }
 
     /// The next four: two pairs whose effects multiply, or a number, the third, and a pair, the first two.
     pub fn next_4d(&mut self) -> [f32; 4] {
-        filled(|out| unsafe { sys::bn_rs_ray_4d(&self.sampler.state, &mut self.state, out) })
+        filled(|out| unsafe { sys::bn_rs_ray_next_4d(&self.sampler.state, &mut self.state, out) })
     }
 
     /// The path goes on in `count` ways, as many as in all samples of the pixel.
     pub fn next_split(&mut self, count: u32) -> Split<'s> {
-        Split { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_split(&mut self.state, count) } }
+        Split { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_next_split(&mut self.state, count) } }
     }
 
     /// It goes on in any number of ways: `first` is how many the earlier samples of the pixel took here.
     pub fn next_split_from(&mut self, first: u32) -> Split<'s> {
-        Split { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_split_from(&mut self.state, first) } }
+        Split { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_next_split_from(&mut self.state, first) } }
     }
 
     /// The numbers of a loop without bound, such as tracking through a medium.
-    pub fn next_rng(&mut self) -> Rng {
-        Rng { state: unsafe { sys::bn_rs_ray_rng(&self.sampler.state, &mut self.state) } }
+    pub fn next_loop(&mut self) -> LoopSampler {
+        LoopSampler { state: unsafe { sys::bn_rs_ray_next_loop(&self.sampler.state, &mut self.state) } }
     }
 
     /// A part with a key, such as the number of a primitive that may be transparent. It draws like a ray of its own, and
     /// does not depend on what was drawn before it. A second part of the same key starts again.
-    pub fn keyed(&self, key: u32) -> Ray<'s> {
-        Ray { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_keyed(&self.state, key) } }
+    pub fn child(&self, key: u32) -> RaySampler<'s> {
+        RaySampler { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_child(&self.state, key) } }
     }
 }
 
@@ -152,30 +152,30 @@ pub struct Split<'s> {
 
 impl<'s> Split<'s> {
     /// Branch k, a path of its own whose rays begin at 0. Paths may take fewer branches than `next_split` said, or more.
-    pub fn path(&self, k: u32) -> Path<'s> {
-        Path { sampler: self.sampler, state: unsafe { sys::bn_rs_split_path(&self.state, k) } }
+    pub fn path(&self, k: u32) -> PathSampler<'s> {
+        PathSampler { sampler: self.sampler, state: unsafe { sys::bn_rs_split_path(&self.state, k) } }
     }
 
     /// The first `count` branches.
-    pub fn paths(&self, count: u32) -> impl Iterator<Item = Path<'s>> + '_ {
+    pub fn paths(&self, count: u32) -> impl Iterator<Item = PathSampler<'s>> + '_ {
         (0..count).map(move |k| self.path(k))
     }
 }
 
-/// The numbers of a loop without bound: four of the sampler's, then a generator's. Like a [`Ray`], it cannot be copied.
+/// The numbers of a loop without bound: four of the sampler's, then a generator's. Like a [`RaySampler`], it cannot be copied.
 #[derive(Debug)]
-pub struct Rng {
-    state: sys::bn_rng,
+pub struct LoopSampler {
+    state: sys::bn_loop,
 }
 
-impl Rng {
+impl LoopSampler {
     /// The next number.
     pub fn next_1d(&mut self) -> f32 {
-        unsafe { sys::bn_rs_rng_1d(&mut self.state) }
+        unsafe { sys::bn_rs_loop_next_1d(&mut self.state) }
     }
 }
 
-impl Iterator for Rng {
+impl Iterator for LoopSampler {
     type Item = f32;
 
     fn next(&mut self) -> Option<f32> {

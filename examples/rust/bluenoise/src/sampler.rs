@@ -17,7 +17,7 @@ pub(crate) fn filled<T: Default + Copy, const N: usize>(draw: impl FnOnce(*mut T
 /// What to draw from; bn.h says what each is for.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
-pub enum Kind<'a> {
+pub enum Type<'a> {
     /// Progressive blue noise: the one to use.
     Blue,
     Sobol,
@@ -36,7 +36,7 @@ pub enum Kind<'a> {
     },
 }
 
-/// The name of one decision. [`crate::Path`] derives them for you.
+/// The name of one decision. [`crate::PathSampler`] derives them for you.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Domain(pub u32);
@@ -52,7 +52,7 @@ impl Domain {
     }
 }
 
-/// A value of 48 bytes, to be copied, kept and shared between threads. `'m` is how long a mask of yours lives.
+/// A value of at most 48 bytes, to be copied, kept and shared between threads. `'m` is how long a mask of yours lives.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler<'m> {
     pub(crate) state: sys::bn_sampler,
@@ -67,50 +67,48 @@ impl<'m> Sampler<'m> {
     /// Blue noise. Different seeds give independent pictures.
     pub fn new(seed: u64) -> Sampler<'static> {
         // SAFETY: a pure function.
-        Sampler { state: unsafe { sys::bn_rs_sampler_make(sys::BN_SAMPLER_BLUE, seed) }, mask: PhantomData }
+        Sampler { state: unsafe { sys::bn_rs_sampler_make(seed) }, mask: PhantomData }
     }
 
-    pub fn with_kind(kind: Kind<'m>, seed: u64) -> Result<Sampler<'m>, Error> {
-        let (number, samples_per_pixel, mask) = match kind {
-            Kind::Blue => (sys::BN_SAMPLER_BLUE, 0, None),
-            Kind::Sobol => (sys::BN_SAMPLER_SOBOL, 0, None),
-            Kind::White => (sys::BN_SAMPLER_WHITE, 0, None),
-            Kind::ZOrder { samples_per_pixel } => (sys::BN_SAMPLER_ZORDER, samples_per_pixel, None),
-            Kind::Mask => (sys::BN_SAMPLER_MASK, 0, None),
-            Kind::MaskOf { ranks, width, height } => (sys::BN_SAMPLER_MASK, 0, Some((ranks, width, height))),
+    pub fn with_type(r#type: Type<'m>, seed: u64) -> Result<Sampler<'m>, Error> {
+        let mut sampler = Sampler::new(seed);
+        let state = &mut sampler.state;
+        // SAFETY: a valid sampler; a mask has width * height ranks, which live as long as 'm.
+        let result = unsafe {
+            match r#type {
+                Type::Blue => sys::BN_SUCCESS,
+                Type::Sobol => sys::bn_sampler_init(state, sys::BN_SAMPLER_SOBOL, seed),
+                Type::White => sys::bn_sampler_init(state, sys::BN_SAMPLER_WHITE, seed),
+                Type::ZOrder { samples_per_pixel } => sys::bn_sampler_init_zorder(state, samples_per_pixel, seed),
+                Type::Mask => sys::bn_sampler_init(state, sys::BN_SAMPLER_MASK, seed),
+                Type::MaskOf { ranks, width, height } => {
+                    if u64::from(width) * u64::from(height) != ranks.len() as u64 {
+                        return Err(Error::SizeMismatch);
+                    }
+                    let ranks = ranks.as_ptr().cast();
+                    let mask = sys::bn_mask { ranks, rank_bits: 32, width, height, depth: 1, channels: 1 };
+                    sys::bn_sampler_init_mask(state, &mask, seed)
+                }
+            }
         };
-        if matches!(mask, Some((ranks, width, height)) if u64::from(width) * u64::from(height) != ranks.len() as u64) {
-            return Err(Error::SizeMismatch);
-        }
-        let options = sys::bn_sampler_options {
-            struct_size: std::mem::size_of::<sys::bn_sampler_options>(),
-            kind: number,
-            samples_per_pixel,
-            seed,
-            mask_ranks: mask.map_or(null(), |(ranks, _, _)| ranks.as_ptr()),
-            mask_width: mask.map_or(0, |(_, width, _)| width),
-            mask_height: mask.map_or(0, |(_, _, height)| height),
-        };
-        let mut sampler = Sampler::new(0);
-        // SAFETY: mask_ranks is null or has width * height elements, which live as long as 'm.
-        Error::check(unsafe { sys::bn_sampler_init(&mut sampler.state, &options) })?;
+        Error::check(result)?;
         Ok(sampler)
     }
 
     /// Sample `index` of pixel (x, y) in a domain: four numbers.
-    pub fn sample(&self, x: i32, y: i32, index: u32, domain: Domain) -> [f32; 4] {
+    pub fn sample_4d(&self, x: i32, y: i32, index: u32, domain: Domain) -> [f32; 4] {
         // SAFETY: a valid sampler, and room for four.
         filled(|out| unsafe { sys::bn_sample_4d(&self.state, x, y, index, domain.0, out) })
     }
 
     /// One pair of them alone: the first with `pair` 0, the second with 1.
-    pub fn sample_pair(&self, x: i32, y: i32, index: u32, domain: Domain, pair: u32) -> [f32; 2] {
+    pub fn sample_2d(&self, x: i32, y: i32, index: u32, domain: Domain, pair: u32) -> [f32; 2] {
         // SAFETY: as above.
-        filled(|out| unsafe { sys::bn_sample_pair(&self.state, x, y, index, domain.0, pair, out) })
+        filled(|out| unsafe { sys::bn_sample_2d(&self.state, x, y, index, domain.0, pair, out) })
     }
 
     /// 32 bits each.
-    pub fn sample_u32(&self, x: i32, y: i32, index: u32, domain: Domain) -> [u32; 4] {
+    pub fn sample_4d_u32(&self, x: i32, y: i32, index: u32, domain: Domain) -> [u32; 4] {
         // SAFETY: as above.
         filled(|out| unsafe { sys::bn_sample_4d_u32(&self.state, x, y, index, domain.0, out) })
     }
@@ -149,7 +147,7 @@ impl<'m> Sampler<'m> {
     }
 
     /// Sample `index[i]` of pixel `(x[i], y[i])` in `domain[i]` for each lane i of a wavefront, in any order.
-    pub fn sample_many(
+    pub fn sample_wavefront(
         &self,
         x: &[i32],
         y: &[i32],
@@ -161,20 +159,22 @@ impl<'m> Sampler<'m> {
         if [x.len(), y.len(), index.len(), domain.len()] != [count; 4] {
             return Err(Error::SizeMismatch);
         }
+        let lanes = out.as_mut_ptr().cast::<f32>();
+        let wavefront = sys::bn_wavefront {
+            struct_size: std::mem::size_of::<sys::bn_wavefront>(),
+            count,
+            x: x.as_ptr(),
+            y: y.as_ptr(),
+            index: index.as_ptr(),
+            domain: domain.as_ptr().cast(),
+            shared_index: 0,
+            shared_domain: 0,
+            depth: null(),
+            out: [lanes, lanes.wrapping_add(1), lanes.wrapping_add(2), lanes.wrapping_add(3)],
+            stride: 4,
+        };
         // SAFETY: all have `count` elements; a Domain is a u32.
-        Error::check(unsafe {
-            sys::bn_sample_many(
-                &self.state,
-                count,
-                x.as_ptr(),
-                y.as_ptr(),
-                index.as_ptr(),
-                domain.as_ptr().cast(),
-                4,
-                out.as_mut_ptr().cast(),
-                4 * count,
-            )
-        })
+        Error::check(unsafe { sys::bn_sample_wavefront(&self.state, &wavefront) })
     }
 
     /// The seed as shaders take it (docs/shaders.md of libbn).
@@ -183,7 +183,7 @@ impl<'m> Sampler<'m> {
     }
 }
 
-/// The tables of `Kind::Blue` for shaders: constant, the same for every seed.
+/// The tables of `Type::Blue` for shaders: constant, the same for every seed.
 pub fn tables() -> &'static [u32] {
     let mut count = 0;
     // SAFETY: bn_tables() returns `count` constant words.
@@ -210,7 +210,7 @@ impl Iterator for Samples<'_> {
     fn next(&mut self) -> Option<[f32; 4]> {
         let index = self.next?;
         self.next = index.checked_add(1);
-        Some(self.sampler.sample(self.x, self.y, index, self.domain))
+        Some(self.sampler.sample_4d(self.x, self.y, index, self.domain))
     }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The safe functions give the bits of C, in the order in which C hands them out.
 
-use bluenoise::{tables, Domain, Error, Kind, Path, Sampler};
+use bluenoise::{tables, Domain, Error, Type, PathSampler, Sampler};
 use bluenoise_sys as sys;
 
 /// bn_sample_4d() of the C library by itself: no type and no function of the safe crate.
@@ -9,7 +9,9 @@ struct C(sys::bn_sampler);
 
 impl C {
     fn new(kind: i32, seed: u64) -> C {
-        C(unsafe { sys::bn_rs_sampler_make(kind, seed) })
+        let mut c = C(unsafe { sys::bn_rs_sampler_make(seed) });
+        assert_eq!(unsafe { sys::bn_sampler_init(&mut c.0, kind, seed) }, sys::BN_SUCCESS);
+        c
     }
 
     fn draw(&self, x: i32, y: i32, index: u32, domain: u32) -> [f32; 4] {
@@ -23,12 +25,12 @@ fn child(domain: u32, key: u32) -> u32 {
     unsafe { sys::bn_domain_child(domain, key) }
 }
 
-const KINDS: [(Kind, i32); 5] = [
-    (Kind::Blue, sys::BN_SAMPLER_BLUE),
-    (Kind::Sobol, sys::BN_SAMPLER_SOBOL),
-    (Kind::White, sys::BN_SAMPLER_WHITE),
-    (Kind::ZOrder { samples_per_pixel: 0 }, sys::BN_SAMPLER_ZORDER),
-    (Kind::Mask, sys::BN_SAMPLER_MASK),
+const KINDS: [(Type, i32); 5] = [
+    (Type::Blue, sys::BN_SAMPLER_BLUE),
+    (Type::Sobol, sys::BN_SAMPLER_SOBOL),
+    (Type::White, sys::BN_SAMPLER_WHITE),
+    (Type::ZOrder { samples_per_pixel: 0 }, sys::BN_SAMPLER_ZORDER),
+    (Type::Mask, sys::BN_SAMPLER_MASK),
 ];
 const PLACES: [(i32, i32, u32); 5] =
     [(0, 0, 0), (3, 4, 5), (-7, 200, 300), (i32::MIN, i32::MAX, u32::MAX / 16), (64, -1, 16)];
@@ -36,15 +38,15 @@ const PLACES: [(i32, i32, u32); 5] =
 #[test]
 fn samples_are_those_of_c() {
     for (kind, number) in KINDS {
-        let (safe, c) = (Sampler::with_kind(kind, 9).unwrap(), C::new(number, 9));
+        let (safe, c) = (Sampler::with_type(kind, 9).unwrap(), C::new(number, 9));
         for (x, y, index) in PLACES {
             let domain = Domain::ROOT.child(6).child(index);
             assert_eq!(domain.0, child(child(0, 6), index));
             let expected = c.draw(x, y, index, domain.0);
-            assert_eq!(safe.sample(x, y, index, domain), expected);
-            assert_eq!(safe.sample_u32(x, y, index, domain).map(|v| (v >> 8) as f32 / 16777216.0), expected);
-            assert_eq!(safe.sample_pair(x, y, index, domain, 0), expected[..2]);
-            assert_eq!(safe.sample_pair(x, y, index, domain, 1), expected[2..]);
+            assert_eq!(safe.sample_4d(x, y, index, domain), expected);
+            assert_eq!(safe.sample_4d_u32(x, y, index, domain).map(|v| (v >> 8) as f32 / 16777216.0), expected);
+            assert_eq!(safe.sample_2d(x, y, index, domain, 0), expected[..2]);
+            assert_eq!(safe.sample_2d(x, y, index, domain, 1), expected[2..]);
             for (k, sample) in (0..5).zip(safe.samples(x, y, index, domain)) {
                 assert_eq!(sample, c.draw(x, y, index + k, domain.0));
             }
@@ -57,25 +59,25 @@ fn samples_are_those_of_c() {
 #[test]
 fn paths_are_those_of_c_and_explicit_counters_those_of_the_calls() {
     for (kind, number) in KINDS {
-        let (safe, c) = (Sampler::with_kind(kind, 2).unwrap(), C::new(number, 2));
+        let (safe, c) = (Sampler::with_type(kind, 2).unwrap(), C::new(number, 2));
         for (x, y, index) in PLACES {
-            for frame in [0, 7] {
-                let parent = if frame == 0 { 0 } else { child(child(0, 0x8000_0000), frame) };
-                let path = Path::in_frame(&safe, x, y, index, frame);
-                assert_eq!(path.time(), c.draw(x, y, index, child(parent, 3))[2..]);
+            for stream in [0, 7] {
+                let parent = if stream == 0 { 0 } else { child(child(0, 0x8000_0000), stream) };
+                let path = PathSampler::in_stream(&safe, x, y, index, stream);
+                assert_eq!(path.time_wavelength(), c.draw(x, y, index, child(parent, 3))[2..]);
                 for (count, k) in [(1, 0), (3, 2)] {
                     assert_eq!(path.first_light(count, k), c.draw(x, y, index * count + k, child(parent, 3))[..2]);
                 }
                 let (ray, mut counted) = (path.ray(2), path.ray(2));
                 assert_eq!(ray.draw(), c.draw(x, y, index, child(parent, 2)));
-                assert_eq!([ray.draw_where(), ray.draw_light()].concat(), ray.draw());
+                assert_eq!([ray.draw_direction(), ray.draw_end_light()].concat(), ray.draw());
                 for k in 0..5 {
                     assert_eq!(ray.draw_1d(k), counted.next_1d());
                     assert_eq!(ray.draw_2d(k), counted.next_2d());
                     assert_eq!(ray.draw_4d(k), counted.next_4d());
-                    assert_eq!(ray.rng(k).next_1d(), counted.next_rng().next_1d());
+                    assert_eq!(ray.draw_loop(k).next_1d(), counted.next_loop().next_1d());
                     let branch = counted.next_split(4).path(1);
-                    assert_eq!(ray.split(k, 4).path(1).ray(0).draw(), branch.ray(0).draw());
+                    assert_eq!(ray.draw_split(k, 4).path(1).ray(0).draw(), branch.ray(0).draw());
                 }
             }
         }
@@ -92,7 +94,7 @@ fn blocks_and_wavefronts_are_single_samples() {
     for ((px, py), samples) in block.pixels() {
         assert_eq!(block.pixel(px, py), samples);
         for (i, &sample) in (10..).zip(samples) {
-            assert_eq!(sample, sampler.sample(px, py, i, domain));
+            assert_eq!(sample, sampler.sample_4d(px, py, i, domain));
             x.push(px);
             y.push(py);
             index.push(i);
@@ -100,10 +102,10 @@ fn blocks_and_wavefronts_are_single_samples() {
         }
     }
     let mut out = vec![[9.0; 4]; 60];
-    sampler.sample_many(&x, &y, &index, &[domain; 60], &mut out).unwrap();
+    sampler.sample_wavefront(&x, &y, &index, &[domain; 60], &mut out).unwrap();
     assert_eq!(out, expected);
-    assert_eq!(sampler.sample_many(&x, &y, &index, &[domain; 59], &mut out), Err(Error::SizeMismatch));
-    assert_eq!(sampler.sample_many(&[], &[], &[], &[], &mut []), Ok(()));
+    assert_eq!(sampler.sample_wavefront(&x, &y, &index, &[domain; 59], &mut out), Err(Error::SizeMismatch));
+    assert_eq!(sampler.sample_wavefront(&[], &[], &[], &[], &mut []), Ok(()));
     assert_eq!((tables().len(), sampler.seed()), (11904, C::new(0, 4).0.seed));
 }
 
@@ -123,7 +125,7 @@ fn errors_are_results() {
     }
     let all = i32::MIN..i32::MAX;
     assert_eq!(sampler.block(all.clone(), all, 0..u32::MAX, root).unwrap_err(), Error::OutOfMemory);
-    let mask = |ranks, width, height| Sampler::with_kind(Kind::MaskOf { ranks, width, height }, 0).map(|_| ());
+    let mask = |ranks, width, height| Sampler::with_type(Type::MaskOf { ranks, width, height }, 0).map(|_| ());
     assert_eq!(mask(&[0, 3, 2, 1], 2, 2), Ok(()));
     assert_eq!(mask(&[0, 3, 2, 1], 2, 3), Err(Error::SizeMismatch));
     assert_eq!(mask(&[0, 3, 2, 1], u32::MAX, u32::MAX), Err(Error::SizeMismatch));
@@ -135,10 +137,10 @@ fn errors_are_results() {
 #[test]
 fn threads_share_a_sampler_and_move_rays() {
     let sampler = Sampler::new(5);
-    let expected = Path::new(&sampler, 1, 2, 3).ray(0).next_4d();
+    let expected = PathSampler::new(&sampler, 1, 2, 3).ray(0).next_4d();
     std::thread::scope(|scope| {
         for _ in 0..4 {
-            let mut ray = Path::new(&sampler, 1, 2, 3).ray(0);
+            let mut ray = PathSampler::new(&sampler, 1, 2, 3).ray(0);
             scope.spawn(move || assert_eq!(ray.next_4d(), expected));
         }
     });

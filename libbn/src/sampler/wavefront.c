@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Draws for arrays of lanes. simd/draws.h draws several at a time. */
+ * Draws for the lanes of wavefronts. simd/draws.h draws several at a time. */
 #include "base/options.h"
 #include "sampler/kinds.h"
 #include <bn/bn_path.h>
@@ -13,7 +13,7 @@ static void draw_single(const bn_sampler *sampler, uint32_t pair, uint32_t dimen
         if (dimensions == 1) {
             *out = bn_sample_1d(sampler, x, y, index, domain);
         } else if (dimensions == 2) {
-            bn_sample_pair(sampler, x, y, index, domain, pair, out);
+            bn_sample_2d(sampler, x, y, index, domain, pair, out);
         } else {
             float u[4];
             bn_sample_4d(sampler, x, y, index, domain, u);
@@ -25,41 +25,11 @@ static void draw_single(const bn_sampler *sampler, uint32_t pair, uint32_t dimen
 static void draw_any(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
                      const bn_draw_lanes *lanes, float *out) {
     const bn_simd *simd = bn_simd_get();
-    if (simd->draw_many != NULL && bn_kinds[sampler->kind].in_lanes) {
+    if (simd->draw_many != NULL && bn_kinds[sampler->type].in_lanes) {
         simd->draw_many(sampler, pair, dimensions, lanes, out);
     } else {
         draw_single(sampler, pair, dimensions, lanes, out);
     }
-}
-
-static bn_result draw_lanes(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
-                            const bn_draw_lanes *lanes, float *out, size_t out_count) {
-    if (lanes->count > 0 && (lanes->x == NULL || lanes->y == NULL || lanes->index == NULL ||
-                             lanes->domain == NULL || out == NULL)) {
-        return BN_ERROR_INVALID_ARGUMENT;
-    }
-    /* By division, which cannot overflow. */
-    if (out_count % dimensions != 0 || out_count / dimensions != lanes->count) {
-        return BN_ERROR_SIZE_MISMATCH;
-    }
-    draw_any(sampler, pair, dimensions, lanes, out);
-    return BN_SUCCESS;
-}
-
-bn_result bn_sample_many(const bn_sampler *sampler, size_t count, const int32_t *x,
-                         const int32_t *y, const uint32_t *index, const uint32_t *domain,
-                         uint32_t dimensions, float *out, size_t out_count) {
-    const bn_draw_lanes lanes = {count, x, y, index, domain};
-    if (sampler == NULL || dimensions < 1 || dimensions > 4) return BN_ERROR_INVALID_ARGUMENT;
-    return draw_lanes(sampler, 0, dimensions, &lanes, out, out_count);
-}
-
-bn_result bn_sample_many_pair(const bn_sampler *sampler, size_t count, const int32_t *x,
-                              const int32_t *y, const uint32_t *index, const uint32_t *domain,
-                              uint32_t pair, float *out, size_t out_count) {
-    const bn_draw_lanes lanes = {count, x, y, index, domain};
-    if (sampler == NULL || pair > 1) return BN_ERROR_INVALID_ARGUMENT;
-    return draw_lanes(sampler, pair, 2, &lanes, out, out_count);
 }
 
 /* ---- Wavefronts, in parts that stay in the cache */
@@ -72,13 +42,23 @@ static bn_draw_lanes part_of(const bn_wavefront *w, size_t first, size_t count,
     bn_draw_lanes part = {count, w->x + first, w->y + first, own[0], own[1]};
     if (w->index != NULL) part.index = w->index + first;
     if (w->domain != NULL && w->depth == NULL) part.domain = w->domain + first;
-    for (size_t i = 0; w->index == NULL && i < count; ++i) own[0][i] = w->index_of_all;
+    for (size_t i = 0; w->index == NULL && i < count; ++i) own[0][i] = w->shared_index;
     if (part.domain != own[1]) return part;
     for (size_t i = 0; i < count; ++i) {
-        bn_path path = {0, 0, 0, w->domain != NULL ? w->domain[first + i] : w->domain_of_all};
+        bn_path path = {0, 0, 0, w->domain != NULL ? w->domain[first + i] : w->shared_domain};
         own[1][i] = w->depth == NULL ? path.domain : bn_path_ray_domain(path, w->depth[first + i]);
     }
     return part;
+}
+
+/* How many of the dimensions lie side by side, if these are all that are wanted; else 0. */
+static uint32_t side_by_side(float *const out[], uint32_t dimensions, size_t stride) {
+    uint32_t count = 0;
+    while (count < dimensions && out[count] != NULL && out[count] == out[0] + count) ++count;
+    for (uint32_t d = count; d < dimensions; ++d) {
+        if (out[d] != NULL) return 0;
+    }
+    return count == stride ? count : 0;
 }
 
 bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefront *wavefront) {
@@ -91,18 +71,25 @@ bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefront *wav
     if (!first_pair && !second_pair) return BN_ERROR_INVALID_ARGUMENT;
     if (w.count > 0 && (w.x == NULL || w.y == NULL)) return BN_ERROR_INVALID_ARGUMENT;
 
-    const uint32_t dimensions = first_pair && second_pair ? 4 : 2;
-    float *const *out = w.out + (first_pair ? 0 : 2);
+    if (w.stride == 0) return BN_ERROR_INVALID_ARGUMENT;
+    const uint32_t pair = first_pair ? 0 : 1, dimensions = first_pair && second_pair ? 4 : 2;
+    float *const *out = w.out + 2 * pair;
+    uint32_t together = side_by_side(out, dimensions, w.stride);
+    if (pair == 1 && together == 1) together = 0; /* single draws are of dimension 0 */
     for (size_t at = 0; at < w.count; at += PART) {
         uint32_t own[2][PART];
         float u[4 * PART];
         const size_t count = w.count - at < PART ? w.count - at : PART;
         const bn_draw_lanes part = part_of(&w, at, count, own);
-        draw_any(sampler, first_pair ? 0 : 1, dimensions, &part, u);
+        if (together > 0) {
+            draw_any(sampler, pair, together, &part, out[0] + at * together);
+            continue;
+        }
+        draw_any(sampler, pair, dimensions, &part, u);
         for (uint32_t d = 0; d < dimensions; ++d) {
             for (size_t i = 0; out[d] != NULL && i < count; ++i) {
                 /* draw_any() writes all of them. NOLINTNEXTLINE(*-core.uninitialized.Assign) */
-                out[d][at + i] = u[dimensions * i + d];
+                out[d][(at + i) * w.stride] = u[dimensions * i + d];
             }
         }
     }
