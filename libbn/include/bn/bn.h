@@ -4,7 +4,7 @@
  * mean blue noise. OpenSSL's BN_ means big numbers; no name is in both.)
  *
  * Other parts have headers of their own: bn_path.h has the decisions of a path by name, where a
- * renderer starts, and bn.hpp the same for C++17. bn_draw.h has the draws as inline functions,
+ * renderer starts, and bn.hpp the same for C++14. bn_draw.h has the draws as inline functions,
  * bn_choose.h makes choices with a number of a draw and keeps the rest of it, and neural.h makes
  * masks with a neural network.
  *
@@ -40,8 +40,8 @@
  * Reproducibility. The same seed gives the same bits on every machine, with every compiler and any
  * number of threads, whatever rounding mode, flush-to-zero or trap the program has set. The
  * neural network is the one exception; see neural.h. bn_mask_error(), bn_power_spectrum() and
- * bn_rank_to_float() from 2^27 ranks on round as the program has set. The bits of a kind of sampler
- * stay from version 0.1 on: what is better gets a kind of its own. Masks of a new version may differ;
+ * bn_rank_to_float() from 2^27 ranks on round as the program has set. The bits of a sampler type stay
+ * from version 0.1 on: improvements become new types. Masks of a new version may differ;
  * CHANGELOG.md says so. */
 #ifndef BN_BN_H
 #define BN_BN_H

@@ -23,12 +23,12 @@
  *
  * A lens takes the second pair of ray 0: its effect multiplies with the position in the pixel. The
  * first light then comes from bn_path_first_light(), and so it does where it is split into several.
- * Time, where things move, and wavelength come from bn_path_time_wavelength(): take them once, and hand them to
- * the branches of the path, whose own would differ.
+ * Time, where things move, and wavelength come from bn_path_time_wavelength(): take them once, and
+ * hand them to the branches of the path, whose own would differ.
  *
- * Every further decision takes what bn_ray_next_1d(), bn_ray_next_2d() and bn_ray_next_4d() hand out. Each kind has
- * a sequence of its own below the ray, so a further number never shifts the pairs, nor the numbers of
- * another ray. (Domains are hashes: bn_domain_child() says how seldom two are equal.)
+ * Every further decision takes what bn_ray_next_1d(), bn_ray_next_2d() and bn_ray_next_4d() hand
+ * out. Each has a sequence of its own below the ray, so a further number never shifts the pairs, nor
+ * the numbers of another ray. (Domains are hashes: bn_domain_child() says how seldom two are equal.)
  * Pixels that drew differently at one ray agree again at the next.
  * A number and then a pair, such as a light and the point on it, are u[2] and (u[0], u[1]) of
  * bn_ray_next_4d().
@@ -51,9 +51,9 @@
  * generator.
  *
  * If you keep the numbers of decisions elsewhere, or know them when compiling, pass them yourself:
- * bn_ray_draw_1d(sampler, &ray, k) is number k of a ray, the one that call k + 1 of bn_ray_next_1d() hands
- * out. So do bn_ray_draw_2d(), bn_ray_draw_4d(), bn_ray_draw_loop() and bn_ray_draw_split(), and shaders with
- * the domains of bn_path.glsl.
+ * bn_ray_draw_1d(sampler, &ray, k) is number k of a ray, the one that call k + 1 of bn_ray_next_1d()
+ * hands out. So do bn_ray_draw_2d(), bn_ray_draw_4d(), bn_ray_draw_loop() and bn_ray_draw_split(), and
+ * shaders with the domains of bn_path.glsl.
  *
  * docs/paths.md has the decisions of a renderer one by one. All functions are pure, allocate nothing
  * and cannot fail. Rays and counts of decisions lie below 2^28, and index * count below 2^32. */
@@ -156,7 +156,7 @@ BN_DEVICE_INLINE bn_path bn_split_path(const bn_split *split, uint32_t k) {
 
 #ifndef BN_DEVICE_ONLY
 
-/* ---- The numbers of a ray, in [0, 1), with a sampler of any kind */
+/* ---- The numbers of a ray, in [0, 1), with a sampler of any type */
 
 BN_HOST_INLINE void bn_path_draw_4d(const bn_sampler *sampler, const bn_path *path, uint32_t domain,
                                     float out[4]) {
