@@ -139,10 +139,10 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  * decisions. Never use a dimension for two purposes.
  *
  * Families. The four children of a domain with keys 4 k to 4 k + 3 are a family. With BLUE, both
- * pairs of a domain are stratified together, in all four dimensions. So, nearly, are any two members of
- * a family. Use the two pairs of one domain, or members of one
- * family, for decisions whose effects multiply, such as the position in the pixel and the point on
- * a light. A choice and then a pair, such as a light and the point on it, are dimension 2 and (0, 1).
+ * pairs of a domain are stratified together, in all four dimensions. So, nearly, are any two members
+ * of a family. Use the two pairs of one domain, or members of one family, for decisions whose effects
+ * multiply, such as the position in the pixel and the point on a light. A choice and then a pair, such
+ * as a light and the point on it, are dimension 2 and (0, 1).
  *
  * Position in the pixel. Draw it from dimensions (0, 1), as (x, y), of a domain whose key is a
  * multiple of four. These dimensions are also well distributed along the rows and columns of the
