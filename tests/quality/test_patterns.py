@@ -87,7 +87,7 @@ def test_a_choice_before_a_pair(number):
     kernel = np.exp(-0.5 * (np.arange(-8, 9) / 2.1) ** 2)
     gain = ((kernel / kernel.sum()) ** 2).sum() ** 2
     for seed in range(6):
-        path = bluenoise.Path(bluenoise.Sampler("blue", seed=seed), X[..., None], Y[..., None], np.arange(8))
+        path = bluenoise.PathSampler(bluenoise.Sampler("blue", seed=seed), X[..., None], Y[..., None], np.arange(8))
         for form, u in forms(path.ray(number)).items():
             for d in (1, 2):
                 errors = np.where(u[..., 0] < .5, u[..., d], 1 - u[..., d]).cumsum(-1)[..., counts - 1] / counts - .5

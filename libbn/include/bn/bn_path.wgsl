@@ -8,7 +8,7 @@
 
 /* Keys that no ray, no decision and no count reaches. */
 const BN_PATH_CAMERA_KEY = 3u; /* in place of ray 3, which moves up: what only the camera draws */
-BN_PATH_STREAMS_KEY                                                                        \ 0x80000000u /* below the root: the parent of all streams but the first */
+const BN_PATH_STREAMS_KEY = 0x80000000u;  /* below the root: the parent of streams 1, 2 ... */
 const BN_PATH_CHILDREN_KEY = 0x80000000u; /* below a ray: the parent of its keyed parts */
 const BN_PATH_LOOPS_KEY = 0x40000000u;    /* below a ray: added to the keys of loops */
 const BN_PATH_MORE_KEY = 0x40000000u;     /* below a split: branches beyond their count */
