@@ -156,8 +156,10 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  * family. Any domain and any key are allowed. Takes about a nanosecond. As a hash has 30 bits, two
  * given families are one and the same with probability 2^-30. Among the 40 families of a path of depth
  * 16 that takes four single numbers, four pairs and two fours at each ray, that is one frame in a
- * million. */
+ * million. With CUDA and HIP it is a function of bn_draw.h, for both sides. */
+#if !defined(__CUDACC__) && !defined(__HIPCC__)
 BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
+#endif
 
 /* ---- Masks as values */
 
