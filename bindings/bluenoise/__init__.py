@@ -14,13 +14,13 @@ from ._interrupt import quiet_imports, refuse_subinterpreters
 refuse_subinterpreters()
 _imported = quiet_imports()
 
-from ._arguments import MaskMethod, NeuralProvider, PointsMethod, SamplerType
+from ._arguments import NeuralProvider, PointsMethod, SamplerType
 from ._choose import choose, choose_cdf, choose_u32
 from ._core import CancelledError, RuntimeMissingError, __version__
 from ._dither import dither
 from ._files import load, save
-from ._masks import mask, to_float
-from ._measure import MaskMeasures, MeasureName, anisotropy, measure, power_spectrum, radial_power
+from ._masks import anneal, builtin, mask, neural, relax, to_float, void_and_cluster
+from ._measure import MaskMeasures, anisotropy, dithering_error, measure, power_spectrum, radial_power
 from ._neural import NeuralGenerator
 from ._path import LoopSampler, PathSampler, RaySampler, Split
 from ._points import points
@@ -31,8 +31,6 @@ _imported()
 __all__ = [
     "CancelledError",
     "MaskMeasures",
-    "MaskMethod",
-    "MeasureName",
     "NeuralGenerator",
     "NeuralProvider",
     "PathSampler",
@@ -45,18 +43,24 @@ __all__ = [
     "Split",
     "__version__",
     "anisotropy",
+    "anneal",
+    "builtin",
     "choose",
     "choose_cdf",
     "choose_u32",
     "dither",
+    "dithering_error",
     "domain",
     "load",
     "mask",
     "measure",
+    "neural",
     "points",
     "power_spectrum",
     "radial_power",
+    "relax",
     "save",
     "tables",
     "to_float",
+    "void_and_cluster",
 ]

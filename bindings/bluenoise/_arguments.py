@@ -16,7 +16,6 @@ import numpy.typing as npt
 
 from . import _core
 
-MaskMethod = Literal["auto", "void-and-cluster", "relax", "anneal", "neural", "white", "builtin"]
 NeuralProvider = Literal["cpu", "cuda"]
 PointsMethod = Literal["best-candidate", "poisson-disk", "mask"]
 SamplerType = Literal["blue", "sobol", "white", "zorder", "mask"]

@@ -8,6 +8,7 @@ from ._interrupt import quiet_imports
 _imported = quiet_imports()
 
 import argparse
+import inspect
 import json
 import math
 import os
@@ -17,6 +18,7 @@ import sys
 import threading
 import unicodedata
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Callable, Iterable, Iterator, Mapping, NoReturn, Optional, Sequence, get_args
 
@@ -24,16 +26,21 @@ import numpy as np
 
 from . import __version__, _files, _textures, dither, power_spectrum, radial_power
 from . import _arguments as arguments
-from . import mask as make_mask
+from . import _masks as masks
 from . import measure as measure_mask
 from . import points as make_points
 from ._arguments import NeuralProvider
-from ._masks import METHODS, auto_method
 from ._plot import plot_spectrum
 from ._points import METHODS as POINTS_METHODS
 
 _imported()
 
+# Method -> the function that makes such a mask.
+_MASKS: dict[str, Callable[..., arguments.Ranks]] = {
+    "auto": masks.mask, "void-and-cluster": masks.void_and_cluster, "relax": masks.relax, "anneal": masks.anneal,
+    "neural": masks.neural, "builtin": masks.builtin,
+}
+_MASK_METHODS = {method: tuple(inspect.signature(make).parameters) for method, make in _MASKS.items()}
 _POINTS_SUFFIXES = (".csv", ".npy")
 _SPECTRUM_SUFFIXES = (".png", ".svg", ".pdf", ".csv", ".npy")
 _EXAMPLES = """\
@@ -181,15 +188,15 @@ def _parser() -> argparse.ArgumentParser:
         "Makes a mask: .npy with ranks, .png with 8- or 16-bit values, or .exr with float values (needs OpenEXR).",
     )
     command.add_argument("--size", required=True, type=_size, metavar="N, WxH or WxHxD", help="size in texels; N is NxN")
-    _add_method(command, METHODS, "void-and-cluster", "; auto chooses by size and channels", _MASK_OPTIONS)
+    _add_method(command, _MASK_METHODS, "auto", ", which chooses by size and channels", _MASK_OPTIONS)
     command.add_argument("--bits", type=int, choices=(8, 16), default=16, help="bits per channel of a .png (default 16)")
     _add_report(command, "describe the mask as JSON on standard output")
     _add_output(command, _files.MASK_SUFFIXES, "npy")
 
     command = add(
         _measure, "measure", "measure a mask",
-        "Measures a mask; lower is better. E_s is the error of dithering after a Gaussian blur of s texels, the "
-        "low-frequency power that of the mask thresholded at a grey level. help(bluenoise.measure) in Python defines each.",
+        "Measures a mask; smaller is better. The low-frequency power is that of the mask thresholded at a grey level. "
+        "help(bluenoise.MaskMeasures) in Python defines each measure.",
     )
     _add_mask_input(command)
     _add_report(command, "print one JSON object")
@@ -398,14 +405,15 @@ def _mask(options: argparse.Namespace) -> None:
         raise ValueError(f"a three-dimensional mask does not fit in {suffix}; write .npy")
     if suffix == ".exr":
         _files.openexr()
-    given = _given(options, _MASK_OPTIONS, METHODS)
+    given = _given(options, _MASK_OPTIONS, _MASK_METHODS)
     method = options.method
-    if method == "auto":
-        method, chosen = auto_method(shape, arguments.integer("channels", given.get("channels", 1), 1, 4))
-        given.update(chosen)
     shown = {name: given[name] for name in _MASK_OPTIONS if name in given and name not in ("threads", "runtime", "provider")}
-    make: Callable[..., arguments.Ranks] = make_mask
-    ranks = make(shape, method=method, seed=options.seed, progress=_progress(options.quiet), **given)
+    if method == "builtin":
+        if options.seed != 0:
+            raise ValueError("a built-in mask has no --seed")
+    else:
+        given.update(seed=options.seed, progress=_progress(options.quiet))
+    ranks = _MASKS[method](shape, **given)
     channels = ranks.shape[0] if ranks.ndim > len(shape) else 1
     if channels > 4 and suffix != ".npy":
         raise ValueError(f"a mask of {channels} channels does not fit in {suffix}; write .npy")
@@ -437,22 +445,23 @@ def _measure(options: argparse.Namespace) -> None:
     def share(channel: int) -> Optional[Callable[[float], None]]:
         return progress and (lambda fraction: progress((channel + fraction) / len(values)))
 
-    found: list[dict[str, Any]] = [dict(measure_mask(plane, progress=share(channel))) for channel, plane in enumerate(values)]
+    found = [measure_mask(plane, progress=share(channel)) for channel, plane in enumerate(values)]
     size = [values.shape[2], values.shape[1]]
     if options.json:
-        facts = {**found[0], "size": size} if len(found) == 1 else {"size": size, "channels": found}
-        _print(json.dumps(_without_nan(facts)))
+        channels = [asdict(figures) for figures in found]
+        _print(json.dumps(_without_nan({**channels[0], "size": size} if len(found) == 1 else {"size": size, "channels": channels})))
         return
     _line("size", [f"{size[0]} x {size[1]}"])
     if len(found) > 1:
         _line("channel", [str(number) for number in range(1, len(found) + 1)])
-    _line("each rank once", ["yes" if figures["exact"] else "no" for figures in found])
-    for name in ("e_0.75", "e_1", "e_1.5", "e_2"):
-        _line(name.upper(), [_number(figures[name], ".5f") for figures in found])
-    _line("anisotropy", [_number(figures["anisotropy"], ".2f", " dB") for figures in found])
+    _line("each rank once", ["yes" if figures.exact else "no" for figures in found])
+    _print("dithering error after a blur of")
+    for sigma in found[0].dithering_error:
+        _line(f"  {sigma:g} texels", [_number(figures.dithering_error[sigma], ".5f") for figures in found])
+    _line("anisotropy", [_number(figures.anisotropy, ".2f", " dB") for figures in found])
     _print("low-frequency power, thresholded at a grey level (white noise has 1):")
-    for level in found[0]["low_frequency"]:
-        _line(f"  grey {level:g}", [_number(figures["low_frequency"][level], ".3f") for figures in found])
+    for level in found[0].low_frequency:
+        _line(f"  grey {level:g}", [_number(figures.low_frequency[level], ".3f") for figures in found])
 
 
 def _line(name: str, values: Sequence[str]) -> None:

@@ -21,10 +21,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _arguments as arguments
-from ._masks import mask as make_mask
 from ._masks import to_float
 from ._measure import ranks_of
 from ._neural import PathLike
+from ._sampler import Sampler
 
 # Lossless formats, which preserve a dithered picture.
 LOSSLESS = (".png", ".tif", ".tiff", ".bmp", ".pgm", ".ppm")
@@ -250,7 +250,7 @@ def ranked(path: Path, values: npt.NDArray[Any], rank: bool, option: str) -> arg
         return ranks
     if not rank:
         raise ValueError(f"{path} has values that occur more than once, as 8-bit textures do; {option} ranks them")
-    tie = make_mask(ranks.shape, method="white")
+    tie = Sampler("white").block(0, 0, ranks.shape[1], ranks.shape[0], 0, 1)[..., 0, 0]
     ranks.reshape(-1)[np.lexsort((tie.reshape(-1), values.reshape(-1)))] = np.arange(ranks.size, dtype=np.uint32)
     return ranks
 

@@ -3,206 +3,292 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import sys
-from typing import Any, Optional, Sequence, Union
+from typing import Any, Callable, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _arguments as arguments
 from . import _core
-from ._arguments import MaskMethod, NeuralProvider, Progress, Ranks, Seed, Shape
+from ._arguments import NeuralProvider, Progress, Ranks, Seed, Shape
 from ._neural import NeuralGenerator, PathLike, builtin_generator
 
-_FAR_SIGMA = 1.5
 _BUILTIN_SIZES = (16, 32, 64, 128, 256)
-_WHITE_BLOCK = 2**20
-# Bytes per texel and channel that a method needs at least, measured.
-_MEMORY = {"white": 24}
-_LEAST_MEMORY = 12
-# Method "auto": the most texels for void-and-cluster, and the sweeps of annealing where nothing else will do.
-_AUTO_LARGE, _AUTO_SWEEPS = 512 * 512, 100
-
-
-# The options of the library's methods and how they are checked; a name stands for the value of that option.
-_LIBRARY: dict[str, dict[str, Sequence[Any]]] = {
-    "void-and-cluster": {
-        "sigma": (arguments.real, 0.25, 16),
-        "initial_fraction": (arguments.real, 0, 0.5, False),
-    },
-    "relax": {"threads": (arguments.integer, *arguments.UINT32)},
-    "anneal": {
-        "sigma": (arguments.real, 0.25, 4),
-        "far_sigma": (arguments.real, "sigma", 4),
-        "far_weight": (arguments.real, 0, sys.float_info.max),
-        "value_sigma": (arguments.real, 0.01, 100),
-        "start_temperature": (arguments.real, 0, 1, False),
-        "end_temperature": (arguments.real, 0, "start_temperature", False),
-        "sweeps": (arguments.integer, *arguments.UINT32),
-        "order_ends": (lambda _, value: bool(value),),
-    },
-}
-# Method -> the names of its options.
-METHODS: dict[str, tuple[str, ...]] = {
-    "auto": ("channels", "progress"),
-    **{method: (*options, "progress") for method, options in _LIBRARY.items()},
-    "neural": ("model", "runtime", "threads", "provider", "channels", "progress"),
-    "white": ("progress",),
-    "builtin": ("progress",),
-}
-METHODS["anneal"] += ("channels", "start_from_ranks")
+_MEMORY = 12  # bytes per texel and channel that every generator needs at least, measured
+# mask(): the most texels for void-and-cluster, and the sweeps of annealing where nothing else will do.
+_LARGE, _SWEEPS = 512 * 512, 100
 
 
 def mask(
-    shape: Shape,
-    *,
-    method: MaskMethod = "void-and-cluster",
-    seed: Seed = 0,
-    out: Optional[Ranks] = None,
-    progress: Optional[Progress] = None,
-    channels: Optional[int] = None,
-    sigma: Optional[float] = None,
-    initial_fraction: Optional[float] = None,
-    sweeps: Optional[int] = None,
-    far_sigma: Optional[float] = None,
-    far_weight: Optional[float] = None,
-    value_sigma: Optional[float] = None,
-    start_temperature: Optional[float] = None,
-    end_temperature: Optional[float] = None,
-    order_ends: Optional[bool] = None,
-    start_from_ranks: Optional[npt.ArrayLike] = None,
-    model: Union[None, PathLike, bytes] = None,
-    runtime: Optional[PathLike] = None,
-    threads: Optional[int] = None,
-    provider: Optional[NeuralProvider] = None,
+    shape: Shape, *, seed: Seed = 0, channels: int = 1, out: Optional[Ranks] = None, progress: Optional[Progress] = None
 ) -> Ranks:
-    """Makes a mask: uint32 ranks of shape (n,), (h, w) or (d, h, w), in which each of 0 .. n - 1 occurs exactly once.
+    """Make a blue-noise mask with the generator that suits its shape.
 
-    Masks are toroidal: they tile without seams. Equal arguments give equal bits on every machine, except for ``"neural"`` and
-    for ``"auto"`` with two channels, which uses it.
+    One channel comes from `void_and_cluster`, or from `relax` for two-dimensional masks of more than 512 x 512 texels. Two
+    channels in two dimensions come from the built-in network (`neural`), which needs ONNX Runtime. Other vectors come from
+    `anneal` with 100 sweeps.
+
+    Masks are toroidal: they tile without seams. Equal arguments give equal bits on every machine, except for two channels in
+    two dimensions.
 
     Parameters
     ----------
-    shape
+    shape : tuple of int
         One to three extents of at least 1, at most 2**31 - 1 texels in total: ``(64, 64)`` is a square, ``(64,)`` a row.
-    method
-        ``"auto"``: chooses by shape and channels. One channel: relaxation for two-dimensional masks of more than 512 x 512
-        texels in all, otherwise void-and-cluster. Two channels in two dimensions: the network, which needs ONNX Runtime.
-        Other vectors: annealing with 100 sweeps. ``"void-and-cluster"``: Ulichney, "The void-and-cluster method for
-        dither array generation", 1993; takes milliseconds. ``"relax"``: parallel relaxation in one or two dimensions; the
-        fastest, above all for large masks on several cores, with slightly lower quality. ``"anneal"``: Georgiev and
-        Fajardo, "Blue-noise dithered sampling", 2016, in one or two dimensions; slow, but with thousands of sweeps it has
-        the best quality.
-        ``"builtin"``: a built-in square mask, the result of a long optimisation. ``"neural"``: the built-in network, in
-        two dimensions; needs ONNX Runtime (see ``NeuralGenerator``). ``"white"``: a random permutation.
-    seed
-        An integer from 0 to 2**64 - 1, a ``numpy.random.Generator``, from which one integer is drawn, a
-        ``numpy.random.SeedSequence``, or None for fresh entropy. Must be 0 for ``"builtin"``.
-    out
-        An array for the result, which is returned: uint32, in C order, of the result's shape. Without it, a new one. After an
-        exception its contents are undefined.
-    progress
-        A function that is called with the fraction done, at last with 1. If it returns a true value, the work stops with
-        ``CancelledError``; exceptions propagate.
-    channels, sigma, ...
-        Options of single methods. None stands for the default, in brackets here; for other methods they are errors.
+    seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
+        An integer from 0 to 2**64 - 1, a source of one, or None for fresh entropy.
+    channels : int, default 1
+        1 to 4. With more than one, each channel is a permutation and the vectors of values are blue jointly.
+    out : ndarray of uint32, optional
+        A C-ordered array of the result's shape, which is filled and returned. After an exception its contents are undefined.
+    progress : callable, optional
+        Called with the fraction done, at last with 1. A true return value stops the work.
 
-        ``"void-and-cluster"``: ``sigma`` (1.5), the standard deviation of the Gaussian in texels, 0.25 to 16;
-        ``initial_fraction`` (0.1), the share of texels in the initial pattern, above 0 and up to 0.5.
-
-        ``"relax"``: ``threads`` (0: one per processor), which does not affect the result.
-
-        ``"anneal"``: ``sigma`` (1) and ``far_sigma`` (1.5 or sigma), the blurs in texels whose dithering errors are
-        minimised, 0.25 <= sigma <= far_sigma <= 4; ``far_weight`` (1), the weight of the second squared error; ``sweeps``
-        (1000), trial swaps per texel, about 50 ns each; ``start_temperature`` (4e-4) and ``end_temperature`` (2e-6), as
-        shares of the largest possible gain of one texel; ``start_from_ranks``, a mask to start from instead of
-        void-and-cluster; ``order_ends`` (True), whether to order the first and last ranks, which are too far apart for
-        the blurs, by their distances. With ``channels`` of 2 to 4 the result has shape (channels, h, w): each channel is
-        a permutation, and the vectors of values are blue jointly (about 1 us per trial); ``value_sigma`` (1, 0.01 to
-        100) is then the distance of values within which vectors repel each other, and the far blur is not used.
-
-        ``"auto"``: ``channels`` (1), up to 4.
-
-        ``"neural"``: ``model``, ``runtime``, ``threads``, ``provider`` and ``channels``, as for ``NeuralGenerator``: two
-        channels are blue each and together, nearly as those of ``"anneal"``, in far less time. To make several masks
-        with these options, use a ``NeuralGenerator``, which opens the network only once.
+    Returns
+    -------
+    ndarray of uint32
+        Ranks of shape `shape`, or ``(channels, *shape)``; each of 0 .. n - 1 occurs once (in each channel).
 
     Raises
     ------
     ValueError
-        The method is unknown, or a number is out of range.
+        A number is out of range.
     TypeError
-        An argument has a wrong type, or the method has no such option.
+        An argument has the wrong type.
     MemoryError
-        There is not enough memory, or there are too many texels. Masks for which the machine has too little memory are
-        refused at once.
-    KeyboardInterrupt
-        Ctrl-C was pressed.
+        There is not enough memory. Masks for which the machine has too little are refused at once.
+    CancelledError
+        `progress` returned a true value.
+    RuntimeMissingError
+        Two channels need ONNX Runtime, and it is missing.
+
+    Notes
+    -----
+    All generators raise these exceptions, release the GIL and stop at Ctrl-C.
 
     Examples
     --------
     >>> int(mask((64, 64), seed=1).max())
     4095
     """
-    given = {name: value for name, value in locals().items() if value is not None}
-    extents = arguments.shape(shape, 3)
-    arguments.one_of("method", method, METHODS)
-    options = {name: value for name, value in given.items() if name not in ("shape", "method", "seed", "out")}
-    for name, value in options.items():
-        if name not in METHODS[method]:
-            having = ", ".join(repr(each) for each in METHODS if name in METHODS[each])
-            raise TypeError(f"method {method!r} has no option {name} (given as {value!r}); {having} have it")
-    makers = {"auto": _auto, "anneal": _anneal, "neural": _neural, "white": _white, "builtin": _builtin}
-    make: Any = makers[method] if method in makers else functools.partial(_by_library, method)
-    return make(extents, seed, out, **options)  # type: ignore[no-any-return]
+    extents, count = arguments.shape(shape, 3), arguments.integer("channels", channels, 1, 4)
+    given: dict[str, Any] = {"seed": seed, "out": out, "progress": progress}
+    if count == 1:
+        return (relax if len(extents) == 2 and math.prod(extents) > _LARGE else void_and_cluster)(extents, **given)
+    if count == 2 and len(extents) == 2:
+        return neural(extents, channels=2, **given)
+    return anneal(extents, channels=count, sweeps=_SWEEPS, **given)
 
 
-def _result(shape: tuple[int, ...], out: Optional[Ranks], method: str) -> Ranks:
-    size = math.prod(shape) * _MEMORY.get(method, _LEAST_MEMORY)
-    arguments.enough_memory(f"a mask of shape {shape} by method {method!r}", size)
-    return arguments.output(out, shape, np.uint32)
-
-
-def _check_flat(shape: tuple[int, ...], method: str) -> None:
-    if len(shape) > 2:
-        raise ValueError(f"shape for method {method!r} must be (n,) or (h, w), not {shape}")
-
-
-def _by_library(
-    method: str, shape: tuple[int, ...], seed: Seed, out: Optional[Ranks], *, progress: Optional[Progress] = None, channels: int = 1,
-    start_from_ranks: Optional[npt.ArrayLike] = None, **given: Any
+def void_and_cluster(
+    shape: Shape,
+    *,
+    seed: Seed = 0,
+    sigma: float = 1.5,
+    initial_fraction: float = 0.1,
+    out: Optional[Ranks] = None,
+    progress: Optional[Progress] = None,
 ) -> Ranks:
-    if method == "relax":
-        _check_flat(shape, method)
-    ranks = _result(shape if channels == 1 else (channels, *shape), out, method)
-    library: dict[str, tuple[Any, Any]] = {
-        "void-and-cluster": (_core.void_and_cluster, _core.VoidAndClusterOptions()),
-        "relax": (_core.relax, _core.RelaxOptions()),
-        "anneal": (_core.anneal, _core.AnnealOptions()),
-    }
-    make, options = library[method]
-    for name, (check, *limits) in _LIBRARY[method].items():
-        if name in given:
-            bounds = (getattr(options, limit) if isinstance(limit, str) else limit for limit in limits)
-            setattr(options, name, check(name, given[name], *bounds))
+    """Make a mask by void-and-cluster, in milliseconds and in one to three dimensions.
+
+    Parameters
+    ----------
+    shape, seed, out, progress
+        As for `mask`.
+    sigma : float, default 1.5
+        Standard deviation of the Gaussian, in texels, 0.25 to 16.
+    initial_fraction : float, default 0.1
+        Share of the texels in the initial pattern, above 0 and up to 0.5.
+
+    Returns
+    -------
+    ndarray of uint32
+        Ranks of shape `shape`, each once; equal bits on every machine.
+
+    References
+    ----------
+    Robert Ulichney, "The void-and-cluster method for dither array generation", 1993.
+    """
+    extents, options = arguments.shape(shape, 3), _core.VoidAndClusterOptions()
+    options.sigma = arguments.real("sigma", sigma, 0.25, 16)
+    options.initial_fraction = arguments.real("initial_fraction", initial_fraction, 0, 0.5, False)
+    ranks = _result(extents, out)
+    return _generate(_core.void_and_cluster, ranks, (1,) * (3 - len(extents)) + extents, options, seed, progress)
+
+
+def relax(
+    shape: Shape, *, seed: Seed = 0, threads: int = 0, out: Optional[Ranks] = None, progress: Optional[Progress] = None
+) -> Ranks:
+    """Make a mask by parallel relaxation: the fastest generator for large masks, at slightly lower quality.
+
+    Parameters
+    ----------
+    shape, seed, out, progress
+        As for `mask`, in one or two dimensions.
+    threads : int, default 0
+        Number of threads; 0 takes one per core. It does not change the result.
+
+    Returns
+    -------
+    ndarray of uint32
+        Ranks of shape `shape`, each once; equal bits on every machine.
+    """
+    extents, options = _flat(shape, "relax"), _core.RelaxOptions()
+    options.threads = arguments.integer("threads", threads, *arguments.UINT32)
+    ranks = _result(extents, out)
+    return _generate(_core.relax, ranks, (1,) * (3 - len(extents)) + extents, options, seed, progress)
+
+
+def anneal(
+    shape: Shape,
+    *,
+    seed: Seed = 0,
+    channels: int = 1,
+    sweeps: int = 1000,
+    sigma: float = 1.0,
+    far_sigma: Optional[float] = None,
+    far_weight: float = 1.0,
+    value_sigma: float = 1.0,
+    start_temperature: float = 4e-4,
+    end_temperature: float = 2e-6,
+    order_ends: bool = True,
+    start_from_ranks: Optional[npt.ArrayLike] = None,
+    out: Optional[Ranks] = None,
+    progress: Optional[Progress] = None,
+) -> Ranks:
+    """Make a mask by simulated annealing: slow, and with thousands of sweeps the best quality.
+
+    Parameters
+    ----------
+    shape, seed, out, progress
+        As for `mask`, in one or two dimensions.
+    channels : int, default 1
+        1 to 4. With more than one, vectors of values are blue jointly; a trial then takes about 1 us.
+    sweeps : int, default 1000
+        Trial swaps per texel, about 50 ns each.
+    sigma, far_sigma : float, default 1 and max(1.5, sigma)
+        The blurs, in texels, whose dithering errors are minimised: 0.25 <= sigma <= far_sigma <= 4. Only the first is used
+        with several channels.
+    far_weight : float, default 1
+        Weight of the squared error after the second blur, at least 0.
+    value_sigma : float, default 1
+        Distance of values within which the vectors of several channels repel each other, 0.01 to 100.
+    start_temperature, end_temperature : float, default 4e-4 and 2e-6
+        Shares of the largest gain that one texel can have; above 0, the end at most the start, the start at most 1.
+    order_ends : bool, default True
+        Whether to order the first and the last ranks, which are too far apart for the blurs, by their distances.
+    start_from_ranks : array_like of int, optional
+        A mask to start from instead of void-and-cluster, of the result's shape.
+
+    Returns
+    -------
+    ndarray of uint32
+        Ranks of shape `shape`, or ``(channels, *shape)``; equal bits on every machine.
+
+    References
+    ----------
+    Iliyan Georgiev and Marcos Fajardo, "Blue-noise dithered sampling", 2016.
+    """
+    extents, options = _flat(shape, "anneal"), _core.AnnealOptions()
+    channels = arguments.integer("channels", channels, 1, 4)
+    options.sigma = sigma = arguments.real("sigma", sigma, 0.25, 4)
+    options.far_sigma = max(1.5, sigma) if far_sigma is None else arguments.real("far_sigma", far_sigma, sigma, 4)
+    options.far_weight = arguments.real("far_weight", far_weight, 0, sys.float_info.max)
+    options.value_sigma = arguments.real("value_sigma", value_sigma, 0.01, 100)
+    options.start_temperature = start = arguments.real("start_temperature", start_temperature, 0, 1, False)
+    options.end_temperature = arguments.real("end_temperature", end_temperature, 0, start, False)
+    options.sweeps = arguments.integer("sweeps", sweeps, *arguments.UINT32)
+    options.order_ends = bool(order_ends)
+    ranks = _result(extents if channels == 1 else (channels, *extents), out)
     if start_from_ranks is not None:
         _start_from(ranks, start_from_ranks, channels)
         options.start_from_ranks = 1
-    options.seed = arguments.seed(seed)
-    extents = shape if len(shape) == 3 else (channels, *(1,) * (2 - len(shape)), *shape)
-    make(ranks.reshape(extents), options, arguments.callback("progress", progress))
+    return _generate(_core.anneal, ranks, (channels, *(1,) * (2 - len(extents)), *extents), options, seed, progress)
+
+
+def neural(
+    shape: Shape,
+    *,
+    seed: Seed = 0,
+    channels: int = 0,
+    model: Union[None, PathLike, bytes] = None,
+    runtime: Optional[PathLike] = None,
+    threads: int = 0,
+    provider: Optional[NeuralProvider] = None,
+    out: Optional[Ranks] = None,
+    progress: Optional[Progress] = None,
+) -> Ranks:
+    """Make a mask with a network: one pass, linear in the number of texels. Needs ONNX Runtime.
+
+    To make several masks with these options, keep a `NeuralGenerator`, which opens its network only once.
+
+    Parameters
+    ----------
+    shape, seed, out, progress
+        As for `mask`, in two dimensions.
+    channels, model, runtime, threads, provider
+        As for `NeuralGenerator`. Two channels are blue each and together, nearly as those of `anneal`, in far less time.
+
+    Returns
+    -------
+    ndarray of uint32
+        Ranks of shape `shape`, or ``(channels, *shape)``. Quality is the same on every machine, bits may differ.
+    """
+    extents = arguments.shape(shape, 3)
+    if len(extents) != 2:
+        raise ValueError(f"shape of a neural mask must be (h, w), not {extents}")
+    if model is runtime is provider is None and type(channels) is type(threads) is int and threads == 0:
+        generator = builtin_generator(channels or 1)
+    else:
+        generator = NeuralGenerator(model, runtime, threads, provider, channels)
+    return generator.mask(extents, seed, out=out, progress=progress)
+
+
+def builtin(shape: Shape, *, out: Optional[Ranks] = None) -> Ranks:
+    """Copy a built-in mask, the result of a long optimisation.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        ``(64, 64)``; builds with more masks also have 16, 32, 128 and 256.
+    out : ndarray of uint32, optional
+        As for `mask`.
+
+    Returns
+    -------
+    ndarray of uint32
+        Ranks of shape `shape`, each once.
+    """
+    extents = arguments.shape(shape, 3)
+    sizes = [size for size in _BUILTIN_SIZES if _core.builtin_mask_exists(size)]
+    if len(extents) != 2 or extents[0] != extents[1] or extents[0] not in sizes:
+        known = ", ".join(f"({size}, {size})" for size in sizes)
+        raise ValueError(f"shape of a built-in mask must be one of {known}, not {extents}")
+    ranks = _result(extents, out)
+    np.copyto(ranks, _core.builtin_mask(extents[0]))  # type: ignore[arg-type]
     return ranks
 
 
-def _anneal(
-    shape: tuple[int, ...], seed: Seed, out: Optional[Ranks], *, channels: int = 1, **given: Any
+def _flat(shape: Shape, generator: str) -> tuple[int, ...]:
+    extents = arguments.shape(shape, 3)
+    if len(extents) > 2:
+        raise ValueError(f"shape for {generator}() must be (n,) or (h, w), not {extents}")
+    return extents
+
+
+def _result(shape: tuple[int, ...], out: Optional[Ranks]) -> Ranks:
+    arguments.enough_memory(f"a mask of shape {shape}", math.prod(shape) * _MEMORY)
+    return arguments.output(out, shape, np.uint32)
+
+
+def _generate(
+    make: Callable[..., None], ranks: Ranks, extents: tuple[int, ...], options: Any, seed: Seed, progress: Optional[Progress]
 ) -> Ranks:
-    _check_flat(shape, "anneal")
-    far_sigma = max(_FAR_SIGMA, arguments.real("sigma", given.get("sigma", 1), *_LIBRARY["anneal"]["sigma"][1:]))
-    channels = arguments.integer("channels", channels, 1, 4)
-    return _by_library("anneal", shape, seed, out, channels=channels, **{"far_sigma": far_sigma, **given})
+    options.seed = arguments.seed(seed)
+    make(ranks.reshape(extents), options, arguments.callback("progress", progress))
+    return ranks
 
 
 def _start_from(ranks: Ranks, given: npt.ArrayLike, channels: int) -> None:
@@ -215,99 +301,28 @@ def _start_from(ranks: Ranks, given: npt.ArrayLike, channels: int) -> None:
         arguments.permutation("start_from_ranks", channel)
 
 
-def _neural(
-    shape: tuple[int, ...],
-    seed: Seed,
-    out: Optional[Ranks],
-    *,
-    progress: Optional[Progress] = None,
-    **options: Any,
-) -> Ranks:
-    if len(shape) != 2:
-        raise ValueError(f"shape for method 'neural' must be (h, w), not {shape}")
-    channels, threads = options.get("channels", 0), options.get("threads", 0)
-    shared = type(channels) is type(threads) is int and threads == 0 and not options.keys() - {"channels", "threads"}
-    generator = builtin_generator(channels or 1) if shared else NeuralGenerator(**options)
-    return generator.mask(shape, seed, out=out, progress=progress)
-
-
-def _auto(
-    shape: tuple[int, ...],
-    seed: Seed,
-    out: Optional[Ranks],
-    *,
-    channels: int = 1,
-    progress: Optional[Progress] = None,
-) -> Ranks:
-    count = arguments.integer("channels", channels, 1, 4)
-    method, options = auto_method(shape, count)
-    return mask(shape, method=method, seed=seed, out=out, progress=progress, **options)
-
-
-def auto_method(shape: tuple[int, ...], channels: int) -> tuple[MaskMethod, dict[str, Any]]:
-    """The method that "auto" takes, and its options, as docs/report/masks.md recommends. The choice depends on shape and
-    channels alone. The bits do not depend on the machine either, except with two channels, which the network makes."""
-    if channels == 1:
-        large = len(shape) == 2 and math.prod(shape) > _AUTO_LARGE
-        return ("relax" if large else "void-and-cluster"), {}
-    if channels == 2 and len(shape) == 2:
-        return "neural", {"channels": 2}
-    return "anneal", {"channels": channels, "sweeps": _AUTO_SWEEPS}
-
-
-def _white(
-    shape: tuple[int, ...], seed: Seed, out: Optional[Ranks], *, progress: Optional[Progress] = None
-) -> Ranks:
-    """Sorts 48 random bits per texel from the library's white sampler, so the result does not depend on NumPy. Draws and
-    sorts in blocks, between which Ctrl-C is noticed."""
-    arguments.callback("progress", progress)
-    ranks = _result(shape, out, "white")
-    count = ranks.size
-    sampler = _core.Sampler(_core.sampler_types["white"], arguments.seed(seed), 0, None)
-    keys = np.empty(count, np.uint64)
-    for first in range(0, count, _WHITE_BLOCK):
-        samples = np.empty((1, 1, min(_WHITE_BLOCK, count - first), 4), np.float32)
-        sampler.block(0, 0, first, 0, samples)
-        bits = (samples[0, 0, :, :2] * 2**24).astype(np.uint64)
-        keys[first : first + len(bits)] = (bits[:, 0] << np.uint64(24)) | bits[:, 1]
-        arguments.report(progress, 0.5 * first / count)
-    blocks = -(-count // _WHITE_BLOCK)
-    block = (keys * np.uint64(blocks) >> np.uint64(48)).astype(np.uint16)
-    flat, first = ranks.reshape(-1), 0
-    for number in range(blocks):
-        texels = np.flatnonzero(block == number)
-        texels = texels[np.argsort(keys[texels], kind="stable")]
-        flat[texels] = np.arange(first, first + texels.size, dtype=np.uint32)
-        first += texels.size
-        arguments.report(progress, 0.5 + 0.5 * first / count)
-    return ranks
-
-
-def _builtin(
-    shape: tuple[int, ...], seed: Seed, out: Optional[Ranks], *, progress: Optional[Progress] = None
-) -> Ranks:
-    arguments.callback("progress", progress)
-    sizes = [size for size in _BUILTIN_SIZES if _core.builtin_mask_exists(size)]
-    if len(shape) != 2 or shape[0] != shape[1] or shape[0] not in sizes:
-        known = ", ".join(f"({size}, {size})" for size in sizes)
-        raise ValueError(f"shape of a built-in mask must be one of {known}, not {shape}")
-    if not hasattr(seed, "__index__") or arguments.seed(seed) != 0:
-        raise ValueError(f"seed must be 0 for method 'builtin', not {seed!r}")
-    ranks = _result(shape, out, "builtin")
-    builtin = _core.builtin_mask(shape[0])
-    assert builtin is not None
-    np.copyto(ranks, builtin)
-    arguments.report(progress, 1.0)
-    return ranks
-
-
 def to_float(ranks: npt.ArrayLike, count: Optional[int] = None) -> npt.NDArray[np.float32]:
-    """Converts ranks to values, float32 in [0, 1): (rank + 0.5) / count in double precision, rounded down.
+    """Convert ranks to values: ``(rank + 0.5) / count`` in double precision, rounded down.
 
-    ``ranks`` is an array of any shape with integers from 0 to count - 1. ``count`` defaults to the number of texels: that of
-    elements, or of elements per channel if the array consists of channels as from ``mask(..., channels=2)``, each with every
-    rank once. Give it for a part of a mask. Values are at most 1 - 2**-24. Raises ``ValueError`` for ranks out of range and
-    ``TypeError`` for other types.
+    Parameters
+    ----------
+    ranks : array_like of int
+        An array of any shape with integers from 0 to ``count - 1``.
+    count : int, optional
+        The number of ranks. Defaults to the number of elements, or of elements per channel for an array of channels (as from
+        ``mask(..., channels=2)``). Give it for a part of a mask.
+
+    Returns
+    -------
+    ndarray of float32
+        Values of the same shape, in [0, 1 - 2**-24].
+
+    Raises
+    ------
+    ValueError
+        A rank is out of range.
+    TypeError
+        The elements are not integers.
     """
     array = arguments.array("ranks", ranks)
     if count is None:

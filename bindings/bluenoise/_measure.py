@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import math
 import reprlib
-from typing import Any, Literal, Optional, Sequence, TypedDict, Union, get_args, overload
+from dataclasses import dataclass
+from typing import Any, Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -13,26 +14,36 @@ import numpy.typing as npt
 from . import _arguments as arguments
 from . import _core
 
-MeasureName = Literal["e_0.75", "e_1", "e_1.5", "e_2", "anisotropy", "low_frequency", "exact"]
-
 _GREY_LEVELS = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 3 / 4, 7 / 8, 15 / 16)
+_SIGMAS = (0.75, 1.0, 1.5, 2.0)
 _MIN_RING_TEXELS = 32
-# Transforms that each measure takes.
-_COST = {name: 32.0 for name in get_args(MeasureName)} | {"anisotropy": 1.0, "low_frequency": 7.0, "exact": 0.0}
 
-MaskMeasures = TypedDict(
-    "MaskMeasures",
-    {
-        "e_0.75": float,
-        "e_1": float,
-        "e_1.5": float,
-        "e_2": float,
-        "anisotropy": float,
-        "low_frequency": dict[float, float],
-        "exact": bool,
-    },
-)
-MaskMeasures.__doc__ = "The result of ``measure``, which describes the keys."
+
+@dataclass(frozen=True)
+class MaskMeasures:
+    """What `measure` finds.
+
+    Attributes
+    ----------
+    dithering_error : dict of float to float
+        Root mean square error of dithering by blur, for standard deviations of 0.75, 1, 1.5 and 2 texels; see
+        `dithering_error`.
+    anisotropy : float
+        In dB: 10 log10 of the variance over the squared mean of the power on a ring, averaged over rings of at least 32
+        texels. About 0 for a single mask, whose spectrum is noisy (see `anisotropy` for several); NaN for small masks.
+    low_frequency : dict of float to float
+        By grey level, the mean power of the thresholded mask below half the principal frequency; white noise has 1. The
+        principal frequency is sqrt(g) cycles per texel for a grey level g up to 1/2 and sqrt(1 - g) above. NaN if the mask has
+        no such frequency.
+    exact : bool
+        Whether all texels have different values, so that every rank occurs once. Measures always use ranks, with ties in the
+        order of positions.
+    """
+
+    dithering_error: dict[float, float]
+    anisotropy: float
+    low_frequency: dict[float, float]
+    exact: bool
 
 
 def ranks_of(name: str, value: npt.ArrayLike) -> tuple[arguments.Ranks, bool]:
@@ -58,82 +69,95 @@ def ranks_of(name: str, value: npt.ArrayLike) -> tuple[arguments.Ranks, bool]:
     return ranks.reshape(shape), exact
 
 
-@overload
-def measure(mask: npt.ArrayLike, measures: None = None, *, progress: Optional[arguments.Progress] = None) -> MaskMeasures: ...
-@overload
-def measure(
-    mask: npt.ArrayLike, measures: Sequence[MeasureName], *, progress: Optional[arguments.Progress] = None
-) -> dict[str, Any]: ...
+def measure(mask: npt.ArrayLike, *, progress: Optional[arguments.Progress] = None) -> MaskMeasures:
+    """Measure the quality of a mask.
 
+    Parameters
+    ----------
+    mask : array_like
+        Ranks, or values of any integer or float type, of shape ``(height, width)`` or ``(n,)``. For several channels, use
+        ``[measure(channel) for channel in mask]``.
+    progress : callable, optional
+        Called with the fraction done, at last with 1. A true return value stops the work with `CancelledError`.
 
-def measure(
-    mask: npt.ArrayLike,
-    measures: Optional[Sequence[MeasureName]] = None,
-    *,
-    progress: Optional[arguments.Progress] = None,
-) -> Any:
-    """Measures a mask of shape (height, width), given as ranks or as values of any integer or float type; (n,) is a row. For
-    a mask of several channels: ``[measure(channel) for channel in mask]``.
+    Returns
+    -------
+    MaskMeasures
+        A frozen dataclass.
 
-    Returns a dict with these keys, or those named by ``measures``, as in ``measures=["e_1"]``:
+    Raises
+    ------
+    ValueError
+        The shape does not fit, or there is a NaN.
+    TypeError
+        The elements are no numbers.
+    MemoryError
+        There is not enough memory.
 
-    - ``e_0.75``, ``e_1``, ``e_1.5``, ``e_2``: the dithering error E_sigma; lower is better. The mask is thresholded at 64
-      grey levels and blurred with a toroidal Gaussian of sigma texels; the error is the root mean square difference from
-      the level. White noise has .152, .115, .076 and .057.
-    - ``anisotropy``: in dB, 10 log10 of the variance over the squared mean of the power on a ring, averaged over rings of
-      at least 32 texels. About 0 for a single mask, whose spectrum is noisy; see ``anisotropy`` for several. NaN for small
-      masks.
-    - ``low_frequency``: maps each grey level to the mean power of the thresholded mask below half the principal frequency;
-      white noise has 1. The principal frequency is sqrt(g) cycles per texel for a grey level g up to 1/2 and sqrt(1 - g)
-      above. NaN if the mask has no such frequency.
-    - ``exact``: True if all texels have different values, so that every rank occurs exactly once. The measures always use
-      ranks, with ties ordered by position.
-
-    ``progress`` is called with the fraction done, at last with 1; if it returns a true value, the work stops with
-    ``CancelledError``. Raises ``ValueError`` (shape, NaN, unknown measure), ``TypeError`` and ``MemoryError``. Ctrl-C
-    interrupts. Cost: 136 transforms of the mask's size, 32 of them for each error; 0.1 s for 128 x 128, some seconds for
-    1024 x 1024.
+    Notes
+    -----
+    Takes 136 Fourier transforms of the mask's size: 0.1 s for 128 x 128 texels, some seconds for 1024 x 1024.
     """
     arguments.callback("progress", progress)
-    names = _names(measures)
     ranks, exact = ranks_of("mask", mask)
-    found: dict[str, Any] = {}
-    total, done = sum(_COST[name] for name in names) or 1.0, 0.0
-    for name in names:
-        if name == "exact":
-            found[name] = exact
-        elif name == "anisotropy":
-            found[name] = _anisotropy([ranks])
-        elif name == "low_frequency":
-            found[name] = {level: _low_frequency(ranks, level) for level in _GREY_LEVELS}
-        else:
-            found[name] = _core.mask_error(ranks, float(name[2:]))
-        done += _COST[name]
-        if done < total:
-            arguments.report(progress, done / total)
+    errors: dict[float, float] = {}
+    for sigma in _SIGMAS:
+        errors[sigma] = _core.mask_error(ranks, sigma)
+        arguments.report(progress, 0.24 * len(errors))
+    levels = {level: _low_frequency(ranks, level) for level in _GREY_LEVELS}
+    found = MaskMeasures(errors, _anisotropy([ranks]), levels, exact)
     arguments.report(progress, 1.0)
     return found
 
 
-def _names(measures: Any) -> Sequence[str]:
-    known = get_args(MeasureName)
-    if measures is None:
-        return known
-    if isinstance(measures, str) or not hasattr(measures, "__iter__"):
-        raise TypeError(f"measures must be a list of names, not {measures!r}")
-    names = list(measures)
-    for name in names:
-        if name not in known:
-            raise ValueError(f"measures must be among {', '.join(known)}, not {name!r}")
-    return names
+def dithering_error(mask: npt.ArrayLike, sigma: float = 1.0) -> float:
+    """Compute the error of dithering with a mask, as seen through a blur.
+
+    The mask is thresholded at 64 grey levels and blurred with a toroidal Gaussian; the error is the root mean square
+    difference from the level.
+
+    Parameters
+    ----------
+    mask : array_like
+        As for `measure`.
+    sigma : float, default 1
+        Standard deviation of the blur, in texels, 0 to 1000.
+
+    Returns
+    -------
+    float
+        Smaller is better. White noise has .152, .115, .076 and .057 at 0.75, 1, 1.5 and 2 texels.
+
+    Raises
+    ------
+    ValueError, TypeError, MemoryError
+        As `measure`.
+    """
+    return _core.mask_error(ranks_of("mask", mask)[0], arguments.real("sigma", sigma, 0, 1000))
 
 
 def anisotropy(masks: Union[npt.ArrayLike, Sequence[npt.ArrayLike]]) -> float:
-    """The anisotropy, in dB, of the mean power spectrum of masks of equal shape: a sequence, or an array (k, height, width).
+    """Compute the anisotropy of the mean power spectrum of several masks.
 
-    This is 10 log10 of the variance over the squared mean of the power on rings one frequency step wide, averaged over
-    rings of at least 32 texels; NaN if there are none. An isotropic method gives about -10 log10 k for k masks, so -12 dB
-    for 16 (Ulichney, "Dithering with blue noise", 1988). Ctrl-C interrupts.
+    Parameters
+    ----------
+    masks : sequence of array_like
+        Masks of equal shape, or an array ``(k, height, width)``.
+
+    Returns
+    -------
+    float
+        In dB: 10 log10 of the variance over the squared mean of the power on rings one frequency step wide, averaged over rings
+        of at least 32 texels; NaN if there are none. An isotropic generator gives about -10 log10 k, so -12 dB for 16 masks.
+
+    Raises
+    ------
+    ValueError, TypeError, MemoryError
+        As `measure`.
+
+    References
+    ----------
+    Robert Ulichney, "Dithering with blue noise", 1988.
     """
     if isinstance(masks, (np.ndarray, memoryview)):
         masks = np.asarray(masks)
@@ -166,12 +190,24 @@ def _anisotropy(masks: Any) -> float:
 
 
 def power_spectrum(mask: npt.ArrayLike) -> npt.NDArray[np.float32]:
-    """The power spectrum of a mask of shape (height, width): float32 of the same shape; white noise has mean 1. That of a row,
-    (n,), has shape (1, n). Of three dimensions, the first counts channels or slices, each of which gets its own spectrum.
+    """Compute the power spectrum of a mask's ranks.
 
-    Frequencies are in the order of ``numpy.fft.fftfreq``; the power of frequency 0, at [0, 0], is 0. The mask may be
-    given as ranks or as values of any integer or float type; the spectrum is that of the ranks. Raises the same
-    exceptions as ``measure``. Ctrl-C interrupts.
+    Parameters
+    ----------
+    mask : array_like
+        Ranks or values of shape ``(height, width)`` or ``(n,)``, or ``(k, height, width)`` for channels or slices, each with a
+        spectrum of its own.
+
+    Returns
+    -------
+    ndarray of float32
+        Of the mask's shape, ``(1, n)`` for a row. White noise has mean 1. Frequencies are in the order of `numpy.fft.fftfreq`;
+        the power of frequency 0 is 0.
+
+    Raises
+    ------
+    ValueError, TypeError, MemoryError
+        As `measure`.
     """
     given = arguments.array("mask", mask)
     if given.ndim == 3 and given.size:
@@ -180,11 +216,25 @@ def power_spectrum(mask: npt.ArrayLike) -> npt.NDArray[np.float32]:
 
 
 def radial_power(mask: npt.ArrayLike) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """The radially averaged power spectrum: (frequency, power), two float64 arrays of equal length; for several channels or
-    slices, power has a row for each.
+    """Compute the radially averaged power spectrum of a mask.
 
-    Rings are 1 / max(height, width) cycles per texel wide; the frequencies are their centres, from one width to at most
-    sqrt(1/2). Frequency 0 and empty rings are omitted. Raises the same exceptions as ``measure``. Ctrl-C interrupts.
+    Parameters
+    ----------
+    mask : array_like
+        As for `power_spectrum`.
+
+    Returns
+    -------
+    frequency : ndarray of float64
+        Centres of rings 1 / max(height, width) cycles per texel wide, from one width to at most sqrt(1/2). Frequency 0 and
+        empty rings are omitted.
+    power : ndarray of float64
+        The mean power on each ring; for several channels or slices, a row for each.
+
+    Raises
+    ------
+    ValueError, TypeError, MemoryError
+        As `measure`.
     """
     power = power_spectrum(mask)
     ring, width = _rings(power.shape[-2:])

@@ -19,8 +19,8 @@ from . import _arguments as arguments
 from . import _core, _files
 from ._arguments import Progress
 from ._glsl import TEXTS
-from ._masks import _BUILTIN_SIZES, mask
-from ._measure import measure
+from ._masks import _BUILTIN_SIZES, anneal, builtin
+from ._measure import dithering_error
 from ._sampler import Sampler, tables
 
 FORMATS = ("png", "exr", "ktx2")
@@ -58,13 +58,14 @@ def write(folder: Path, formats: Sequence[str], sizes: Sequence[int], seed: int,
                 return progress is not None and progress((before + fraction * cost) / total * 0.99)
 
             if channels == 1:
-                ranks = mask((size, size), method="builtin", progress=share)
+                ranks = builtin((size, size))
+                share(1.0)
             else:
-                ranks = mask((size, size), method="anneal", seed=seed, channels=channels, sweeps=sweeps, progress=share)
+                ranks = anneal((size, size), seed=seed, channels=channels, sweeps=sweeps, progress=share)
             sheet[size, channels] = ranks
             made = f"annealed, seed {seed}, {sweeps} sweeps" if channels > 1 else "built-in"
             facts = {"size": size, "channels": channels, "made": made,
-                     "e_1": [round(measure(plane, ["e_1"])["e_1"], 5) for plane in np.atleast_3d(ranks.T).T]}
+                     "dithering_error": [round(dithering_error(plane), 5) for plane in np.atleast_3d(ranks.T).T]}
             for name, bits in _write_mask(beside / "masks", ranks, formats, f"libbn {version}: {made}"):
                 files.append({"file": f"masks/{name}", "bits": bits, **facts})
             done += cost
@@ -280,7 +281,7 @@ SPDX-License-Identifier: CC0-1.0
 
 
 def _readme(pack: dict[str, Any], sizes: Sequence[int], formats: Sequence[str]) -> str:
-    errors = {(each["size"], each["channels"]): each["e_1"] for each in pack["masks"]}
+    errors = {(each["size"], each["channels"]): each["dithering_error"] for each in pack["masks"]}
     rows = "".join(f"| {size} | " + " | ".join(", ".join(f"{error:.4f}" for error in errors[size, channels]) for channels in CHANNELS)
                    + " |\n" for size in sizes)
     return f"""\

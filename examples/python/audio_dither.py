@@ -29,7 +29,7 @@ def quantise(signal, bits, dither=0.5):
 
 def dithers(count, seed=1):
     mask = bluenoise.to_float(bluenoise.mask((LENGTH,), seed=seed))
-    white = bluenoise.to_float(bluenoise.mask((count,), method="white", seed=seed))
+    white = np.random.default_rng(seed).random(count, np.float32)
     return {"none": 0.5, "white noise": white, "blue mask": np.resize(mask, count)}
 
 

@@ -48,8 +48,8 @@ def try_draws():
 def try_masks():
     mask = bluenoise.mask((32, 32), seed=3)
     check((np.sort(mask, axis=None) == np.arange(1024)).all(), "a rank is missing")
-    error = bluenoise.measure(mask)["e_1"]
-    check(error < NOT_BLUE, f"e_1 = {error}: not blue")
+    error = bluenoise.dithering_error(mask)
+    check(error < NOT_BLUE, f"the dithering error is {error}: not blue")
     grey = bluenoise.dither(np.full((32, 32), 0.25), 2, mask=mask)
     check(abs(grey.mean() - 0.25) < 1e-3, f"a quarter is dithered to {grey.mean()}")
 
@@ -63,15 +63,15 @@ def try_command():
         subprocess.run([str(command), "mask", "--size", "32", "--seed", "3", "-o", str(path)], check=True)
         check((np.load(path) == bluenoise.mask((32, 32), seed=3)).all(), "the command makes another mask")
         out = subprocess.run([str(command), "measure", "--json", str(path)], check=True, capture_output=True, text=True).stdout
-        check(json.loads(out)["e_1"] < NOT_BLUE, f"the command measures {out}")
+        check(json.loads(out)["dithering_error"]["1.0"] < NOT_BLUE, f"the command measures {out}")
 
 
 def try_network():
     generator = bluenoise.NeuralGenerator()
     mask = generator.mask((48, 64), seed=3)
     check((np.sort(mask, axis=None) == np.arange(48 * 64)).all(), "a rank is missing from a neural mask")
-    error = bluenoise.measure(mask)["e_1"]
-    check(error < NOT_BLUE, f"e_1 = {error}: the neural mask is not blue")
+    error = bluenoise.dithering_error(mask)
+    check(error < NOT_BLUE, f"the dithering error is {error}: the neural mask is not blue")
 
 
 if __name__ == "__main__":

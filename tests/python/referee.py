@@ -1,7 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures in plain NumPy, written from their definitions, to check those of the package."""
 
+import math
+
 import numpy as np
+
+
+def white(shape, seed=0):
+    """Ranks in random order."""
+    return np.random.default_rng(seed).permutation(math.prod(shape)).astype(np.uint32).reshape(shape)
 
 
 def transform(values):

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from referee import white
 
 import bluenoise
 
@@ -13,7 +14,7 @@ def test_coldest_is_a_minimum(seed, shape):
     small that windows reach around them, even, odd and narrow. Exact. The weight of a pair of texels is the Gaussians of both blurs over
     the shorter way around the torus, of 32,000 over all pairs of a texel, rounded; none at exactly half of an extent."""
     options = bluenoise._core.AnnealOptions()
-    ranks = bluenoise.mask(shape, method="anneal", seed=seed, sweeps=4000, start_temperature=1e-2, end_temperature=1e-12, order_ends=False)
+    ranks = bluenoise.anneal(shape, seed=seed, sweeps=4000, start_temperature=1e-2, end_temperature=1e-12, order_ends=False)
     r, count = ranks.ravel().astype(np.int64), ranks.size
     place = np.stack(np.unravel_index(np.arange(count), shape))
     way = abs(place[:, :, None] - place[:, None])
@@ -42,5 +43,5 @@ def test_vectors(channels):
             found.append(bluenoise._core.mask_error(order, 1.0))
         return np.sqrt(np.mean(np.square(found)))
 
-    white = np.stack([bluenoise.mask((32, 32), method="white", seed=seed) for seed in range(1, channels + 1)])
-    assert error(bluenoise.mask((32, 32), method="anneal", channels=channels, sweeps=150, start_from_ranks=white)) < 0.62 * error(white)
+    start = np.stack([white((32, 32), seed) for seed in range(1, channels + 1)])
+    assert error(bluenoise.anneal((32, 32), channels=channels, sweeps=150, start_from_ranks=start)) < 0.62 * error(start)

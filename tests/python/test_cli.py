@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 from onnx_file import convolution
+from referee import white
 
 import bluenoise
 from bluenoise import _files
@@ -24,13 +25,13 @@ def lines(capsys):
 
 def test_mask_as_png_keeps_every_rank(tmp_path, capsys):
     out = tmp_path / "mask.png"
-    arguments = ["mask", "--size", "40x24", "--seed", "3", "--sigma", "1.9", "-o", str(out)]
+    arguments = ["mask", "--size", "40x24", "--method", "void-and-cluster", "--seed", "3", "--sigma", "1.9", "-o", str(out)]
     assert main(arguments) == 0
     assert lines(capsys) == ([], [])
     picture = Image.open(out)
     assert picture.mode.startswith("I") and picture.size == (40, 24)
     assert "seed 3, sigma 1.9" in picture.info["Description"]
-    ranks = bluenoise.mask((24, 40), seed=3, sigma=1.9)
+    ranks = bluenoise.void_and_cluster((24, 40), seed=3, sigma=1.9)
     values = np.asarray(picture)
     np.testing.assert_array_equal(values, (ranks + 0.5) * 65536 // ranks.size)
     assert bluenoise.measure(values) == bluenoise.measure(ranks)
@@ -40,8 +41,8 @@ def test_mask_as_png_keeps_every_rank(tmp_path, capsys):
 @pytest.mark.parametrize(("size", "shape"), [("30", (30, 30)), ("30x1", (1, 30)), ("5x4", (4, 5)), ("5x4x3", (3, 4, 5))])
 def test_mask_as_npy(tmp_path, size, shape):
     out = tmp_path / "mask.npy"
-    assert main(["mask", "--size", size, "--method", "white", "-o", str(out)]) == 0
-    np.testing.assert_array_equal(np.load(out), bluenoise.mask(shape, method="white"))
+    assert main(["mask", "--size", size, "-o", str(out)]) == 0
+    np.testing.assert_array_equal(np.load(out), bluenoise.mask(shape))
 
 
 @pytest.mark.parametrize(("method", "options"), [("relax", {"threads": 2}), ("anneal", {"sweeps": 9, "sigma": 1.1})])
@@ -49,7 +50,7 @@ def test_mask_by_other_methods(method, options, tmp_path):
     out = tmp_path / "mask.npy"
     arguments = ["--size", "16x16", "--method", method, *(f"--{name}={value}" for name, value in options.items())]
     assert main(["mask", *arguments, "-o", str(out)]) == 0
-    expected = bluenoise.mask((16, 16), method=method, **options)
+    expected = getattr(bluenoise, method)((16, 16), **options)
     np.testing.assert_array_equal(np.load(out), expected)
 
 
@@ -73,7 +74,7 @@ def test_mask_by_a_network(tmp_path, capsys):
 
 def test_mask_with_more_ranks_than_levels_says_so(tmp_path, capsys):
     out = tmp_path / "mask.png"
-    assert main(["mask", "--size", "300x300", "--method", "white", "-o", str(out)]) == 0
+    assert main(["mask", "--size", "300x300", "-o", str(out)]) == 0
     out_lines, err = lines(capsys)
     assert not out_lines and len(err) == 1 and "90000 ranks" in err[0]
     assert np.asarray(Image.open(out)).max() == 65535
@@ -85,12 +86,12 @@ def test_measure(tmp_path, capsys):
     assert main(["measure", str(tmp_path / "mask.npy")]) == 0
     out, err = lines(capsys)
     assert not err and "64 x 32" in out[0] and "yes" in out[1]
-    assert f"{bluenoise.measure(ranks)['e_1']:.5f}" in "\n".join(out)
+    assert f"{bluenoise.dithering_error(ranks):.5f}" in "\n".join(out)
     start = next(number for number, line in enumerate(out) if "white noise has 1" in line)
     assert out[start + 1].split()[:2] == ["grey", "0.0625"] and len(out) == start + 8
     assert main(["measure", "--json", str(tmp_path / "mask.npy")]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert found["size"] == [64, 32] and found["e_1"] == bluenoise.measure(ranks)["e_1"]
+    assert found["size"] == [64, 32] and found["dithering_error"]["1.0"] == bluenoise.dithering_error(ranks)
     np.save(tmp_path / "tiny.npy", [[1, 0]])
     assert main(["measure", "--json", str(tmp_path / "tiny.npy")]) == 0
     assert json.loads(capsys.readouterr().out)["anisotropy"] is None  # NaN is no JSON
@@ -154,12 +155,12 @@ def test_spectrum_as_a_plot(tmp_path):
         (["mask", "--size", "8x8", "-o", "folder.png"], ["folder.png", "folder"]),
         (["mask", "--size", "8x8x8", "-o", "mask.png"], [".npy"]),
         (["mask", "--size", "99999x99999", "-o", "mask.png"], ["99999"]),
-        (["mask", "--size", "8x8", "--sigma", "-1", "-o", "mask.png"], ["sigma", "-1"]),
-        (["mask", "--size", "8x8", "--method", "white", "--sigma", "1", "-o", "m.png"], ["--sigma needs", "anneal", "white"]),
+        (["mask", "--size", "8x8", "--method", "anneal", "--sigma", "-1", "-o", "mask.png"], ["sigma", "-1"]),
+        (["mask", "--size", "8x8", "--method", "relax", "--sigma", "1", "-o", "m.png"], ["--sigma needs", "anneal", "relax"]),
         (["mask", "--size", "8", "--initial-fraction", "1", "--method", "relax", "-o", "m.png"], ["--initial-fraction needs"]),
         (["mask", "--size", "9x9", "--method", "builtin", "-o", "m.png"], ["(9, 9)"]),
         (["mask", "--size", "8", "--channels", "5", "--method", "anneal", "-o", "m.png"], ["channels", "5"]),
-        (["mask", "--size", "8", "--channels", "2", "-o", "m.png"], ["--channels needs --method auto or anneal or neural,"]),
+        (["mask", "--size", "8", "--channels", "2", "--method", "relax", "-o", "m.png"], ["--channels needs --method auto or anneal or neural,"]),
         (["mask", "--size", "8", "--json", "-o", "-"], ["--json"]),
         (["spectrum", "flat.npy"], ["-o", "--json"]),
         (["measure", "volume.npy"], ["volume.npy", "(2, 4, 4)", "--channel"]),
@@ -269,7 +270,7 @@ def test_streams(tmp_path):
     np.testing.assert_array_equal(np.load(io.BytesIO(npy)), ranks)
     png = run("mask", "--size", "16", "--seed", "2", "--format", "png", "-o", "-")
     for data in (npy, png):
-        assert json.loads(run("measure", "--json", "-", data=data))["e_1"] == bluenoise.measure(ranks)["e_1"]
+        assert json.loads(run("measure", "--json", "-", data=data))["dithering_error"]["1.0"] == bluenoise.dithering_error(ranks)
     assert run("spectrum", "-", "-o", "-", data=npy).startswith(b"frequency,power\n")
     grey = Image.new("L", (8, 8), 100)
     buffer = io.BytesIO()
@@ -379,9 +380,9 @@ def test_a_full_disk_is_named_with_the_file(name, tmp_path):
     needed = {"mask.exr": "OpenEXR", "spectrum.png": "matplotlib"}.get(name)
     if needed:
         pytest.importorskip(needed)
-    bluenoise.save(tmp_path / "in.npy", bluenoise.mask((128, 128), method="white"))
+    bluenoise.save(tmp_path / "in.npy", white((128, 128)))
     (tmp_path / name).write_bytes(b"precious")
-    command = {"mask": "mask --size 256 --method white", "points": "points --count 9999 --method mask",
+    command = {"mask": "mask --size 256", "points": "points --count 9999 --method mask",
                "spectrum": "spectrum in.npy"}[name.split(".")[0]]
     done = run_in_shell(f"ulimit -f 8; {{}} {command} -o {name}", tmp_path)
     assert done.returncode == 1 and done.stderr.count("\n") == 1

@@ -89,7 +89,7 @@ def test_values_as_a_mask_are_the_thresholds(shape, levels, srgb):
 
 @pytest.mark.parametrize("kind", [np.uint32, np.float32])
 def test_each_channel_with_a_mask_of_its_own(kind):
-    ranks = mask((16, 16), method="anneal", channels=3, sweeps=2)
+    ranks = bluenoise.anneal((16, 16), channels=3, sweeps=2)
     masks = ranks if kind is np.uint32 else to_float(ranks)
     image = np.random.default_rng(1).random((20, 30, 3))
     found = dither(image, 3, mask=masks)

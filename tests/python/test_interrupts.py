@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from referee import white
 from signals import assert_interrupted
 
 import bluenoise
@@ -21,7 +22,7 @@ from bluenoise import _core
 def test_work_is_left_at_once(work):
     """Signal handlers run while the library works: those of one call run one by one. Otherwise they would run together, after
     the call. Without an exception the result comes through."""
-    ranks = bluenoise.mask((2048, 2048), method="white")
+    ranks = white((2048, 2048))
     assert_interrupted(lambda: work(ranks), signals=2)
     small = ranks[:200, :200].argsort(axis=None).reshape(200, 200).astype(np.uint32)
     assert np.isfinite(work(small)).all()
@@ -40,7 +41,7 @@ class Late:
 
 
 late = Late()
-ranks = bluenoise.mask((300, 300), method="white")
+ranks = np.random.default_rng(1).permutation(90000).reshape(300, 300)
 threading.Thread(target=lambda: (time.sleep(0.2), signal.raise_signal(signal.SIGINT)), daemon=True).start()
 while True:
     bluenoise.measure(ranks)

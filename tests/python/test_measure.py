@@ -2,39 +2,39 @@
 import numpy as np
 import pytest
 import referee
+from referee import white
 
 import bluenoise
-from bluenoise import anisotropy, mask, measure, power_spectrum, radial_power
+from bluenoise import anisotropy, dithering_error, mask, measure, power_spectrum, radial_power
 
-SIGMAS = {"e_0.75": 0.75, "e_1": 1.0, "e_1.5": 1.5, "e_2": 2.0}
+SIGMAS = (0.75, 1, 1.5, 2)
 
 
 def test_errors_are_the_librarys():
     ranks = mask((17, 40), seed=2)
-    figures = measure(ranks)
-    assert {name: figures[name] for name in SIGMAS} == {name: bluenoise._core.mask_error(ranks, s) for name, s in SIGMAS.items()}
+    assert measure(ranks).dithering_error == {sigma: dithering_error(ranks, sigma) for sigma in SIGMAS}
 
 
 def test_low_frequency_equals_the_referee():
     ranks = mask((48, 64), seed=3)
-    found = measure(ranks)["low_frequency"]
+    found = measure(ranks).low_frequency
     assert list(found) == sorted(found) and {1 / 16, 1 / 4, 1 / 2} <= set(found)
     for level, power in found.items():
         assert power == pytest.approx(referee.low_frequency(ranks, level), rel=1e-9)
-    white = measure(mask((128, 128), method="white", seed=1))["low_frequency"]
-    assert all(0.8 < power < 1.2 for power in white.values())  # about 400 frequencies or more each
+    of_white = measure(white((128, 128), seed=1)).low_frequency
+    assert all(0.8 < power < 1.2 for power in of_white.values())  # about 400 frequencies or more each
     assert all(power < 0.5 for power in found.values())
 
 
 @pytest.mark.parametrize("shape", [(1, 2), (5, 1), (8, 8), (11, 7), (10, 12), (9, 16), (24, 20)])
 def test_spectra_and_errors_equal_the_referee(shape):
-    ranks = mask(shape, method="white", seed=5)
+    ranks = white(shape, seed=5)
     power = power_spectrum(ranks)
     np.testing.assert_allclose(power, referee.power_spectrum(ranks), rtol=1e-6, atol=1e-6)
     assert power[0, 0] == 0
     np.testing.assert_array_equal(power_spectrum(bluenoise.to_float(ranks)), power)
     for sigma in (0, 0.75, 1.5):
-        assert bluenoise._core.mask_error(ranks, sigma) == pytest.approx(referee.mask_error(ranks, sigma), abs=1e-9)
+        assert dithering_error(ranks, sigma) == pytest.approx(referee.mask_error(ranks, sigma), abs=1e-9)
 
 
 @pytest.mark.parametrize("shape", [(64, 64), (40, 17), (1, 30)])
@@ -54,11 +54,11 @@ def test_anisotropy_equals_the_referee():
     masks = [mask((40, 32), seed=seed) for seed in range(4)]
     assert anisotropy(masks) == pytest.approx(referee.anisotropy(masks), abs=1e-4)
     assert anisotropy(np.stack(masks)) == anisotropy(masks)
-    assert measure(masks[0])["anisotropy"] == pytest.approx(referee.anisotropy(masks[:1]), abs=1e-4)
+    assert measure(masks[0]).anisotropy == pytest.approx(referee.anisotropy(masks[:1]), abs=1e-4)
 
 
 def test_anisotropy_falls_with_the_count_of_masks():
-    masks = [mask((64, 64), method="white", seed=seed) for seed in range(16)]
+    masks = [white((64, 64), seed=seed) for seed in range(16)]
     assert -1.5 < anisotropy(masks[:1]) < 0.5
     assert -13.5 < anisotropy(masks) < -10.5
     keeps_horizontal = np.fft.fftfreq(64)[None, :] ** 2
@@ -69,23 +69,23 @@ def test_anisotropy_falls_with_the_count_of_masks():
 def test_exact_and_other_values():
     ranks = mask((32, 32), seed=1)
     figures = measure(ranks)
-    assert figures["exact"] is True
+    assert figures.exact is True
     for same in (ranks.astype(np.int16), bluenoise.to_float(ranks), 4 * ranks + 2, ranks.tolist()):
         assert measure(same) == figures
     eight_bit = (ranks // 4).astype(np.uint8)
     coarse = measure(eight_bit)
-    assert coarse["exact"] is False
-    assert coarse["e_1"] == pytest.approx(figures["e_1"], rel=0.1)
-    assert measure(np.zeros((8, 8)))["exact"] is False
+    assert coarse.exact is False
+    assert coarse.dithering_error[1] == pytest.approx(figures.dithering_error[1], rel=0.1)
+    assert measure(np.zeros((8, 8))).exact is False
 
 
 def test_small_masks_have_no_rings():
     figures = measure([[0, 1], [2, 3]])
-    assert np.isnan(figures["anisotropy"]) and figures["exact"]
-    assert np.isfinite([figures[name] for name in SIGMAS]).all()
+    assert np.isnan(figures.anisotropy) and figures.exact
+    assert np.isfinite(list(figures.dithering_error.values())).all()
 
 
-@pytest.mark.parametrize("function", [measure, power_spectrum, radial_power])
+@pytest.mark.parametrize("function", [measure, dithering_error, power_spectrum, radial_power])
 @pytest.mark.parametrize(
     ("value", "error", "words"),
     [
@@ -104,19 +104,15 @@ def test_bad_masks(function, value, error, words):
     assert all(word in str(caught.value) for word in words), str(caught.value)
 
 
-def test_a_choice_of_measures(monkeypatch):
-    ranks = mask((48, 40), seed=1)
-    whole = measure(ranks)
-    assert list(whole) == ["e_0.75", "e_1", "e_1.5", "e_2", "anisotropy", "low_frequency", "exact"]
-    assert measure(ranks, ["exact", "e_1"]) == {"exact": True, "e_1": whole["e_1"]}
-    assert measure(ranks, measures=("low_frequency",)) == {"low_frequency": whole["low_frequency"]}
-    monkeypatch.setattr(bluenoise._core, "mask_error", None)
-    assert measure(ranks, ["anisotropy"]) == {"anisotropy": whole["anisotropy"]}
-    with pytest.raises(ValueError, match="measures .*e_1.5.*'e_3'"):
-        measure(ranks, ["e_3"])
-    for wrong in ("e_1", 1):
-        with pytest.raises(TypeError, match="measures"):
-            measure(ranks, wrong)
+def test_bad_sigmas():
+    for wrong, error in ((-1, ValueError), (float("nan"), ValueError), (1001, ValueError), ("1", TypeError)):
+        with pytest.raises(error, match="sigma"):
+            dithering_error([[0, 1]], wrong)
+
+
+def test_measures_cannot_be_changed():
+    with pytest.raises(AttributeError):
+        measure([[0, 1]]).exact = False
 
 
 def test_progress():
@@ -131,9 +127,9 @@ def test_progress():
 
 def test_masks_of_every_shape():
     row = mask((64,), seed=1)
-    assert measure(row, ["e_1", "low_frequency"]) == measure(row[None], ["e_1", "low_frequency"])
+    assert dithering_error(row) == dithering_error(row[None]) and measure(row).low_frequency == measure(row[None]).low_frequency
     np.testing.assert_array_equal(power_spectrum(row), power_spectrum(row[None]))
-    for several in (mask((24, 20), method="anneal", channels=3, sweeps=2), mask((3, 24, 20))):
+    for several in (bluenoise.anneal((24, 20), channels=3, sweeps=2), mask((3, 24, 20))):
         power = power_spectrum(several)
         assert power.shape == (3, 24, 20)
         frequency, radial = radial_power(several)
@@ -152,4 +148,4 @@ def test_bad_sets_of_masks():
         with pytest.raises(ValueError, match=r"masks .*give \[mask\]"):
             anisotropy(one)
     with pytest.raises(ValueError, match=r"mask .*mask\[0\]"):
-        measure(mask((8, 8), method="anneal", channels=2, sweeps=1))
+        measure(bluenoise.anneal((8, 8), channels=2, sweeps=1))

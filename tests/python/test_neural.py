@@ -91,7 +91,7 @@ def test_seeds_threads_and_paths(one, tmp_path):
     assert (one.mask((20, 20), seed=generator[0]) == one.mask((20, 20), seed=generator[1])).all()
     copy = pickle.loads(pickle.dumps(NeuralGenerator(path)))
     assert (copy.mask((70, 300), seed=2**64 - 1) == expected).all() and "model.onnx" in repr(copy)
-    made = bluenoise.mask((70, 300), method="neural", seed=2**64 - 1, model=path)
+    made = bluenoise.neural((70, 300), seed=2**64 - 1, model=path)
     assert (made == expected).all()
 
 
@@ -108,13 +108,13 @@ def test_providers(one, capfd):
     same = NeuralGenerator(ONE, provider="cpu")
     assert "provider='cpu'" in repr(same) and repr(pickle.loads(pickle.dumps(same))) == repr(same)
     assert (same.window(3, 4, 300, 200, seed=5) == expected).all()
-    assert (bluenoise.mask((20, 30), method="neural", model=ONE, provider="cpu") == one.mask((20, 30))).all()
+    assert (bluenoise.neural((20, 30), model=ONE, provider="cpu") == one.mask((20, 30))).all()
     try:
         found = NeuralGenerator(ONE, provider="cuda")
     except RuntimeMissingError as error:
         assert "'cuda'" in str(error) and "onnxruntime-gpu" in str(error)
         with pytest.raises(RuntimeMissingError):
-            bluenoise.mask((20, 30), method="neural", model=ONE, provider="cuda")
+            bluenoise.neural((20, 30), model=ONE, provider="cuda")
     else:
         assert (Path(_neural._installed_runtime() or os.environ["BN_ONNXRUNTIME"]).parent
                 / "libonnxruntime_providers_cuda.so").exists()
@@ -131,11 +131,11 @@ def test_vectors(builtin):
     assert ranks.shape == (2, 96, 64)
     for channel in ranks:
         assert np.array_equal(np.sort(channel, axis=None), np.arange(96 * 64))
-        assert bluenoise.measure(channel)["e_1"] < 0.06  # white noise has .115
+        assert bluenoise.dithering_error(channel) < 0.06  # white noise has .115
     window = vectors.window(-7, 9, 50, 40, seed=4)
     assert window.shape == (2, 40, 50)
     np.testing.assert_allclose(vectors.window(3, 19, 20, 10, seed=4), window[:, 10:20, 10:30], atol=1e-5)
-    assert (bluenoise.mask((96, 64), method="neural", channels=2, seed=4) == ranks).all()
+    assert (bluenoise.neural((96, 64), channels=2, seed=4) == ranks).all()
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,6 @@ def test_vectors(builtin):
         (lambda g: NeuralGenerator(ONE, threads=-1), ValueError, ["threads", "-1"]),
         (lambda g: NeuralGenerator(ONE, provider="gpu"), ValueError, ["provider", "cpu, cuda", "'gpu'"]),
         (lambda g: NeuralGenerator(ONE, provider=0), TypeError, ["provider", "0"]),
-        (lambda g: bluenoise.mask((4, 4), method="white", provider="cpu"), TypeError, ["provider", "white"]),
         (lambda g: NeuralGenerator(channels=3), ValueError, ["channels", "3"]),
         (lambda g: NeuralGenerator(ONE, channels=2), ValueError, ["channels: 2"]),
         (lambda g: NeuralGenerator(7), TypeError, ["model", "7"]),
@@ -169,8 +168,8 @@ def test_vectors(builtin):
         (lambda g: NeuralGenerator(convolution(KERNELS * np.inf)), ValueError, ["bad data"]),
         (lambda g: NeuralGenerator(ONE, runtime="nowhere.so"), RuntimeMissingError, ["nowhere.so", "pip install"]),
         (lambda g: NeuralGenerator(ONE, runtime=__file__), RuntimeMissingError, ["test_neural.py"]),
-        (lambda g: bluenoise.mask((4, 4, 4), method="neural"), ValueError, ["shape", "(4, 4, 4)"]),
-        (lambda g: bluenoise.mask((4, 4), method="neural", sigma=1), TypeError, ["sigma", "neural"]),
+        (lambda g: bluenoise.neural((4, 4, 4)), ValueError, ["shape", "(4, 4, 4)"]),
+        (lambda g: bluenoise.neural((4, 4), sigma=1), TypeError, ["sigma"]),
     ],
 )
 def test_bad_arguments(one, call, error, words, capfd):
@@ -218,7 +217,7 @@ def test_a_build_without_the_network_says_so(monkeypatch):
     monkeypatch.delattr(bluenoise._core, "NeuralGenerator")
     _neural.builtin_generator.cache_clear()
     for call in (NeuralGenerator, lambda: NeuralGenerator.noise(0, 0, 1, 1),
-                 lambda: bluenoise.mask((16, 16), method="neural")):
+                 lambda: bluenoise.neural((16, 16))):
         with pytest.raises(RuntimeMissingError, match="BN_NEURAL=OFF"):
             call()
 

@@ -5,6 +5,7 @@ import builtins
 
 import numpy as np
 import pytest
+from referee import white
 
 import bluenoise
 from bluenoise import _points
@@ -56,7 +57,7 @@ def test_the_first_points_of_a_set_are_a_set(method):
 
 
 def test_points_of_a_mask_lie_in_its_lowest_texels():
-    mask = bluenoise.mask((10, 20), method="white", seed=1)
+    mask = white((10, 20), seed=1)
     for jitter in (False, True):
         found = bluenoise.points(30, method="mask", mask=mask, jitter=jitter, seed=1)
         x, y = np.floor(found * (20, 10)).astype(int).T

@@ -165,7 +165,7 @@ def test_no_seed_is_a_random_one_that_can_be_used_again():
     sampler, other = Sampler(seed=None), Sampler(seed=None)
     assert sampler.seed != other.seed  # equal with a probability of 2**-64
     assert Sampler(seed=sampler.seed) == sampler == eval(repr(sampler))
-    assert (bluenoise.mask((8, 8), method="white", seed=None) != bluenoise.mask((8, 8), method="white", seed=None)).any()
+    assert (bluenoise.relax((8, 8), seed=None) != bluenoise.relax((8, 8), seed=None)).any()
 
 
 def test_repr_says_what_it_is():

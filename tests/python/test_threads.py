@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from onnx_file import convolution
+from referee import white
 
 import bluenoise
 from bluenoise import _core as core
@@ -25,7 +26,7 @@ def no_forced_switches():
 
 
 # The extension's functions alone: NumPy gives the lock up too.
-RANKS = bluenoise.mask((256, 256), method="white")
+RANKS = white((256, 256))
 X = np.arange(2**18, dtype=np.int32)
 INDEX = np.zeros(2**18, np.uint32)
 DRAWS = np.empty((256, 256, 4, 4), np.float32)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import bluenoise
-from bluenoise import _core, _masks, _points
+from bluenoise import _core, _points
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -18,19 +18,18 @@ import numpy.typing as npt
 import bluenoise
 from typing_extensions import assert_type
 
-bluenoise.mask((8, 8), sigma=1.9, initial_fraction=0.2, seed=None)
-bluenoise.mask((8,), method="relax", threads=1, seed=np.random.default_rng())
-bluenoise.mask((8, 8), method="anneal", channels=3, sweeps=1)
+bluenoise.void_and_cluster((8, 8), sigma=1.9, initial_fraction=0.2, seed=None)
+bluenoise.relax((8,), threads=1, seed=np.random.default_rng())
+bluenoise.anneal((8, 8), channels=3, sweeps=1)
 assert_type(bluenoise.points(8, method="mask", jitter=False), npt.NDArray[np.float64])
 bluenoise.points(8, candidates=2)
-bluenoise.mask((8, 8), method="neural", model=b"", progress=print)
-name: bluenoise.MaskMethod = "white"
-assert_type(bluenoise.mask((8, 8), method=name), npt.NDArray[np.uint32])
+bluenoise.neural((8, 8), model=b"", progress=print)
+assert_type(bluenoise.mask((8, 8), channels=2), npt.NDArray[np.uint32])
 found = bluenoise.measure(np.zeros((8, 8)))
-assert_type(found["e_1"], float)
-assert_type(found["exact"], bool)
-assert_type(found["low_frequency"], dict[float, float])
-bluenoise.measure(np.zeros((8, 8)), ["e_1"], progress=print)
+assert_type(found.dithering_error[1], float)
+assert_type(found.exact, bool)
+assert_type(found.low_frequency, dict[float, float])
+bluenoise.measure(np.zeros((8, 8)), progress=print)
 keys = bluenoise.domain(np.arange(3))
 assert_type(bluenoise.domain(1, 2), int)
 bluenoise.Sampler().sample(1, 2, 3, pair=1)
@@ -38,20 +37,20 @@ ray = bluenoise.PathSampler(bluenoise.Sampler(), np.arange(3), 0, 0, stream=1).r
 assert_type(ray.next_1d(), npt.NDArray[np.float32])
 assert_type([branch for branch in ray.next_split(2)], list[bluenoise.PathSampler])
 assert_type(ray.next_loop(), bluenoise.LoopSampler)
-bluenoise.mask((8, 8), method="builtin", out=np.zeros((8, 8), np.uint32))
+bluenoise.builtin((8, 8), out=np.zeros((8, 8), np.uint32))
 assert_type(bluenoise.dither(np.zeros((8, 8), np.uint16)), npt.NDArray[np.uint16])
 kind: bluenoise.SamplerType = bluenoise.Sampler("zorder", seed=None).type
 '''
 
 WRONG = '''
-bluenoise.mask((8, 8), sweep=3)
-bluenoise.mask((8, 8), sigma="1")
-bluenoise.mask((8, 8), method="paint")
+bluenoise.anneal((8, 8), sweep=3)
+bluenoise.void_and_cluster((8, 8), sigma="1")
+bluenoise.mask((8, 8), method="relax")
 bluenoise.points(8, jitter=1.5)
 bluenoise.Sampler("red")
 bluenoise.Sampler().sample(1, 2, 3, pair=4)
 bluenoise.PathSampler("blue", 0, 0, 0)
-bluenoise.measure(np.zeros((8, 8)))["e_3"]
+bluenoise.measure(np.zeros((8, 8))).e_3
 '''
 
 
@@ -65,18 +64,14 @@ def test_type_checker_accepts_right_calls_and_refuses_wrong_ones(tmp_path):
     assert found == set(range(first, first + WRONG.count("\n") - 1)), out
 
 
-@pytest.mark.parametrize("module, function", [(_masks, bluenoise.mask), (_points, bluenoise.points)])
-def test_the_signature_names_every_option(module, function):
+def test_the_signature_names_every_option():
     """Editors and IPython complete what inspect.signature tells."""
-    parameters = inspect.signature(function).parameters
+    parameters = inspect.signature(bluenoise.points).parameters
     assert all(value.kind is not value.VAR_KEYWORD and value.annotation != "Any" for value in parameters.values())
-    for options in module.METHODS.values():
+    for options in _points.METHODS.values():
         assert set(options) <= set(parameters)
 
 
 def test_literals_are_what_there_is():
-    assert set(typing.get_args(bluenoise.MaskMethod)) == set(_masks.METHODS)
     assert set(typing.get_args(bluenoise.PointsMethod)) == set(_points.METHODS)
     assert set(typing.get_args(bluenoise.SamplerType)) == set(_core.sampler_types)
-    measures = set(typing.get_type_hints(bluenoise.MaskMeasures))
-    assert set(typing.get_args(bluenoise.MeasureName)) == measures == set(bluenoise.measure(bluenoise.mask((8, 8))))

@@ -29,7 +29,7 @@ def evenness(apart, texels, shape):
 @pytest.mark.parametrize(("shape", "sigma", "fraction"), [
     ((32, 32), 1.5, 0.1), ((32, 32), 1.5, 0.3), ((27, 37), 1.5, 0.2), ((24, 40), 1.9, 0.3)])
 def test_phases(shape, sigma, fraction, seed):
-    ranks = bluenoise.mask(shape, sigma=sigma, initial_fraction=fraction, seed=seed)
+    ranks = bluenoise.void_and_cluster(shape, sigma=sigma, initial_fraction=fraction, seed=seed)
     at, apart = np.argsort(ranks, axis=None), squares(shape)
     kernel = np.where(apart > np.ceil(10 / 3 * sigma) ** 2, 0, np.exp(-apart / (2 * sigma**2)))
 

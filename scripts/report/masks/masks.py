@@ -64,20 +64,21 @@ def network(model, channels=1):
     return lambda size, seed, threads: generator(threads).mask((size, size), seed=seed)
 
 
-def mask(**options):
+def one_thread(make, **options):
     """make() of a Method on one thread."""
-    return lambda size, seed, threads: bluenoise.mask((size, size), seed=seed, **options)
+    return lambda size, seed, threads: make((size, size), seed=seed, **options)
+
 
 
 def methods():
     return [
-        Method("white", "", mask(method="white")),
-        Method("void-and-cluster", "", mask()),
-        Method("void-and-cluster", "sigma 1.9", mask(sigma=1.9), (PLAIN,)),
-        Method("relax", "", lambda size, seed, threads: bluenoise.mask((size, size), method="relax", seed=seed, threads=threads), many_threads=True),
-        *(Method("anneal", f"{sweeps} sweeps", mask(method="anneal", sweeps=sweeps), tuple(n for n in SIZES if n <= most), most_repeats=repeats)
+        Method("white", "", one_thread(vectors.white)),
+        Method("void-and-cluster", "", one_thread(bluenoise.void_and_cluster)),
+        Method("void-and-cluster", "sigma 1.9", one_thread(bluenoise.void_and_cluster, sigma=1.9), (PLAIN,)),
+        Method("relax", "", lambda size, seed, threads: bluenoise.relax((size, size), seed=seed, threads=threads), many_threads=True),
+        *(Method("anneal", f"{sweeps} sweeps", one_thread(bluenoise.anneal, sweeps=sweeps), tuple(n for n in SIZES if n <= most), most_repeats=repeats)
           for sweeps, most, repeats in ((100, 256, 3), (1000, 128, 1), (10000, 128, 1))),
-        Method("builtin", "", lambda size, seed, threads: bluenoise.mask((size, size), method="builtin"), (16, 32, 64, 128, 256)),
+        Method("builtin", "", lambda size, seed, threads: bluenoise.builtin((size, size)), (16, 32, 64, 128, 256)),
         *(Method(name, "", network(ROOT / "libbn/data" / file, 1 + (name == "vector network")), many_threads=True)
           for name, file in NETWORKS.items()),
     ]
@@ -88,7 +89,7 @@ def methods():
 def errors_of(masks):
     """{error: mean over masks and their channels} for ERRORS."""
     channels = [channel for ranks in masks for channel in ranks.reshape(-1, *ranks.shape[-2:])]
-    return {key: statistics.mean(bluenoise._core.mask_error(ranks, float(key[2:])) for ranks in channels) for key in ERRORS}
+    return {key: statistics.mean(bluenoise.dithering_error(ranks, float(key[2:])) for ranks in channels) for key in ERRORS}
 
 
 def row_of(method, options, width, threads, repeats, seconds, found):
@@ -298,9 +299,10 @@ def run(arguments):
     plot(rows, options.out / "masks.png")
     generator, count = bluenoise.NeuralGenerator(), 2 if quick else 16
     groups = {"network": [generator.mask((128, 128), seed=seed) for seed in range(count)],
-              **{name: [bluenoise.mask((128, 128), method=name, seed=seed) for seed in range(count)] for name in ("void-and-cluster", "relax", "white")}}
+              **{name: [make((128, 128), seed=seed) for seed in range(count)]
+                 for name, make in (("void-and-cluster", bluenoise.void_and_cluster), ("relax", bluenoise.relax), ("white", vectors.white))}}
     picture({name: masks for name, masks in groups.items() if name != "relax"}, options.out.parent / "neural.png")
-    levels = {**groups, "builtin": [bluenoise.mask((128, 128), method="builtin")]}
+    levels = {**groups, "builtin": [bluenoise.builtin((128, 128))]}
     sections = {
         "Every grey level": [
             "Power of thresholded masks of 128x128 below half the principal frequency, relative to white noise:", "",

@@ -50,19 +50,24 @@ def half_plane_errors(values):
     return np.sqrt(sums / HALF_PLANES)
 
 
+def white(shape, seed):
+    """Ranks in random order."""
+    return np.random.default_rng(seed).permutation(shape[0] * shape[1]).astype(np.uint32).reshape(shape)
+
+
 def makers(size, quick):
     """Name, function of the seed, and the number of seeds that there is time for."""
     shape = (size, size)
 
-    def scalars(method):
-        return lambda seed: np.stack([bluenoise.mask(shape, method=method, seed=2 * seed + c) for c in range(2)])
+    def scalars(make):
+        return lambda seed: np.stack([make(shape, seed=2 * seed + c) for c in range(2)])
 
     network = bluenoise.NeuralGenerator(channels=2, threads=1)
-    yield "white noise", scalars("white"), 4
-    yield "two masks of void-and-cluster", scalars("void-and-cluster"), 4
+    yield "white noise", scalars(white), 4
+    yield "two masks of void-and-cluster", scalars(bluenoise.void_and_cluster), 4
     yield "vector network", lambda seed: network.mask(shape, seed=seed), 4
     for sweeps, seeds in ((10, 2), (100, 2)) if quick else ((10, 4), (100, 2), (1000, 1)):
-        yield f"anneal, {sweeps} sweeps", lambda seed, n=sweeps: bluenoise.mask(shape, method="anneal", channels=2, sweeps=n, seed=seed), seeds
+        yield f"anneal, {sweeps} sweeps", lambda seed, n=sweeps: bluenoise.anneal(shape, channels=2, sweeps=n, seed=seed), seeds
 
 
 def measure(size, quick):
@@ -75,7 +80,7 @@ def measure(size, quick):
             masks.append(make(seed))
             times.append(time.process_time() - begun)
         near, far = np.mean([half_plane_errors((ranks + 0.5) / ranks[0].size) for ranks in masks], axis=0)
-        error = np.mean([bluenoise.measure(channel)["e_1"] for ranks in masks for channel in ranks])
+        error = np.mean([bluenoise.dithering_error(channel) for ranks in masks for channel in ranks])
         yield {"method": name, "size": size, "seconds": f"{min(times):.6f}", "energy": f"{np.mean([energy(ranks) for ranks in masks]):.6f}",
                "e_1": f"{error:.5f}", "near": f"{near:.6f}", "far": f"{far:.6f}"}
 

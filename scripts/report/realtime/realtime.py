@@ -64,7 +64,7 @@ class MovedMask:
     """The built-in mask of 64x64, with an offset for each number, to which every frame adds a constant."""
 
     def __init__(self):
-        self.still = Slices(bluenoise.to_float(bluenoise.mask((64, 64), method="builtin"))[None, ..., None])
+        self.still = Slices(bluenoise.to_float(bluenoise.builtin((64, 64)))[None, ..., None])
 
     def frame(self, frame, dimensions, seed, size):
         moved = self.still.frame(0, dimensions, seed, size) + frame * np.array(golden_powers(dimensions))

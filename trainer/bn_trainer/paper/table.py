@@ -79,7 +79,7 @@ def library_methods(size: int, count: int, model: Optional[Path]) -> list[Method
         raise TrainerError(f"--model {model}: {error}" if model else f"this library's network: {error}") from None
     shape, methods = (size, size), []
     for name, kind, make, note in (
-            ("white noise", "white", lambda seed: bluenoise.mask(shape, method="white", seed=seed), ""),
+            ("white noise", "white", lambda seed: np.random.default_rng(seed).permutation(shape[0] * shape[1]).reshape(shape), ""),
             ("void-and-cluster", "void-and-cluster", lambda seed: bluenoise.mask(shape, seed=seed), ""),
             ("this library's network", "ours", lambda seed: generator.mask(shape, seed), model.name if model else "the built-in network")):
         masks, seconds = timed(make, range(count))
@@ -147,12 +147,12 @@ def mask_figures(method: Method) -> dict[Any, float]:
     if method.raw:
         e_1, e_15 = (np.mean([threshold_error(mask, sigma) for mask in values]) for sigma in (1, 1.5))
     else:
-        e_1, e_15 = (np.mean([figures[key] for figures in measured]) for key in ("e_1", "e_1.5"))
+        e_1, e_15 = (np.mean([figures.dithering_error[sigma] for figures in measured]) for sigma in (1, 1.5))
     quarter = np.hypot(*np.meshgrid(np.fft.fftfreq(method.size), np.fft.fftfreq(method.size))) < 0.25
     quarter[0, 0] = False
     return {"e_1": e_1, "e_1.5": e_15, "deviation": values.std(axis=(1, 2)).mean(),
             "grey": np.mean([bluenoise.power_spectrum(mask)[quarter].mean() for mask in values]),
-            **{level: np.mean([figures["low_frequency"][level] for figures in measured]) for level in LEVELS},
+            **{level: np.mean([figures.low_frequency[level] for figures in measured]) for level in LEVELS},
             "alike": likeness(method.values), "least": method.values.std(axis=(1, 2)).min(),
             "most": method.values.std(axis=(1, 2)).max()}
 
@@ -173,7 +173,7 @@ def descent_figures(size: int, iterations: Sequence[int], count: int = 2) -> lis
     for steps in iterations:
         history = []
         masks = wronski.optimise(size, range(count), steps, progress=history.append)
-        rows.append((steps, history[-1], np.mean([bluenoise.measure(mask)["e_1"] for mask in masks])))
+        rows.append((steps, history[-1], np.mean([bluenoise.dithering_error(mask) for mask in masks])))
     return rows
 
 
