@@ -10,30 +10,20 @@ py::ssize_t extent(uint32_t value) {
     return static_cast<py::ssize_t>(value);
 }
 
-/* With the arguments of the other two. */
-bn_result relax_one(const bn_relax_options *options, uint32_t width, uint32_t height, uint32_t,
-                    uint32_t *ranks, size_t count) {
-    return bn_relax(options, width, height, ranks, count);
-}
-
-/* A function that makes a mask in `ranks`, of three extents, the last two height and width; from the
- * mask that it holds if options.start_from_ranks is set. */
+/* A function that fills in a mask, whose first axis of three is `first`; from the mask that it holds if
+ * options.start_from_ranks is set. */
 template <auto make, typename Options>
-auto generator(const char *name) {
-    return [name](Ranks &ranks, Options options, const py::object &callback) {
-        Progress progress(callback);
-        options.progress = Progress::call;
-        options.progress_user = &progress;
-        uint32_t *out = ranks.mutable_data();
-        const auto count = static_cast<size_t>(ranks.size());
-        uint32_t extents[3];
+auto generator(const char *name, uint32_t bn_mask::*first) {
+    return [name, first](Ranks &ranks, const Options &options, const py::object &callback) {
         std::string arguments = name;
-        for (py::ssize_t axis = 0; axis < 3; ++axis) {
-            extents[axis] = static_cast<uint32_t>(ranks.shape(axis));
-            arguments += (axis > 0 ? " x " : ", ") + std::to_string(extents[axis]);
-        }
-        const bn_result result = unlocked(
-            [&] { return make(&options, extents[2], extents[1], extents[0], out, count); });
+        for (py::ssize_t axis = 0; axis < 3; ++axis)
+            arguments += (axis > 0 ? " x " : ", ") + std::to_string(ranks.shape(axis));
+        bn_mask mask = bn_mask_u32(ranks.mutable_data(), static_cast<uint32_t>(ranks.shape(2)),
+                                   static_cast<uint32_t>(ranks.shape(1)));
+        mask.*first = static_cast<uint32_t>(ranks.shape(0));
+        Progress progress(callback);
+        const bn_result result =
+            unlocked([&] { return make(&options, &mask, Progress::call, &progress); });
         progress.finish(result, arguments);
     };
 }
@@ -134,11 +124,12 @@ void bind_masks(py::module_ &module) {
         .def_readwrite("start_from_ranks", &bn_anneal_options::start_from_ranks)
         .def_readwrite("seed", &bn_anneal_options::seed);
     module.def("void_and_cluster",
-               generator<bn_void_and_cluster, bn_void_and_cluster_options>("void-and-cluster"),
+               generator<bn_void_and_cluster, bn_void_and_cluster_options>("void-and-cluster",
+                                                                           &bn_mask::depth),
                py::arg("ranks").noconvert(), py::arg("options"), py::arg("progress"));
-    module.def("anneal", generator<bn_anneal, bn_anneal_options>("anneal"),
+    module.def("anneal", generator<bn_anneal, bn_anneal_options>("anneal", &bn_mask::channels),
                py::arg("ranks").noconvert(), py::arg("options"), py::arg("progress"));
-    module.def("relax", generator<relax_one, bn_relax_options>("relax"),
+    module.def("relax", generator<bn_relax, bn_relax_options>("relax", &bn_mask::depth),
                py::arg("ranks").noconvert(), py::arg("options"), py::arg("progress"));
     module.def("ranks_to_float", &ranks_to_float, py::arg("ranks").noconvert(), py::arg("count"));
     module.def("builtin_mask", &builtin_mask, py::arg("size"));

@@ -13,25 +13,6 @@ namespace bluenoise {
 
 namespace {
 
-/* The call in progress on this thread. The network reports progress on the calling thread. */
-thread_local Progress *current_call = nullptr;
-
-int32_t poll_current_call(void *, double fraction) {
-    return current_call != nullptr ? Progress::call(current_call, fraction) : 0;
-}
-
-/* Runs work() without the GIL. Ctrl-C or the callback can stop it. */
-template <typename Work>
-void interruptible(const std::string &arguments, const py::object &callback, Work work) {
-    Progress progress{callback};
-    /* The callback of a call may make another one. */
-    Progress *const outer = current_call;
-    current_call = &progress;
-    const bn_result result = unlocked(work);
-    current_call = outer;
-    progress.finish(result, arguments);
-}
-
 /* A window, for error messages. */
 std::string place(int64_t x0, int64_t y0, uint32_t width, uint32_t height) {
     return "x0 " + std::to_string(x0) + ", y0 " + std::to_string(y0) + ", width " +
@@ -58,7 +39,6 @@ class NeuralGenerator {
         options.threads = threads;
         if (provider) options.provider = provider->c_str();
         options.channels = channels;
-        options.progress = poll_current_call;
         bn_neural *neural = nullptr;
         const bn_result result = unlocked([&] { return bn_neural_open(&options, &neural); });
         neural_.reset(neural);
@@ -69,21 +49,25 @@ class NeuralGenerator {
 
     /* `out` has shape (height, width), or (channels, height, width) with more than one channel. */
     void mask(Ranks &out, uint64_t seed, const py::object &callback) const {
-        const uint32_t height = extent(out, 2), width = extent(out, 1);
-        uint32_t *ranks = out.mutable_data();
-        const auto count = static_cast<size_t>(out.size());
-        interruptible(
-            "neural, " + std::to_string(height) + " x " + std::to_string(width), callback,
-            [&] { return bn_neural_mask(neural_.get(), width, height, seed, ranks, count); });
+        bn_mask mask = bn_mask_u32(out.mutable_data(), extent(out, 1), extent(out, 2));
+        mask.channels = channels();
+        Progress progress(callback);
+        const bn_result result = unlocked(
+            [&] { return bn_neural_mask(neural_.get(), &mask, seed, Progress::call, &progress); });
+        progress.finish(result, "neural, " + std::to_string(mask.height) + " x " +
+                                    std::to_string(mask.width));
     }
 
     void window(int64_t x0, int64_t y0, Floats &out, uint64_t seed) const {
         const uint32_t height = extent(out, 2), width = extent(out, 1);
         float *values = out.mutable_data();
         const auto count = static_cast<size_t>(out.size());
-        interruptible(place(x0, y0, width, height), py::none(), [&] {
-            return bn_neural_window(neural_.get(), x0, y0, width, height, seed, values, count);
+        Progress interrupts{py::none()};
+        const bn_result result = unlocked([&] {
+            return bn_neural_window(neural_.get(), x0, y0, width, height, seed, values, count,
+                                    Progress::call, &interrupts);
         });
+        interrupts.finish(result, place(x0, y0, width, height));
     }
 
   private:

@@ -35,8 +35,8 @@ std::vector<uint32_t> make_neural_mask(const SamplerSettings &settings) {
     bn_result result = bn_neural_open(nullptr, &neural);
     std::vector<uint32_t> ranks(size_t{NEURAL_EXTENT} * NEURAL_EXTENT);
     if (result == BN_SUCCESS) {
-        result = bn_neural_mask(neural, NEURAL_EXTENT, NEURAL_EXTENT, settings.seed, ranks.data(),
-                                ranks.size());
+        const bn_mask mask = bn_mask_u32(ranks.data(), NEURAL_EXTENT, NEURAL_EXTENT);
+        result = bn_neural_mask(neural, &mask, settings.seed, nullptr, nullptr);
     }
     bn_neural_close(neural);
     if (result == BN_ERROR_RUNTIME)

@@ -64,7 +64,8 @@ int main(int argc, char **argv) {
     const size_t count = (size_t)size * size;
     uint32_t *ranks = malloc(count * sizeof *ranks);
     if (ranks == NULL) return fail("no memory for SIZE", argv[1]);
-    bn_result result = bn_void_and_cluster(NULL, size, size, 1, ranks, count);
+    const bn_mask mask = bn_mask_u32(ranks, size, size);
+    bn_result result = bn_void_and_cluster(NULL, &mask, NULL, NULL);
     for (int step = 0; step < STEPS && result == BN_SUCCESS; ++step) {
         bn_anneal_options options = bn_anneal_options_default();
         options.start_from_ranks = 1;
@@ -73,11 +74,10 @@ int main(int argc, char **argv) {
         options.sweeps = sweeps / STEPS;
         options.seed = (uint64_t)step;
         options.order_ends = step + 1 == STEPS;
-        result = bn_anneal(&options, size, size, 1, ranks, count);
+        result = bn_anneal(&options, &mask, NULL, NULL);
     }
     if (result != BN_SUCCESS) return fail("cannot make the mask:", bn_result_string(result));
     if (!write_ranks(argv[3], ranks, count)) return fail("cannot write", argv[3]);
-    const bn_mask mask = bn_mask_u32(ranks, size, size);
     print_quality(&mask);
     free(ranks);
     return 0;

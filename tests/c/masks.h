@@ -40,6 +40,13 @@ static inline void fill_white(uint32_t *ranks, size_t count, uint32_t seed) {
     }
 }
 
+static inline bn_result anneal_channels(const bn_anneal_options *options, uint32_t width,
+                                        uint32_t height, uint32_t channels, uint32_t *ranks) {
+    bn_mask mask = bn_mask_u32(ranks, width, height);
+    mask.channels = channels;
+    return bn_anneal(options, &mask, NULL, NULL);
+}
+
 static inline double error_of(const uint32_t *ranks, uint32_t width, uint32_t height,
                               double sigma) {
     double error = 1;

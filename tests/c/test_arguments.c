@@ -14,41 +14,41 @@ enum { MOST = 64 };
 static uint32_t ranks[MOST];
 static float values[MOST], outputs[MOST];
 
-/* The functions that take a mask, or make one. Each gets ranks, 2-D extents and a count. */
+/* The functions that make a mask, and those that read one. */
 enum { VOID_AND_CLUSTER, RELAX, ANNEAL, ANNEAL_FROM, ERROR, SPECTRUM, DITHER, SAMPLER };
 enum { FUNCTIONS = SAMPLER + 1, FIRST_THAT_READS = ANNEAL_FROM };
 
-static bn_result call(int function, uint32_t *mask, uint32_t width, uint32_t height, size_t count) {
+static bn_result call_on(int function, const bn_mask *mask, size_t count) {
     bn_anneal_options anneal = bn_anneal_options_default();
     bn_dither_options dither = bn_dither_options_default();
-    const bn_mask value = bn_mask_u32(mask, width, height);
     bn_sampler sampler;
     double error;
     anneal.sweeps = 1;
     anneal.start_from_ranks = function == ANNEAL_FROM;
-    dither.mask = &value;
+    dither.mask = mask;
     switch (function) {
     case VOID_AND_CLUSTER:
-        return bn_void_and_cluster(NULL, width, height, 1, mask, count);
+        return bn_void_and_cluster(NULL, mask, NULL, NULL);
     case RELAX:
-        return bn_relax(NULL, width, height, mask, count);
+        return bn_relax(NULL, mask, NULL, NULL);
     case ANNEAL:
     case ANNEAL_FROM:
-        return bn_anneal(&anneal, width, height, 1, mask, count);
+        return bn_anneal(&anneal, mask, NULL, NULL);
     case ERROR:
-        return bn_mask_error(&value, 1, &error, NULL, NULL);
+        return bn_mask_error(mask, 1, &error, NULL, NULL);
     case SPECTRUM:
-        return bn_power_spectrum(&value, outputs, count, NULL, NULL);
+        return bn_power_spectrum(mask, outputs, count, NULL, NULL);
     case DITHER:
         return bn_dither(&dither, values, 2, 2, 1, outputs, 4);
     default:
-        return bn_sampler_init_mask(&sampler, &value, 0);
+        return bn_sampler_init_mask(&sampler, mask, 0);
     }
 }
 
-/* Those that only read a mask are given no count, but for the one of the spectrum. */
-static int has_count(int function) {
-    return function < ERROR || function == SPECTRUM;
+static bn_result call(int function, const uint32_t *of, uint32_t width, uint32_t height,
+                      size_t count) {
+    const bn_mask mask = bn_mask_u32(of, width, height);
+    return call_on(function, &mask, count);
 }
 
 static void test_extents(void) {
@@ -74,7 +74,7 @@ static void test_extents(void) {
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
         for (int function = 0; function < FUNCTIONS; ++function) {
-            if (cases[i].expected == BN_ERROR_SIZE_MISMATCH && !has_count(function)) continue;
+            if (cases[i].expected == BN_ERROR_SIZE_MISMATCH && function != SPECTRUM) continue;
             fill_white(ranks, cases[i].count == 1 ? 1 : MOST, 3);
             const bn_result found =
                 call(function, ranks, cases[i].width, cases[i].height, cases[i].count);
@@ -106,8 +106,9 @@ static bn_result call_with(int function, size_t option, double number) {
     bn_anneal_options a = bn_anneal_options_default();
     char *const options = function == ANNEAL ? (char *)&a : (char *)&v;
     memcpy(options + option, &number, sizeof number);
-    return function == ANNEAL ? bn_anneal(&a, 8, 8, 1, ranks, MOST)
-                              : bn_void_and_cluster(&v, 8, 8, 1, ranks, MOST);
+    const bn_mask mask = bn_mask_u32(ranks, 8, 8);
+    return function == ANNEAL ? bn_anneal(&a, &mask, NULL, NULL)
+                              : bn_void_and_cluster(&v, &mask, NULL, NULL);
 }
 
 /* Numbers beyond the ends of their ranges, which tests of each generator take to be good, and what is
@@ -151,15 +152,56 @@ static void test_numbers(void) {
     values[3] = 0;
 }
 
-static void test_channels(void) {
+/* Every function refuses the shapes of masks that it does not make or read. */
+static void test_shapes(void) {
+    static const struct {
+        uint32_t rank_bits, width, depth, channels;
+        unsigned good; /* bit f: for function f */
+    } shapes[] = {{32, 4, 0, 1, 0},
+                  {32, 4, 1, 0, 0},
+                  {32, 4, 2, 1, 1 << VOID_AND_CLUSTER},
+                  {32, 4, 1, 4, 1 << ANNEAL | 1 << ANNEAL_FROM},
+                  {32, 4, 1, 5, 0},
+                  {8, 4, 1, 1, 0},
+                  {16, 4, 1, 1, (1 << FUNCTIONS) - 1},
+                  {16, (1 << 16) / 4 + 1, 1, 1, 0}}; /* more ranks than 16 bits have */
+    static uint16_t narrow[(1 << 16) + 4];
+    for (size_t i = 0; i < sizeof shapes / sizeof *shapes; ++i) {
+        for (int function = 0; function < FUNCTIONS; ++function) {
+            const void *memory = shapes[i].rank_bits == 16 ? (void *)narrow : (void *)ranks;
+            const bn_mask mask = {memory, shapes[i].rank_bits, shapes[i].width,
+                                  4,      shapes[i].depth,     shapes[i].channels};
+            for (uint32_t k = 0; k < 64; ++k) narrow[k] = (uint16_t)(ranks[k] = k % 16);
+            const bn_result result = call_on(function, &mask, 16);
+            CHECK((result == BN_SUCCESS) == (shapes[i].good >> function & 1));
+            if (shapes[i].width == 4)
+                CHECK(result == BN_SUCCESS || result == BN_ERROR_INVALID_ARGUMENT);
+        }
+    }
     bn_anneal_options from = bn_anneal_options_default();
-    CHECK(bn_void_and_cluster(NULL, 8, 8, 0, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_anneal(&from, 4, 4, 0, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_anneal(&from, 4, 4, 5, ranks, 80) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_anneal(&from, 4, 4, 2, ranks, 16) == BN_ERROR_SIZE_MISMATCH);
     from.start_from_ranks = 1; /* the second channel misses a rank */
     for (uint32_t i = 0; i < 32; ++i) ranks[i] = i < 31 ? i % 16 : 16;
-    CHECK(bn_anneal(&from, 4, 4, 2, ranks, 32) == BN_ERROR_BAD_DATA && ranks[31] == 16);
+    bn_mask mask = bn_mask_u32(ranks, 4, 4);
+    mask.channels = 2;
+    CHECK(bn_anneal(&from, &mask, NULL, NULL) == BN_ERROR_BAD_DATA && ranks[31] == 16);
+}
+
+/* Masks of 16 bits have the ranks of those of 32 bits, and nothing behind them is written. */
+static void test_rank_bits(void) {
+    for (int function = VOID_AND_CLUSTER; function <= ANNEAL_FROM; ++function) {
+        const uint32_t channels = function >= ANNEAL ? 2 : 1, count = 16 * channels;
+        uint16_t narrow[33];
+        for (uint32_t i = 0; i < 33; ++i) narrow[i] = (uint16_t)(ranks[i] = i * 5 % 16);
+        bn_mask wide = {ranks, 32, 4, 4, 1, channels}, mask = {narrow, 16, 4, 4, 1, channels};
+        CHECK(call_on(function, &wide, 16) == BN_SUCCESS);
+        CHECK(call_on(function, &mask, 16) == BN_SUCCESS);
+        int moved = 0;
+        for (uint32_t i = 0; i < count; ++i) {
+            CHECK(narrow[i] == ranks[i]);
+            moved += ranks[i] != i * 5 % 16;
+        }
+        CHECK(moved > 0 && narrow[count] == count * 5 % 16);
+    }
 }
 
 static void test_strings(void) {
@@ -200,11 +242,11 @@ static void test_strings(void) {
 
 static void test_struct_sizes(void) {
     const bn_sampler sampler = bn_sampler_make(0);
+    const bn_mask mask = bn_mask_u32(ranks, 8, 8);
     CHECK_SIZES(bn_void_and_cluster_options, bn_void_and_cluster_options_default,
-                bn_void_and_cluster(&u.o, 8, 8, 1, ranks, MOST));
-    CHECK_SIZES(bn_relax_options, bn_relax_options_default, bn_relax(&u.o, 8, 8, ranks, MOST));
-    CHECK_SIZES(bn_anneal_options, bn_anneal_options_default,
-                bn_anneal(&u.o, 8, 8, 1, ranks, MOST));
+                bn_void_and_cluster(&u.o, &mask, NULL, NULL));
+    CHECK_SIZES(bn_relax_options, bn_relax_options_default, bn_relax(&u.o, &mask, NULL, NULL));
+    CHECK_SIZES(bn_anneal_options, bn_anneal_options_default, bn_anneal(&u.o, &mask, NULL, NULL));
     CHECK_SIZES(bn_dither_options, bn_dither_options_default,
                 bn_dither(&u.o, values, 8, 8, 1, outputs, MOST));
     CHECK_SIZES(bn_wavefront, bn_wavefront_default,
@@ -226,21 +268,22 @@ static bn_result call_with_progress(int function, watch *w, uint32_t *mask, doub
     bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
     bn_relax_options r = bn_relax_options_default();
     bn_anneal_options a = bn_anneal_options_default();
-    v.progress = r.progress = a.progress = watch_progress;
-    v.progress_user = r.progress_user = a.progress_user = w;
+    bn_mask made = bn_mask_u32(mask, WIDTH, HEIGHT);
     r.threads = 3;
     a.sigma = 0.5; /* a small window, for speed */
     a.far_weight = 0;
     a.sweeps = 2;
     switch (function) {
     case VOID_AND_CLUSTER:
-        return bn_void_and_cluster(&v, WIDTH, HEIGHT, 1, mask, COUNT);
+        return bn_void_and_cluster(&v, &made, watch_progress, w);
     case RELAX:
-        return bn_relax(&r, WIDTH, HEIGHT, mask, COUNT);
+        return bn_relax(&r, &made, watch_progress, w);
     case ANNEAL:
-        return bn_anneal(&a, WIDTH, HEIGHT, 1, mask, COUNT);
+        return bn_anneal(&a, &made, watch_progress, w);
     case ANNEAL_FROM: /* vectors */
-        return bn_anneal(&a, WIDTH, HEIGHT / 2, 2, mask, COUNT);
+        made.height = HEIGHT / 2;
+        made.channels = 2;
+        return bn_anneal(&a, &made, watch_progress, w);
     default:
         fill_white(read, COUNT, 2);
         return function == ERROR ? bn_mask_error(&measured, 1, error, watch_progress, w)
@@ -275,7 +318,8 @@ int main(void) {
     test_extents();
     test_masks();
     test_numbers();
-    test_channels();
+    test_shapes();
+    test_rank_bits();
     test_strings();
     test_progress();
     test_struct_sizes();

@@ -55,17 +55,19 @@ static void compute(uint64_t hash[RESULTS]) {
         v.sigma = 0.7 + 0.61 * i;
         v.initial_fraction = 0.07 + 0.013 * i;
         const size_t count = (size_t)(SIDE - i) * SIDE;
-        CHECK(bn_void_and_cluster(&v, SIDE - i, SIDE, 1, ranks, count) == BN_SUCCESS);
+        const bn_mask made = bn_mask_u32(ranks, SIDE - i, SIDE);
+        CHECK(bn_void_and_cluster(&v, &made, NULL, NULL) == BN_SUCCESS);
         hash[VOID_AND_CLUSTER] = mixed(hash[VOID_AND_CLUSTER], ranks, count * sizeof *ranks);
     }
-    CHECK(bn_relax(NULL, SIDE, SIDE, ranks, TEXELS) == BN_SUCCESS);
+    const bn_mask mask = bn_mask_u32(ranks, SIDE, SIDE);
+    CHECK(bn_relax(NULL, &mask, NULL, NULL) == BN_SUCCESS);
     hash[RELAX] = mixed(0, ranks, TEXELS * sizeof *ranks);
     bn_anneal_options anneal = bn_anneal_options_default();
     anneal.start_temperature = 0.01;
     for (uint32_t channels = 1; channels <= 2; ++channels) {
         const size_t count = (size_t)channels * TEXELS;
         anneal.sweeps = channels == 1 ? 20 : 4;
-        CHECK(bn_anneal(&anneal, SIDE, SIDE, channels, ranks, count) == BN_SUCCESS);
+        CHECK(anneal_channels(&anneal, SIDE, SIDE, channels, ranks) == BN_SUCCESS);
         hash[channels == 1 ? ANNEAL : VECTORS] = mixed(0, ranks, count * sizeof *ranks);
     }
 
@@ -89,7 +91,6 @@ static void compute(uint64_t hash[RESULTS]) {
         bn_dither_options d = bn_dither_options_default();
         d.levels = levels;
         d.srgb = levels > 2;
-        const bn_mask mask = bn_mask_u32(ranks, SIDE, SIDE);
         d.mask = &mask;
         CHECK(bn_dither(&d, image, SIDE, SIDE, 1, out, TEXELS) == BN_SUCCESS);
         hash[DITHER] = mixed(hash[DITHER], out, sizeof out);
@@ -143,9 +144,10 @@ int main(void) {
     /* A host that traps on inexact results: they happen everywhere, and would end the program. */
     bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
     uint32_t ranks[64];
+    const bn_mask mask = bn_mask_u32(ranks, 8, 8);
     _MM_SET_EXCEPTION_MASK(_MM_MASK_MASK & ~_MM_MASK_INEXACT);
     const unsigned trapping = _mm_getcsr();
-    const bn_result result = bn_void_and_cluster(&v, 8, 8, 1, ranks, 64);
+    const bn_result result = bn_void_and_cluster(&v, &mask, NULL, NULL);
     const unsigned after = _mm_getcsr();
     _mm_setcsr(before);
     CHECK(result == BN_SUCCESS && after == trapping);

@@ -55,8 +55,9 @@ static void test_extents(void) {
             if (e % 3 > 0) v.initial_fraction = e % 3 == 1 ? 1e-9 : 0.5;
             v.seed = e;
             for (int again = 0; again < 2; ++again) {
-                CHECK(bn_void_and_cluster(&v, width, height, depth, made[again], count) ==
-                      BN_SUCCESS);
+                bn_mask volume = bn_mask_u32(made[again], width, height);
+                volume.depth = depth;
+                CHECK(bn_void_and_cluster(&v, &volume, NULL, NULL) == BN_SUCCESS);
             }
             check_made(count, 1);
             if (depth > 1) continue;
@@ -72,14 +73,15 @@ static void test_extents(void) {
                 anneal.start_temperature = 0.01;
                 anneal.seed = e;
                 for (int again = 0; again < 2; ++again) {
-                    CHECK(bn_anneal(&anneal, width, height, channels, made[again],
-                                    count * channels) == BN_SUCCESS);
+                    CHECK(anneal_channels(&anneal, width, height, channels, made[again]) ==
+                          BN_SUCCESS);
                 }
                 check_made(count, channels);
             }
         }
         for (int again = 0; again < 2 && depth == 1; ++again) {
-            CHECK(bn_relax(NULL, width, height, made[again], count) == BN_SUCCESS);
+            const bn_mask relaxed = bn_mask_u32(made[again], width, height);
+            CHECK(bn_relax(NULL, &relaxed, NULL, NULL) == BN_SUCCESS);
         }
         check_made(count, 1);
     }

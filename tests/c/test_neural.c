@@ -12,6 +12,18 @@
 
 static const int64_t FARTHEST = (int64_t)1 << 40;
 
+static bn_result mask_of(const bn_neural *neural, uint32_t width, uint32_t height, uint64_t seed,
+                         uint32_t *ranks) {
+    bn_mask mask = bn_mask_u32(ranks, width, height);
+    if (neural != NULL) mask.channels = bn_neural_channels(neural);
+    return bn_neural_mask(neural, &mask, seed, NULL, NULL);
+}
+
+static bn_result window_of(const bn_neural *neural, int64_t x0, int64_t y0, uint32_t width,
+                           uint32_t height, uint64_t seed, float *values, size_t count) {
+    return bn_neural_window(neural, x0, y0, width, height, seed, values, count, NULL, NULL);
+}
+
 /* ---- Noise */
 
 static float noise_of(int64_t x, int64_t y, uint64_t seed) {
@@ -108,8 +120,8 @@ static void test_windows(void) {
                 const uint32_t width = windows[w].width, height = windows[w].height;
                 const size_t count = (size_t)width * height * models[m].channels;
                 float *values = malloc(count * sizeof *values);
-                CHECK(bn_neural_window(neural, windows[w].x0, windows[w].y0, width, height, w,
-                                       values, count) == BN_SUCCESS);
+                CHECK(window_of(neural, windows[w].x0, windows[w].y0, width, height, w, values,
+                                count) == BN_SUCCESS);
                 for (size_t i = 0; i<count; i += count> 5000 ? 97 : 1) {
                     const uint32_t c = (uint32_t)(i / width / height);
                     const int64_t x = windows[w].x0 + (int64_t)(i % width);
@@ -155,7 +167,7 @@ static void test_sparse_spacing(void) {
                         : i == 1 ? "10000"
                                  : "400"; /* 10000: no pattern of this mask is that sparse */
         CHECK(open_parts(&parts, FAKE_RUNTIME, (uint32_t)(i == 3 ? 3 : 1), &neural) == BN_SUCCESS);
-        CHECK(bn_neural_mask(neural, extent, extent, 5, ranks[i], 2 * count) == BN_SUCCESS);
+        CHECK(mask_of(neural, extent, extent, 5, ranks[i]) == BN_SUCCESS);
         bn_neural_close(neural);
     }
     CHECK(memcmp(ranks[0], ranks[1], sizeof ranks[0]) == 0);
@@ -192,7 +204,7 @@ static void test_masks(void) {
             uint32_t *ranks = malloc(2 * texels * sizeof *ranks);
             uint32_t *expected = malloc(texels * sizeof *expected);
             float *values = malloc(texels * sizeof *values);
-            CHECK(bn_neural_mask(neural, width, height, e, ranks, 2 * texels) == BN_SUCCESS);
+            CHECK(mask_of(neural, width, height, e, ranks) == BN_SUCCESS);
             for (uint32_t c = 0; c < 2; ++c) {
                 for (size_t i = 0; i < texels; ++i) {
                     values[i] = expected_at(c, (int64_t)(i % width), (int64_t)(i / width), 7, e,
@@ -221,12 +233,12 @@ static void test_threads_are_used(void) {
     CHECK(state->spinning == 0 && state->log_level == 4 && state->asked_version == 21);
     state->most_running = 0;
     state->meet = 1;
-    CHECK(bn_neural_mask(neural, extent, extent, 0, ranks, count) == BN_SUCCESS);
+    CHECK(mask_of(neural, extent, extent, 0, ranks) == BN_SUCCESS);
     CHECK(state->most_running == 2);
     bn_neural_close(neural);
     CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
     state->most_running = state->meet = 0;
-    CHECK(bn_neural_mask(neural, extent, extent, 0, ranks, count) == BN_SUCCESS);
+    CHECK(mask_of(neural, extent, extent, 0, ranks) == BN_SUCCESS);
     CHECK(state->most_running == 1 && state->runs > 2);
     bn_neural_close(neural);
     CHECK(state->living == 0);
@@ -254,6 +266,7 @@ static void test_progress(void) {
     static float values[count];
     static const int stops[] = {0, 1, 2};
     model_parts parts = model_parts_default();
+    const bn_mask mask = bn_mask_u32(ranks, width, height);
     message model;
     make_model(&parts, &model);
     for (int run = 0; run < 3 * 3 * 2; ++run) {
@@ -261,16 +274,14 @@ static void test_progress(void) {
         watcher w = {pthread_self(), 0, stop_at, 0, 0};
         bn_neural_options options = fake_options(&model);
         options.threads = (uint32_t)threads;
-        options.progress = watch_thread;
-        options.progress_user = &w;
         fake_state *state = fake_reset();
         bn_neural *neural;
         CHECK(bn_neural_open(&options, &neural) == BN_SUCCESS && w.calls == 0);
         state->runs = 0;
         memset(ranks, 0x5a, sizeof ranks);
-        const bn_result result =
-            window ? bn_neural_window(neural, 5, 6, width, height, 1, values, count)
-                   : bn_neural_mask(neural, width, height, 1, ranks, count);
+        const bn_result result = window ? bn_neural_window(neural, 5, 6, width, height, 1, values,
+                                                           count, watch_thread, &w)
+                                        : bn_neural_mask(neural, &mask, 1, watch_thread, &w);
         /* With luck other threads have done all before the calling one asks again. */
         const int stopped = stop_at > 0 && w.calls == stop_at;
         CHECK(result == (stopped ? BN_ERROR_CANCELLED : BN_SUCCESS) && w.bad == 0);
@@ -301,8 +312,7 @@ static void test_cuda(void) {
             CHECK(open_on(cuda ? "cuda" : NULL, &parts, FAKE_RUNTIME, 3, &neural) == BN_SUCCESS);
             CHECK(state->fallbacks == 0 && state->rough == 0);
             const int before = state->runs;
-            CHECK(bn_neural_window(neural, -5, 9, width, height, 4, values[cuda], count) ==
-                  BN_SUCCESS);
+            CHECK(window_of(neural, -5, 9, width, height, 4, values[cuda], count) == BN_SUCCESS);
             CHECK(state->cuda_runs == (cuda ? state->runs : 0));
             runs[cuda] = state->runs - before;
             bn_neural_close(neural);
@@ -453,25 +463,25 @@ static void test_arguments(void) {
 
     CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
     memset(ranks, 7, sizeof ranks);
-    CHECK(bn_neural_mask(NULL, 4, 4, 0, ranks, 16) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_neural_mask(neural, 4, 4, 0, NULL, 16) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_neural_mask(neural, 0, 4, 0, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_neural_mask(neural, 4, 0, 0, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_neural_mask(neural, 4, 4, 0, ranks, 15) == BN_ERROR_SIZE_MISMATCH);
-    CHECK(bn_neural_mask(neural, UINT32_MAX, UINT32_MAX, 0, ranks, 1) == BN_ERROR_OUT_OF_MEMORY);
+    CHECK(mask_of(NULL, 4, 4, 0, ranks) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(mask_of(neural, 4, 4, 0, NULL) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(mask_of(neural, 0, 4, 0, ranks) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(mask_of(neural, 4, 0, 0, ranks) == BN_ERROR_INVALID_ARGUMENT);
+    const bn_mask shapes[] = {{ranks, 32, 4, 2, 1, 2}, {ranks, 32, 4, 2, 2, 1}};
+    for (int i = 0; i < 2; ++i)
+        CHECK(bn_neural_mask(neural, &shapes[i], 0, NULL, NULL) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(mask_of(neural, UINT32_MAX, UINT32_MAX, 0, ranks) == BN_ERROR_OUT_OF_MEMORY);
     for (int i = 0; i < 16; ++i) CHECK(ranks[i] == 0x07070707);
-    CHECK(bn_neural_window(NULL, 0, 0, 4, 4, 0, values, 16) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_neural_window(neural, 0, 0, 4, 4, 0, NULL, 16) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_neural_window(neural, 0, 0, 0, 4, 0, values, 0) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_neural_window(neural, 0, 0, 4, 0, 0, values, 0) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_neural_window(neural, 0, 0, 4, 4, 0, values, 17) == BN_ERROR_SIZE_MISMATCH);
-    CHECK(bn_neural_window(neural, FARTHEST - 3, 0, 4, 4, 0, values, 16) ==
+    CHECK(window_of(NULL, 0, 0, 4, 4, 0, values, 16) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(window_of(neural, 0, 0, 4, 4, 0, NULL, 16) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(window_of(neural, 0, 0, 0, 4, 0, values, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(window_of(neural, 0, 0, 4, 0, 0, values, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(window_of(neural, 0, 0, 4, 4, 0, values, 17) == BN_ERROR_SIZE_MISMATCH);
+    CHECK(window_of(neural, FARTHEST - 3, 0, 4, 4, 0, values, 16) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(window_of(neural, 0, -FARTHEST - 1, 4, 4, 0, values, 16) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(window_of(neural, INT64_MIN, INT64_MAX, 4, 4, 0, values, 16) ==
           BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_neural_window(neural, 0, -FARTHEST - 1, 4, 4, 0, values, 16) ==
-          BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_neural_window(neural, INT64_MIN, INT64_MAX, 4, 4, 0, values, 16) ==
-          BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_neural_window(neural, FARTHEST - 4, -FARTHEST, 4, 4, 0, values, 16) == BN_SUCCESS);
+    CHECK(window_of(neural, FARTHEST - 4, -FARTHEST, 4, 4, 0, values, 16) == BN_SUCCESS);
     bn_neural_close(neural);
 }
 
@@ -491,7 +501,7 @@ static void test_failing_calls(const char *provider) {
         bn_result result = open_on(provider, &parts, FAKE_RUNTIME, 1, &neural);
         memset(ranks, 7, sizeof ranks);
         if (result == BN_SUCCESS) {
-            result = bn_neural_mask(neural, extent, extent, 0, ranks, count);
+            result = mask_of(neural, extent, extent, 0, ranks);
             if (result == BN_ERROR_RUNTIME) CHECK(ranks[0] == 0x07070707 && ranks[1] == ranks[0]);
             CHECK(state->cuda_runs == (cuda ? state->runs : 0) && state->fallbacks == 0);
         } else {
@@ -525,15 +535,14 @@ static void test_values_that_are_not_finite(void) {
         CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
         state->spoil_from = 1;
         memset(ranks, 0, sizeof ranks);
-        CHECK(bn_neural_mask(neural, extent, extent, 0, ranks, count) == BN_ERROR_BAD_DATA);
-        CHECK(bn_neural_window(neural, 0, 0, extent, extent, 0, values, count) ==
-              BN_ERROR_BAD_DATA);
+        CHECK(mask_of(neural, extent, extent, 0, ranks) == BN_ERROR_BAD_DATA);
+        CHECK(window_of(neural, 0, 0, extent, extent, 0, values, count) == BN_ERROR_BAD_DATA);
         CHECK(ranks[0] == 0 && ranks[1] == 0);
         /* Beyond [0, 1), but numbers: windows clamp. */
         state->spoil_with = i == 0 ? 3.0f : i == 1 ? -0.25f : 1.0f;
-        CHECK(bn_neural_window(neural, 0, 0, extent, extent, 0, values, count) == BN_SUCCESS);
+        CHECK(window_of(neural, 0, 0, extent, extent, 0, values, count) == BN_SUCCESS);
         CHECK(values[count - 1] == (i == 1 ? 0 : 1 - 0x1p-24f));
-        CHECK(bn_neural_mask(neural, extent, extent, 0, ranks, count) == BN_SUCCESS);
+        CHECK(mask_of(neural, extent, extent, 0, ranks) == BN_SUCCESS);
         CHECK(ranks[count - 1] == (i == 1 ? 0 : count - 1));
         bn_neural_close(neural);
     }

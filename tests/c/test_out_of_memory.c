@@ -60,7 +60,9 @@ static bn_result call_network(int only_open, uint32_t channels) {
     parts.spacing = "400";
     bn_result result = open_parts(&parts, FAKE_RUNTIME, 1, &neural);
     if (result == BN_SUCCESS && !only_open) {
-        result = bn_neural_mask(neural, SIZE, SIZE, 1, ranks, (size_t)channels * TEXELS);
+        bn_mask made = bn_mask_u32(ranks, SIZE, SIZE);
+        made.channels = channels;
+        result = bn_neural_mask(neural, &made, 1, NULL, NULL);
     }
     bn_neural_close(neural);
     return result;
@@ -84,24 +86,24 @@ static int32_t progress(void *user, double fraction) {
 }
 
 static bn_result call(int function) {
-    bn_void_and_cluster_options cluster = bn_void_and_cluster_options_default();
     bn_anneal_options anneal = bn_anneal_options_default();
     bn_relax_options relax = bn_relax_options_default();
     bn_dither_options dither = bn_dither_options_default();
     anneal.sweeps = 1;
     relax.threads = 1;
-    cluster.progress = anneal.progress = relax.progress = progress;
+    bn_mask made = bn_mask_u32(ranks, SIZE, SIZE);
     const bn_mask value = bn_mask_u32(mask, SIZE, SIZE);
     dither.mask = &value;
     switch (function) {
     case 0:
-        return bn_void_and_cluster(&cluster, SIZE, SIZE, 1, ranks, TEXELS);
+        return bn_void_and_cluster(NULL, &made, progress, NULL);
     case 1:
-        return bn_anneal(&anneal, SIZE, SIZE, 1, ranks, TEXELS);
+        return bn_anneal(&anneal, &made, progress, NULL);
     case 2:
-        return bn_anneal(&anneal, SIZE, SIZE, 2, ranks, 2 * TEXELS);
+        made.channels = 2;
+        return bn_anneal(&anneal, &made, progress, NULL);
     case 3:
-        return bn_relax(&relax, SIZE, SIZE, ranks, TEXELS);
+        return bn_relax(&relax, &made, progress, NULL);
     case 4:
         return bn_ranks_from_values(values, TEXELS, ranks);
     case 5:

@@ -50,8 +50,10 @@ static void *work(void *argument) {
         }
     }
     free(block);
-    j->failures += bn_void_and_cluster(NULL, MASK, MASK, 1, j->cluster, MASK * MASK) != BN_SUCCESS;
-    j->failures += bn_relax(NULL, MASK, MASK, j->relaxed, MASK * MASK) != BN_SUCCESS;
+    const bn_mask cluster = bn_mask_u32(j->cluster, MASK, MASK);
+    const bn_mask relaxed = bn_mask_u32(j->relaxed, MASK, MASK);
+    j->failures += bn_void_and_cluster(NULL, &cluster, NULL, NULL) != BN_SUCCESS;
+    j->failures += bn_relax(NULL, &relaxed, NULL, NULL) != BN_SUCCESS;
     return NULL;
 }
 

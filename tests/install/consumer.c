@@ -24,7 +24,7 @@ int main(void) {
     uint32_t ranks[16 * 16];
     const bn_mask mask = bn_mask_u32(ranks, 16, 16);
     double error;
-    if (bn_void_and_cluster(NULL, 16, 16, 1, ranks, 256) != BN_SUCCESS ||
+    if (bn_void_and_cluster(NULL, &mask, NULL, NULL) != BN_SUCCESS ||
         bn_mask_error(&mask, 1.0, &error, NULL, NULL) != BN_SUCCESS)
         return 1;
     printf("%s %lu %.6f\n", bn_version_string(), (unsigned long)ranks[0], error);

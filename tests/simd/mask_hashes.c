@@ -22,24 +22,25 @@ int main(void) {
         const uint32_t *e = extents[i];
         const size_t count = (size_t)e[0] * e[1] * e[2];
         uint32_t *ranks = malloc(2 * count * sizeof *ranks);
+        bn_mask mask = bn_mask_u32(ranks, e[0], e[1]);
+        mask.depth = e[2];
         for (int s = 0; s < 3; ++s) {
             bn_void_and_cluster_options options = bn_void_and_cluster_options_default();
             options.sigma = sigmas[s];
             options.seed = i;
             options.initial_fraction = s == 1 ? 0.1 : 0.3;
             print("void-and-cluster", e[0], e[1], e[2], sigmas[s],
-                  bn_void_and_cluster(&options, e[0], e[1], e[2], ranks, count), ranks, count);
+                  bn_void_and_cluster(&options, &mask, NULL, NULL), ranks, count);
         }
         if (e[2] == 1) {
             bn_anneal_options anneal = bn_anneal_options_default();
             anneal.sweeps = 3;
             for (uint32_t channels = 1; channels <= 2; ++channels) {
                 print(channels == 1 ? "anneal" : "anneal two channels", e[0], e[1], 1, anneal.sigma,
-                      bn_anneal(&anneal, e[0], e[1], channels, ranks, channels * count), ranks,
+                      anneal_channels(&anneal, e[0], e[1], channels, ranks), ranks,
                       channels * count);
             }
-            print("relax", e[0], e[1], 1, 0, bn_relax(NULL, e[0], e[1], ranks, count), ranks,
-                  count);
+            print("relax", e[0], e[1], 1, 0, bn_relax(NULL, &mask, NULL, NULL), ranks, count);
         }
         free(ranks);
     }

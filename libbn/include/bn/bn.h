@@ -86,6 +86,13 @@ extern "C" {
 #define BN_INLINE static inline
 #endif
 
+/* Of a function that only keeps its first argument, a pointer, whose array may be still to be filled. */
+#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 11
+#define BN_UNREAD __attribute__((access(none, 1)))
+#else
+#define BN_UNREAD
+#endif
+
 /* ---- Results */
 
 typedef int32_t bn_result;
@@ -116,10 +123,10 @@ BN_API const char *bn_result_string(bn_result result);
 /* The version of the library that the program runs with, as "major.minor.patch". */
 BN_API const char *bn_version_string(void);
 
-/* A progress callback. Long computations call it at short intervals, on the thread that called the
- * function, with the fraction done so far, from 0 to 1. A non-zero return value cancels the
- * computation, which then returns BN_ERROR_CANCELLED. The callback runs in C's default
- * floating-point environment. */
+/* A progress callback, or NULL, and what is passed to it are the last two arguments of long computations.
+ * They call it at short intervals, on the thread that called the function, with the fraction done so
+ * far, from 0 to 1. A non-zero return value cancels the computation, which then returns
+ * BN_ERROR_CANCELLED. */
 typedef int32_t (*bn_progress)(void *user, double fraction);
 
 /* ---- Domains */
@@ -163,24 +170,23 @@ BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 
 /* ---- Masks as values */
 
-/* A mask, whose ranks are somebody else's memory: texel (x, y, z) of channel c is ranks[((c * depth + z) *
- * height + y) * width + x], of 16 or 32 bits. Each channel holds every rank from 0 to width * height *
- * depth - 1 once. Functions that make masks write to the ranks, which must be memory of yours; the
- * others only read them. */
+/* A mask, a value that borrows its ranks: texel (x, y, z) of channel c is ranks[((c * depth + z) * height +
+ * y) * width + x]. Each channel holds every rank from 0 to width * height * depth - 1 once. Functions that
+ * make a mask fill in its ranks, which must be writable; all others only read them. */
 typedef struct bn_mask {
     const void *ranks;
-    uint32_t rank_bits; /* 16 or 32 */
+    uint32_t rank_bits; /* 16 (up to 65,536 texels) or 32 */
     uint32_t width, height;
-    uint32_t depth, channels; /* 1, but for masks in three dimensions and vector masks */
+    uint32_t depth, channels; /* 1, except for 3-D masks and vector masks */
 } bn_mask;
 
 /* A 2-D mask of one channel. */
-BN_INLINE bn_mask bn_mask_u16(const uint16_t *ranks, uint32_t width, uint32_t height) {
+BN_UNREAD BN_INLINE bn_mask bn_mask_u16(const uint16_t *ranks, uint32_t width, uint32_t height) {
     bn_mask mask = {ranks, 16, width, height, 1, 1};
     return mask;
 }
 
-BN_INLINE bn_mask bn_mask_u32(const uint32_t *ranks, uint32_t width, uint32_t height) {
+BN_UNREAD BN_INLINE bn_mask bn_mask_u32(const uint32_t *ranks, uint32_t width, uint32_t height) {
     bn_mask mask = {ranks, 32, width, height, 1, 1};
     return mask;
 }
@@ -346,9 +352,11 @@ BN_INLINE void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
 
 /* ---- Making masks */
 
-/* Three algorithms make masks. Void-and-cluster makes good masks in milliseconds on one core.
+/* Three algorithms fill in a mask. Void-and-cluster makes good masks in milliseconds on one core.
  * Relaxation is nearly as good, takes less time and uses all cores. Annealing is slow and makes the
- * best ones. */
+ * best ones. They call `progress` in C's default floating-point environment. Errors: INVALID_ARGUMENT
+ * (a NULL, a zero extent, rank_bits other than 16 or 32 or too few, a depth or channels that the algorithm does
+ * not make, an option out of range), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
 
 typedef struct bn_void_and_cluster_options {
     size_t struct_size; /* sizeof(bn_void_and_cluster_options) */
@@ -357,51 +365,40 @@ typedef struct bn_void_and_cluster_options {
     double sigma;
     /* Share of texels in the initial pattern, above 0 and up to 0.5. Default 0.1. */
     double initial_fraction;
-    uint64_t seed;        /* default 0 */
-    bn_progress progress; /* default NULL */
-    void *progress_user;
+    uint64_t seed; /* default 0 */
 } bn_void_and_cluster_options;
 
 BN_INLINE bn_void_and_cluster_options bn_void_and_cluster_options_default(void) {
-    bn_void_and_cluster_options options = {
-        sizeof(bn_void_and_cluster_options), 1.5, 0.1, 0, NULL, NULL};
+    bn_void_and_cluster_options options = {sizeof(bn_void_and_cluster_options), 1.5, 0.1, 0};
     return options;
 }
 
-/* Makes a mask by void-and-cluster (Ulichney, "The void-and-cluster method for dither array
- * generation", 1993) on a torus of width x height x depth texels. Any extents will do; pass 1 for
- * those that the mask does not have. Quality equals that of the published method, and is better
- * at both ends of the grey scale. Runs on the calling thread. Takes about 0.2 microseconds and 14
- * bytes per texel (2-D, sigma 1.5); both grow almost linearly. Errors: INVALID_ARGUMENT (ranks is
- * NULL, a zero extent, an option out of range), SIZE_MISMATCH, OUT_OF_MEMORY, CANCELLED,
- * UNSUPPORTED. */
-BN_API bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options, uint32_t width,
-                                     uint32_t height, uint32_t depth, uint32_t *ranks,
-                                     size_t count);
+/* Makes a mask of one channel, in two or three dimensions, by void-and-cluster (Ulichney, "The
+ * void-and-cluster method for dither array generation", 1993). Quality equals that of the published
+ * method, and is better at both ends of the grey scale. Runs on the calling thread. Takes about 0.2
+ * microseconds and 14 bytes per texel (2-D, sigma 1.5); both grow almost linearly. */
+BN_API bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options,
+                                     const bn_mask *mask, bn_progress progress,
+                                     void *progress_user);
 
 typedef struct bn_relax_options {
     size_t struct_size; /* sizeof(bn_relax_options) */
     /* 0 (default): one per processor. The result does not depend on it. */
     uint32_t threads;
-    uint64_t seed;        /* default 0 */
-    bn_progress progress; /* default NULL; called before each step */
-    void *progress_user;
+    uint64_t seed; /* default 0 */
 } bn_relax_options;
 
 BN_INLINE bn_relax_options bn_relax_options_default(void) {
-    bn_relax_options options = {sizeof(bn_relax_options), 0, 0, NULL, NULL};
+    bn_relax_options options = {sizeof(bn_relax_options), 0, 0};
     return options;
 }
 
-/* Makes a 2-D mask by parallel relaxation: the fastest way to a large mask, a little behind
+/* Makes a 2-D mask of one channel by parallel relaxation: the fastest way to a large mask, a little behind
  * void-and-cluster in quality. White noise takes 20 learned steps, which move all texels at once by
- * a weighted sum of clipped differences to their neighbours; what comes out is ranked. The result
- * does not depend on the number of threads. To refine a mask or for another blur, bn_anneal().
- *
- * Errors: INVALID_ARGUMENT (ranks is NULL, a zero extent), SIZE_MISMATCH, OUT_OF_MEMORY, CANCELLED,
- * UNSUPPORTED. */
-BN_API bn_result bn_relax(const bn_relax_options *options, uint32_t width, uint32_t height,
-                          uint32_t *ranks, size_t count);
+ * a weighted sum of clipped differences to their neighbours; what comes out is ranked. To refine a mask,
+ * or for another blur, call bn_anneal(). */
+BN_API bn_result bn_relax(const bn_relax_options *options, const bn_mask *mask,
+                          bn_progress progress, void *progress_user);
 
 typedef struct bn_anneal_options {
     size_t struct_size; /* sizeof(bn_anneal_options) */
@@ -425,20 +422,17 @@ typedef struct bn_anneal_options {
     int32_t order_ends;
     /* 0 (default): start from void-and-cluster. 1: start from the contents of ranks. */
     int32_t start_from_ranks;
-    uint64_t seed;        /* default 0 */
-    bn_progress progress; /* default NULL */
-    void *progress_user;
+    uint64_t seed; /* default 0 */
 } bn_anneal_options;
 
 BN_INLINE bn_anneal_options bn_anneal_options_default(void) {
     bn_anneal_options options = {
-        sizeof(bn_anneal_options), 1, 1.5, 1, 1, 4e-4, 2e-6, 1000, 1, 0, 0, NULL, NULL};
+        sizeof(bn_anneal_options), 1, 1.5, 1, 1, 4e-4, 2e-6, 1000, 1, 0, 0};
     return options;
 }
 
-/* Makes a 2-D mask by simulated annealing with swaps (Georgiev and Fajardo, "Blue-noise dithered
- * sampling", 2016): slow, and the best masks there are. ranks[channels][height][width] has 1 to 4
- * channels, each a permutation.
+/* Makes a 2-D mask of 1 to 4 channels by simulated annealing with swaps (Georgiev and Fajardo, "Blue-noise
+ * dithered sampling", 2016): slow, and the best masks there are.
  *
  * With one channel it minimises E_sigma^2 + far_weight * E_far_sigma^2, where E is the error that
  * bn_mask_error() measures. A trial swap takes about 50 ns.
@@ -447,11 +441,9 @@ BN_INLINE bn_anneal_options bn_anneal_options_default(void) {
  * exp(-|difference of values|^(channels / 2) / value_sigma^2), with values in [0, 1). A trial swap
  * takes about 1 microsecond.
  *
- * Errors: INVALID_ARGUMENT (ranks is NULL, a zero extent, no channels or more than 4, an option out
- * of range), SIZE_MISMATCH (count is not width * height * channels), BAD_DATA (the ranks to start
- * from are not permutations), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
-BN_API bn_result bn_anneal(const bn_anneal_options *options, uint32_t width, uint32_t height,
-                           uint32_t channels, uint32_t *ranks, size_t count);
+ * Also fails with BAD_DATA: the ranks to start from are not permutations. */
+BN_API bn_result bn_anneal(const bn_anneal_options *options, const bn_mask *mask,
+                           bn_progress progress, void *progress_user);
 
 /* Ranks values: ranks[i] is the number of values less than values[i], plus the number of equal ones
  * that come before it. Takes linear time, and 16 bytes of scratch memory per value besides some tens
@@ -473,7 +465,7 @@ BN_API float bn_rank_to_float(uint32_t rank, size_t count);
  * and, unless the library was built with BN_SMALL_DATA, 256. Its ranks are NULL for any other size. */
 BN_API bn_mask bn_builtin_mask(uint32_t size);
 
-/* ---- Measuring masks. `progress` may be NULL; these two call it in the environment of the program. */
+/* ---- Measuring masks */
 
 /* Computes the dithering error E_sigma of a 2-D mask; lower is better. It is the root mean square,
  * over texels and the 64 thresholds t = (i + 0.5) / 64, of G_sigma * [m < t] - t. Here m is the
@@ -528,5 +520,6 @@ BN_API bn_result bn_dither(const bn_dither_options *options, const float *image,
 
 #undef BN_CONSTEXPR
 #undef BN_INLINE
+#undef BN_UNREAD
 
 #endif

@@ -6,9 +6,10 @@
  * A small network turns white noise into blue noise; each texel depends only on the noise around it.
  * After Giunchi, Sztrajman and Steed, "Fast Blue-Noise Generation via Unsupervised Learning", 2022:
  *
+ *     const bn_mask mask = bn_mask_u32(ranks, 640, 480);
  *     bn_neural *neural;
  *     if (bn_neural_open(NULL, &neural) == BN_SUCCESS) {
- *         bn_neural_mask(neural, 640, 480, seed, ranks, 640 * 480);
+ *         bn_neural_mask(neural, &mask, seed, NULL, NULL);
  *         bn_neural_close(neural);
  *     }
  *
@@ -82,11 +83,6 @@ typedef struct bn_neural_options {
     /* Threads that work on each mask or window; 0 (default): one per processor, with a GPU at most
      * four, so that noise is made while it works. */
     uint32_t threads;
-    /* Called by bn_neural_mask() and bn_neural_window() at the start, and before each tile that the
-     * calling thread works on, which takes a fraction of a second. A network used by several
-     * threads at once calls it from each of them. Default NULL. */
-    bn_progress progress;
-    void *progress_user;
     /* What the network runs on: "cpu" (the same as NULL, the default) or "cuda", as described under
      * GPU above. */
     const char *provider;
@@ -97,8 +93,7 @@ typedef struct bn_neural_options {
 } bn_neural_options;
 
 static inline bn_neural_options bn_neural_options_default(void) {
-    bn_neural_options options = {
-        sizeof(bn_neural_options), NULL, NULL, 0, NULL, 0, NULL, NULL, NULL, 0};
+    bn_neural_options options = {sizeof(bn_neural_options), NULL, NULL, 0, NULL, 0, NULL, 0};
     return options;
 }
 
@@ -145,22 +140,23 @@ BN_API uint32_t bn_neural_channels(const bn_neural *neural);
 
 /* ---- Masks and windows */
 
-/* Makes a mask of any extents: ranks[C][height][width], each channel a permutation. Quality is
- * promised from 16 x 16 texels on. Works in tiles: needs up to 24 bytes per texel and channel besides
- * the ranks, and a few megabytes per thread, with a GPU some tens. Ranking, after the last tile,
- * cannot be cancelled. Errors: INVALID_ARGUMENT (a NULL, a zero extent), SIZE_MISMATCH,
- * OUT_OF_MEMORY (also for more than 2^31 - 1 texels), BAD_DATA (the network gave numbers that are
- * not finite), RUNTIME, CANCELLED. */
-BN_API bn_result bn_neural_mask(const bn_neural *neural, uint32_t width, uint32_t height,
-                                uint64_t seed, uint32_t *ranks, size_t count);
+/* Fills in a 2-D mask of any extents and of C channels. Quality is promised from 16 x 16 texels on. Works
+ * in tiles: needs up to 24 bytes per texel and channel besides the ranks, and a few megabytes per thread,
+ * with a GPU some tens. Progress is reported at the start, and before each tile that the calling thread
+ * works on, which takes a fraction of a second. Ranking, after the last tile, cannot be cancelled.
+ * Errors: INVALID_ARGUMENT (a NULL, a zero extent, other channels, a depth), OUT_OF_MEMORY, BAD_DATA (the
+ * network gave numbers that are not finite), RUNTIME, CANCELLED. */
+BN_API bn_result bn_neural_mask(const bn_neural *neural, const bn_mask *mask, uint64_t seed,
+                                bn_progress progress, void *progress_user);
 
 /* Makes a window of width x height texels of the endless plane of a seed, its first texel at (x0,
  * y0): values[C][height][width] in [0, 1), uniform over the plane. Windows that overlap agree
- * within 1e-5. Coordinates run from -2^40 to 2^40. Fails like bn_neural_mask(), and with
- * INVALID_ARGUMENT for a window that reaches beyond the plane. If it fails after the work has
- * begun, the contents of values are undefined. */
+ * within 1e-5. Coordinates run from -2^40 to 2^40. Reports progress and fails like bn_neural_mask(), also
+ * with SIZE_MISMATCH, and with INVALID_ARGUMENT for a window that reaches beyond the plane. If it fails
+ * after the work has begun, the contents of values are undefined. */
 BN_API bn_result bn_neural_window(const bn_neural *neural, int64_t x0, int64_t y0, uint32_t width,
-                                  uint32_t height, uint64_t seed, float *values, size_t count);
+                                  uint32_t height, uint64_t seed, float *values, size_t count,
+                                  bn_progress progress, void *progress_user);
 
 /* The white noise that goes into the network, for training one or running it elsewhere:
  * noise[height][width] in [0, 1), a hash of the seed and the coordinates, the same bits everywhere.

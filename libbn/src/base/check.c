@@ -52,6 +52,41 @@ bn_result bn_check_mask(const bn_mask *mask) {
     return result == BN_SUCCESS ? check_permutation(mask, count) : result;
 }
 
+bn_result bn_check_new_mask(const bn_mask *mask, size_t *count) {
+    if (mask == NULL || mask->ranks == NULL || (mask->rank_bits != 16 && mask->rank_bits != 32) ||
+        mask->width == 0 || mask->height == 0 || mask->depth == 0 || mask->channels == 0) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
+    const uint32_t extents[4] = {mask->width, mask->height, mask->depth, 1};
+    uint64_t texels;
+    if (!bn_product(extents, BN_MOST_TEXELS, &texels) ||
+        texels > SIZE_MAX / sizeof(uint32_t) / mask->channels) {
+        return BN_ERROR_OUT_OF_MEMORY;
+    }
+    if (mask->rank_bits == 16 && texels > 1u << 16) return BN_ERROR_INVALID_ARGUMENT;
+    *count = (size_t)texels * mask->channels;
+    return BN_SUCCESS;
+}
+
+void bn_mask_write(const bn_mask *mask, const uint32_t *ranks, size_t count) {
+    void *to = (void *)mask->ranks;
+    for (size_t i = 0; i < count; ++i) {
+        if (mask->rank_bits == 16) {
+            ((uint16_t *)to)[i] = (uint16_t)ranks[i];
+        } else {
+            ((uint32_t *)to)[i] = ranks[i];
+        }
+    }
+}
+
+bn_mask bn_mask_channel(const bn_mask *mask, uint32_t channel) {
+    const size_t bytes = (size_t)mask->width * mask->height * mask->depth * (mask->rank_bits / 8);
+    bn_mask one = *mask;
+    one.ranks = (const unsigned char *)mask->ranks + channel * bytes;
+    one.channels = 1;
+    return one;
+}
+
 int bn_in_range(double value, double low, double high) {
     uint64_t bits;
     memcpy(&bits, &value, sizeof bits);

@@ -25,6 +25,17 @@ uint32_t bn_mask_rank(const bn_mask *mask, size_t at);
  * memory per texel. */
 bn_result bn_check_mask(const bn_mask *mask);
 
+/* Checks a mask that is to be filled in, and counts the ranks of all of its channels. Errors:
+ * INVALID_ARGUMENT (NULL, a zero extent, rank_bits other than 16 or 32 or too few), OUT_OF_MEMORY (a channel
+ * of more than BN_MOST_TEXELS, or all of them beyond the address space). */
+bn_result bn_check_new_mask(const bn_mask *mask, size_t *count);
+
+/* Fills in a mask that passed. */
+void bn_mask_write(const bn_mask *mask, const uint32_t *ranks, size_t count);
+
+/* One channel of a mask. */
+bn_mask bn_mask_channel(const bn_mask *mask, uint32_t channel);
+
 /* Whether low <= value <= high; false for NaN and infinities. Examines the bits, so that a compiler
  * that rules both out (-ffast-math) cannot drop the check. */
 int bn_in_range(double value, double low, double high);

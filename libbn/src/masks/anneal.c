@@ -8,7 +8,6 @@
 #include "masks/anneal_job.h"
 #include "masks/eliminate.h"
 #include <float.h>
-#include <string.h>
 
 /* In sigmas: where windows end. The kernel exp(-d^2 / (4 sigma^2)) has fallen to 0.3 % there. */
 static const double BN_ANNEAL_CUTOFF = 4.8;
@@ -25,43 +24,47 @@ static int good_anneal_options(const bn_anneal_options *o) {
 
 /* Progress of the initial void-and-cluster, always reported as 0. */
 static int32_t at_start(void *user, double fraction) {
-    const bn_anneal_options *o = user;
+    const bn_anneal_job *job = user;
     (void)fraction;
-    return o->progress(o->progress_user, 0);
+    return job->progress(job->progress_user, 0);
 }
 
-static bn_result start(bn_anneal_options *o, uint32_t width, uint32_t height, uint32_t channels,
-                       const uint32_t *from, uint32_t *ranks, size_t texels) {
-    for (uint32_t c = 0; c < channels; ++c) {
-        if (o->start_from_ranks) {
-            const bn_mask channel = bn_mask_u32(from + c * texels, width, height);
-            const bn_result result = bn_check_mask(&channel);
-            if (result != BN_SUCCESS) return result;
-            memcpy(ranks + c * texels, from + c * texels, texels * sizeof *ranks);
+static bn_result start(bn_anneal_job *job, const bn_mask *mask) {
+    for (uint32_t c = 0; c < job->channels; ++c) {
+        uint32_t *ranks = job->ranks + (size_t)c * job->texels;
+        bn_result result;
+        if (job->options->start_from_ranks) {
+            const bn_mask channel = bn_mask_channel(mask, c);
+            result = bn_check_mask(&channel);
+            for (size_t i = 0; i < job->texels && result == BN_SUCCESS; ++i)
+                ranks[i] = bn_mask_rank(&channel, i);
         } else {
+            const bn_mask channel = bn_mask_u32(ranks, job->width, job->height);
             bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
-            v.seed = bn_mix64(o->seed + c);
-            if (o->progress != NULL) v.progress = at_start;
-            v.progress_user = o;
-            bn_result result =
-                bn_void_and_cluster(&v, width, height, 1, ranks + c * texels, texels);
-            if (result != BN_SUCCESS) return result;
+            v.seed = bn_mix64(job->options->seed + c);
+            result =
+                bn_void_and_cluster(&v, &channel, job->progress != NULL ? at_start : NULL, job);
         }
+        if (result != BN_SUCCESS) return result;
     }
     return BN_SUCCESS;
 }
 
-static BN_NOINLINE bn_result anneal(const bn_anneal_options *given, uint32_t width, uint32_t height,
-                                    uint32_t channels, uint32_t *ranks, size_t count) {
+static BN_NOINLINE bn_result anneal(const bn_anneal_options *given, const bn_mask *mask,
+                                    bn_progress progress, void *progress_user) {
     bn_anneal_options o = bn_anneal_options_default();
+    size_t count;
     bn_result result = bn_options_read(&o, sizeof o, given);
+    if (result == BN_SUCCESS) result = bn_check_new_mask(mask, &count);
     if (result != BN_SUCCESS) return result;
-    if (ranks == NULL || channels > 4 || !good_anneal_options(&o)) return BN_ERROR_INVALID_ARGUMENT;
-    result = bn_check_extents(width, height, 1, channels, count);
-    if (result != BN_SUCCESS) return result;
+    if (mask->depth != 1 || mask->channels > 4 || !good_anneal_options(&o))
+        return BN_ERROR_INVALID_ARGUMENT;
 
+    const uint32_t width = mask->width, height = mask->height, channels = mask->channels;
     const size_t texels = count / channels;
     bn_anneal_job job = {.options = &o,
+                         .progress = progress,
+                         .progress_user = progress_user,
                          .width = width,
                          .height = height,
                          .channels = channels,
@@ -83,7 +86,7 @@ static BN_NOINLINE bn_result anneal(const bn_anneal_options *given, uint32_t wid
         logs[i] = -bn_portable_log((i + 0.5) / BN_ANNEAL_LOG_SIZE);
     }
     job.logs = logs;
-    result = start(&o, width, height, channels, ranks, job.ranks, texels);
+    result = start(&job, mask);
     /* Without neighbours there is nothing to improve. */
     if (result == BN_SUCCESS && job.reach[0] + job.reach[1] > 0) {
         result = channels == 1 ? bn_anneal_scalar(&job) : bn_anneal_vector(&job);
@@ -93,18 +96,18 @@ static BN_NOINLINE bn_result anneal(const bn_anneal_options *given, uint32_t wid
         !bn_eliminate_ends(extent, BN_ANNEAL_SPARSE * sigma, o.seed, 1, job.ranks, texels)) {
         result = BN_ERROR_OUT_OF_MEMORY;
     }
-    if (result == BN_SUCCESS) memcpy(ranks, job.ranks, count * sizeof *ranks);
+    if (result == BN_SUCCESS) bn_mask_write(mask, job.ranks, count);
 done:
     bn_free(logs);
     bn_free(job.ranks);
     return result;
 }
 
-bn_result bn_anneal(const bn_anneal_options *options, uint32_t width, uint32_t height,
-                    uint32_t channels, uint32_t *ranks, size_t count) {
+bn_result bn_anneal(const bn_anneal_options *options, const bn_mask *mask, bn_progress progress,
+                    void *progress_user) {
     bn_float_environment host;
     bn_float_environment_set(&host);
-    const bn_result result = anneal(options, width, height, channels, ranks, count);
+    const bn_result result = anneal(options, mask, progress, progress_user);
     bn_float_environment_restore(&host);
     return result;
 }

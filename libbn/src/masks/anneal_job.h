@@ -10,6 +10,8 @@ enum { BN_ANNEAL_LOG_SIZE = 4096, BN_ANNEAL_INTERVAL = 1 << 14 };
 
 typedef struct bn_anneal_job {
     const bn_anneal_options *options;
+    bn_progress progress;
+    void *progress_user;
     uint32_t width, height, channels;
     uint32_t texels;
     uint32_t
@@ -33,9 +35,9 @@ static inline double bn_anneal_temperature(const bn_anneal_job *job, uint32_t sw
 
 /* Reports progress every BN_ANNEAL_INTERVAL trials; returns whether to stop. */
 static inline int bn_anneal_cancelled(const bn_anneal_job *job, uint32_t sweep, uint32_t trial) {
-    const bn_anneal_options *o = job->options;
-    if (trial % BN_ANNEAL_INTERVAL != 0 || o->progress == NULL) return 0;
-    return o->progress(o->progress_user, (sweep + (double)trial / job->texels) / o->sweeps) != 0;
+    if (trial % BN_ANNEAL_INTERVAL != 0 || job->progress == NULL) return 0;
+    const double done = (sweep + (double)trial / job->texels) / job->options->sweeps;
+    return job->progress(job->progress_user, done) != 0;
 }
 
 /* A texel at most three away from p along each axis, possibly p itself. `choice` is below 49. */

@@ -23,7 +23,9 @@ enum { REACH = BN_RELAX_LEARNED_REACH, VALUES = 1 << 16, COLUMNS = 256, MOST_THR
 static const double SPARSE = 3.5; /* texels farther apart do not interact */
 
 typedef struct relaxation {
-    const bn_relax_options *options;
+    uint64_t seed;
+    bn_progress progress;
+    void *progress_user;
     const bn_simd *simd;
     uint32_t width, height;
     size_t rows, stride;
@@ -59,8 +61,7 @@ static void first_values(relaxation *r, uint32_t y) {
     int16_t *row = row_of(r, 0, y);
     for (uint32_t x = 0; x < r->width; ++x) {
         const uint64_t i = (uint64_t)y * r->width + x;
-        row[x] =
-            (int16_t)((int32_t)(bn_mix64(r->options->seed ^ bn_mix64(i + 1)) >> 48) - (1 << 15));
+        row[x] = (int16_t)((int32_t)(bn_mix64(r->seed ^ bn_mix64(i + 1)) >> 48) - (1 << 15));
     }
 }
 
@@ -120,7 +121,6 @@ static uint32_t images_of(const bn_relax_learned_group *g) {
 
 static void work(void *user, bn_team *team, uint32_t index, uint32_t threads) {
     relaxation *r = user;
-    const bn_relax_options *o = r->options;
     const uint32_t first = first_row(r, index, threads), last = first_row(r, index + 1, threads);
     for (uint32_t y = first; y < last; ++y) {
         first_values(r, y);
@@ -132,9 +132,9 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t threads) {
         const bn_relax_learned_step *s = &bn_relax_learned_steps[i];
         uint32_t pairs = 0;
         for (uint32_t g = 0; g < s->group_count; ++g) pairs += images_of(&s->groups[g]);
-        if (index == 0 && o->progress != NULL) {
+        if (index == 0 && r->progress != NULL) {
             const double fraction = (double)i / BN_RELAX_LEARNED_STEPS;
-            r->cancelled[i & 1] = o->progress(o->progress_user, fraction) != 0;
+            r->cancelled[i & 1] = r->progress(r->progress_user, fraction) != 0;
         }
         for (uint32_t y = first; y < last; ++y) {
             move(r, s, pair, pairs, i & 1, y);
@@ -168,16 +168,11 @@ static void fill_pairs(relaxation *r) {
     }
 }
 
-static bn_result make_relaxed(const bn_relax_options *options, uint32_t threads, uint32_t width,
-                              uint32_t height, uint32_t *ranks) {
-    relaxation r = {.options = options,
-                    .simd = bn_simd_get(),
-                    .width = width,
-                    .height = height,
-                    .rows = height + 2 * (size_t)REACH,
-                    .stride = width + 2 * (size_t)REACH + BN_WINDOW_LANES,
-                    .ranks = ranks};
+/* With the fields of `r` up to its ranks set. */
+static bn_result make_relaxed(relaxation r, uint32_t threads) {
     bn_result result = BN_ERROR_OUT_OF_MEMORY;
+    r.rows = r.height + 2 * (size_t)REACH;
+    r.stride = r.width + 2 * (size_t)REACH + BN_WINDOW_LANES;
     r.image[0] = bn_allocate(r.rows, r.stride * sizeof *r.image[0]);
     r.image[1] = bn_allocate(r.rows, r.stride * sizeof *r.image[1]);
     r.offsets = bn_allocate(BN_RELAX_LEARNED_PAIRS, sizeof *r.offsets);
@@ -196,28 +191,35 @@ static bn_result make_relaxed(const bn_relax_options *options, uint32_t threads,
     return result;
 }
 
-static BN_NOINLINE bn_result relax(const bn_relax_options *given, uint32_t width, uint32_t height,
-                                   uint32_t *ranks, size_t count) {
+static BN_NOINLINE bn_result relax(const bn_relax_options *given, const bn_mask *mask,
+                                   bn_progress progress, void *progress_user) {
     bn_relax_options o = bn_relax_options_default();
+    size_t count;
     bn_result result = bn_options_read(&o, sizeof o, given);
+    if (result == BN_SUCCESS) result = bn_check_new_mask(mask, &count);
     if (result != BN_SUCCESS) return result;
-    if (ranks == NULL) return BN_ERROR_INVALID_ARGUMENT;
-    result = bn_check_extents(width, height, 1, 1, count);
-    if (result != BN_SUCCESS) return result;
+    if (mask->depth != 1 || mask->channels != 1) return BN_ERROR_INVALID_ARGUMENT;
 
     uint32_t threads = o.threads != 0 ? o.threads : bn_thread_count();
     /* More threads pay off only with several thousand texels each, because of the barriers. */
     const uint64_t worth = count / 8192 + 1;
     if (threads > worth) threads = (uint32_t)worth;
-    if (threads > height) threads = height;
+    if (threads > mask->height) threads = mask->height;
     if (threads > MOST_THREADS) threads = MOST_THREADS;
     uint32_t *made = bn_allocate(count, sizeof *made);
     if (made == NULL) return BN_ERROR_OUT_OF_MEMORY;
-    result = make_relaxed(&o, threads, width, height, made);
+    const relaxation r = {.seed = o.seed,
+                          .progress = progress,
+                          .progress_user = progress_user,
+                          .simd = bn_simd_get(),
+                          .width = mask->width,
+                          .height = mask->height,
+                          .ranks = made};
+    result = make_relaxed(r, threads);
     if (result == BN_SUCCESS) {
-        const uint32_t extent[3] = {width, height, 1};
+        const uint32_t extent[3] = {mask->width, mask->height, 1};
         if (bn_eliminate_ends(extent, SPARSE, o.seed, threads, made, count)) {
-            memcpy(ranks, made, count * sizeof *ranks);
+            bn_mask_write(mask, made, count);
         } else {
             result = BN_ERROR_OUT_OF_MEMORY;
         }
@@ -226,11 +228,11 @@ static BN_NOINLINE bn_result relax(const bn_relax_options *given, uint32_t width
     return result;
 }
 
-bn_result bn_relax(const bn_relax_options *options, uint32_t width, uint32_t height,
-                   uint32_t *ranks, size_t count) {
+bn_result bn_relax(const bn_relax_options *options, const bn_mask *mask, bn_progress progress,
+                   void *progress_user) {
     bn_float_environment host;
     bn_float_environment_set(&host);
-    const bn_result result = relax(options, width, height, ranks, count);
+    const bn_result result = relax(options, mask, progress, progress_user);
     bn_float_environment_restore(&host);
     return result;
 }

@@ -15,12 +15,13 @@
 #include "masks/energy_field.h"
 #include "simd/simd.h"
 #include <float.h>
-#include <string.h>
 
 enum { BN_PROGRESS_INTERVAL = 4096 };
 
 typedef struct maker {
     const bn_void_and_cluster_options *options;
+    bn_progress progress;
+    void *progress_user;
     const bn_simd *simd;
     bn_field field;
     size_t count, ones;
@@ -30,10 +31,10 @@ typedef struct maker {
 } maker;
 
 static int cancelled(maker *m) {
-    if (m->done++ % BN_PROGRESS_INTERVAL == 0 && m->options->progress != NULL) {
+    if (m->done++ % BN_PROGRESS_INTERVAL == 0 && m->progress != NULL) {
         double fraction = (double)m->done / (double)m->expected;
         if (fraction > 1) fraction = 1;
-        m->cancelled = m->options->progress(m->options->progress_user, fraction) != 0;
+        m->cancelled = m->progress(m->progress_user, fraction) != 0;
     }
     return m->cancelled;
 }
@@ -144,18 +145,18 @@ static int good_options(const bn_void_and_cluster_options *o) {
 }
 
 static BN_NOINLINE bn_result void_and_cluster(const bn_void_and_cluster_options *given,
-                                              uint32_t width, uint32_t height, uint32_t depth,
-                                              uint32_t *ranks, size_t count) {
+                                              const bn_mask *mask, bn_progress progress,
+                                              void *progress_user) {
     bn_void_and_cluster_options options = bn_void_and_cluster_options_default();
+    size_t count;
     bn_result result = bn_options_read(&options, sizeof options, given);
+    if (result == BN_SUCCESS) result = bn_check_new_mask(mask, &count);
     if (result != BN_SUCCESS) return result;
-    if (ranks == NULL || !good_options(&options)) return BN_ERROR_INVALID_ARGUMENT;
-    result = bn_check_extents(width, height, depth, 1, count);
-    if (result != BN_SUCCESS) return result;
+    if (mask->channels != 1 || !good_options(&options)) return BN_ERROR_INVALID_ARGUMENT;
 
-    uint32_t extent[3] = {width, height, depth};
+    uint32_t extent[3] = {mask->width, mask->height, mask->depth};
     squeeze(extent);
-    maker m = {.options = &options, .simd = bn_simd_get(), .count = count};
+    maker m = {&options, progress, progress_user, .simd = bn_simd_get(), .count = count};
     m.ranks = bn_allocate(count, sizeof *m.ranks);
     m.minority = bn_allocate(count / 2 + 1, sizeof *m.minority);
     if (bn_field_create(&m.field, extent, options.sigma, bn_mix64(options.seed)) &&
@@ -165,18 +166,18 @@ static BN_NOINLINE bn_result void_and_cluster(const bn_void_and_cluster_options 
     } else {
         result = BN_ERROR_OUT_OF_MEMORY;
     }
-    if (result == BN_SUCCESS) memcpy(ranks, m.ranks, count * sizeof *ranks);
+    if (result == BN_SUCCESS) bn_mask_write(mask, m.ranks, count);
     bn_field_destroy(&m.field);
     bn_free(m.ranks);
     bn_free(m.minority);
     return result;
 }
 
-bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options, uint32_t width,
-                              uint32_t height, uint32_t depth, uint32_t *ranks, size_t count) {
+bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options, const bn_mask *mask,
+                              bn_progress progress, void *progress_user) {
     bn_float_environment host;
     bn_float_environment_set(&host);
-    const bn_result result = void_and_cluster(options, width, height, depth, ranks, count);
+    const bn_result result = void_and_cluster(options, mask, progress, progress_user);
     bn_float_environment_restore(&host);
     return result;
 }

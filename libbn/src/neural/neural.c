@@ -45,8 +45,6 @@ struct bn_neural {
     bn_runtime *runtime;
     bn_model model;
     uint32_t threads;
-    bn_progress progress; /* or NULL */
-    void *progress_user;
     bn_provider provider;
 };
 
@@ -188,8 +186,6 @@ bn_result bn_neural_open(const bn_neural_options *given, bn_neural **neural) {
     if (o.threads == 0 && provider != BN_PROVIDER_CPU && n->threads > BN_GPU_THREADS) {
         n->threads = BN_GPU_THREADS;
     }
-    n->progress = o.progress;
-    n->progress_user = o.progress_user;
     result = open_model(n, &o);
     if (result != BN_SUCCESS) {
         bn_neural_close(n);
@@ -215,6 +211,8 @@ enum { BN_NEURAL_MOST_THREADS = 64 };
 
 typedef struct image {
     const bn_neural *neural;
+    bn_progress progress; /* or NULL */
+    void *progress_user;
     uint64_t seed;
     int64_t x0, y0;              /* of the first texel */
     uint32_t width, height;      /* of `values`, per channel */
@@ -322,8 +320,8 @@ static bn_result keep(image *m, const float *tile, int64_t tile_x, int64_t tile_
     return BN_SUCCESS;
 }
 
-static int cancelled(const bn_neural *n, double fraction) {
-    return n->progress != NULL && n->progress(n->progress_user, fraction) != 0;
+static int cancelled(const image *m, double fraction) {
+    return m->progress != NULL && m->progress(m->progress_user, fraction) != 0;
 }
 
 static void work(void *user, bn_team *team, uint32_t index, uint32_t size) {
@@ -344,7 +342,7 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t size) {
     while (result == BN_SUCCESS) {
         const uint32_t next = bn_team_next(team);
         if (next >= tiles) break;
-        if (index == 0 && cancelled(n, (double)next / tiles)) {
+        if (index == 0 && cancelled(m, (double)next / tiles)) {
             result = BN_ERROR_CANCELLED;
             break;
         }
@@ -381,7 +379,7 @@ static bn_result fill_image(image *m) {
     const uint64_t tiles = (uint64_t)m->columns * m->rows;
     if (threads > tiles) threads = (uint32_t)tiles;
     /* At least once: other threads might take all of the tiles. */
-    if (cancelled(m->neural, 0)) return BN_ERROR_CANCELLED;
+    if (cancelled(m, 0)) return BN_ERROR_CANCELLED;
     bn_team_run(threads, work, m);
     for (uint32_t i = 0; i < threads; ++i) {
         if (m->results[i] != BN_SUCCESS) return m->results[i];
@@ -408,19 +406,22 @@ static bn_result order_ends(const bn_neural *n, uint32_t width, uint32_t height,
     return good ? BN_SUCCESS : BN_ERROR_OUT_OF_MEMORY;
 }
 
-bn_result bn_neural_mask(const bn_neural *n, uint32_t width, uint32_t height, uint64_t seed,
-                         uint32_t *ranks, size_t count) {
-    if (n == NULL || ranks == NULL) return BN_ERROR_INVALID_ARGUMENT;
-    const uint32_t channels = n->model.channels;
-    bn_result result = bn_check_extents(width, height, 1, channels, count);
+bn_result bn_neural_mask(const bn_neural *n, const bn_mask *mask, uint64_t seed,
+                         bn_progress progress, void *progress_user) {
+    size_t count;
+    bn_result result = bn_check_new_mask(mask, &count);
     if (result != BN_SUCCESS) return result;
+    if (n == NULL || mask->depth != 1 || mask->channels != n->model.channels)
+        return BN_ERROR_INVALID_ARGUMENT;
+    const uint32_t width = mask->width, height = mask->height, channels = mask->channels;
     const size_t texels = count / channels;
     float *values = bn_allocate(count, sizeof *values);
     /* A failure leaves the ranks of the caller unchanged. */
     uint32_t *made = bn_allocate(count, sizeof *made);
     result = BN_ERROR_OUT_OF_MEMORY;
     if (values != NULL && made != NULL) {
-        image m = {.neural = n, .seed = seed, .width = width, .height = height, .values = values};
+        image m = {n, progress, progress_user, seed, .width = width, .height = height};
+        m.values = values;
         m.period_x = width;
         m.period_y = height;
         result = fill_image(&m);
@@ -430,21 +431,23 @@ bn_result bn_neural_mask(const bn_neural *n, uint32_t width, uint32_t height, ui
         result = bn_ranks_from_values(values + c * texels, texels, to);
         if (result == BN_SUCCESS) result = order_ends(n, width, height, seed, to);
     }
-    if (result == BN_SUCCESS) memcpy(ranks, made, count * sizeof *ranks);
+    if (result == BN_SUCCESS) bn_mask_write(mask, made, count);
     bn_free(values);
     bn_free(made);
     return result;
 }
 
 bn_result bn_neural_window(const bn_neural *n, int64_t x0, int64_t y0, uint32_t width,
-                           uint32_t height, uint64_t seed, float *values, size_t count) {
+                           uint32_t height, uint64_t seed, float *values, size_t count,
+                           bn_progress progress, void *progress_user) {
     if (n == NULL || values == NULL || width == 0 || height == 0 ||
         !good_range(x0, width, BN_WINDOW_FARTHEST) || !good_range(y0, height, BN_WINDOW_FARTHEST)) {
         return BN_ERROR_INVALID_ARGUMENT;
     }
     const bn_result result = bn_check_extents(width, height, 1, n->model.channels, count);
     if (result != BN_SUCCESS) return result;
-    image m = {.neural = n, .seed = seed, .width = width, .height = height, .values = values};
+    image m = {n, progress, progress_user, seed, .width = width, .height = height};
+    m.values = values;
     m.x0 = x0;
     m.y0 = y0;
     m.window = 1;
