@@ -9,10 +9,9 @@ permutations, ``TypeError`` for other types than those described, ``MemoryError`
 contain the name and the value of the argument. All functions are thread-safe and release the GIL.
 """
 
-from ._interrupt import quiet_imports, refuse_subinterpreters
+from . import _subinterpreters
 
-refuse_subinterpreters()
-_imported = quiet_imports()
+_subinterpreters.refuse()
 
 from ._arguments import NeuralProvider, PointsMethod, SamplerType
 from ._choose import choose, choose_cdf, choose_u32
@@ -25,8 +24,6 @@ from ._neural import NeuralGenerator
 from ._path import LoopSampler, PathSampler, RaySampler, Split
 from ._points import points
 from ._sampler import Sampler, domain, tables
-
-_imported()
 
 __all__ = [
     "CancelledError",

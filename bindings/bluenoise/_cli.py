@@ -3,10 +3,6 @@
 
 from __future__ import annotations
 
-from ._interrupt import quiet_imports
-
-_imported = quiet_imports()
-
 import argparse
 import inspect
 import json
@@ -32,8 +28,6 @@ from . import points as make_points
 from ._arguments import NeuralProvider
 from ._plot import plot_spectrum
 from ._points import METHODS as POINTS_METHODS
-
-_imported()
 
 # Method -> the function that makes such a mask.
 _MASKS: dict[str, Callable[..., arguments.Ranks]] = {
@@ -207,6 +201,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--levels", default=2, type=_integer, help="number of levels, 2 to 256 (default 2)")
     command.add_argument("--mask", type=Path, metavar="FILE", help="the mask (default: the built-in 64x64 mask); of several "
                          "channels, each is for one of the picture")
+    command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel of the mask to use, counted from 1")
     command.add_argument("--rank", action="store_true", help="take a mask in which values occur more than once, such as an 8-bit "
                          "texture, and order equal ones at random")
     command.add_argument("--srgb", action="store_true", help="preserve means in linear light")
@@ -227,6 +222,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     command.add_argument("--count", required=True, type=_integer, metavar="N", help="number of points")
     _add_method(command, POINTS_METHODS, "best-candidate", "", _POINTS_OPTIONS)
+    command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel of --mask to use, counted from 1")
     _add_report(command, "describe the points as JSON on standard output")
     _add_output(command, _POINTS_SUFFIXES, "csv")
 
@@ -445,7 +441,8 @@ def _measure(options: argparse.Namespace) -> None:
     def share(channel: int) -> Optional[Callable[[float], None]]:
         return progress and (lambda fraction: progress((channel + fraction) / len(values)))
 
-    found = [measure_mask(plane, progress=share(channel)) for channel, plane in enumerate(values)]
+    with _files.about(options.mask):
+        found = [measure_mask(plane, progress=share(channel)) for channel, plane in enumerate(values)]
     size = [values.shape[2], values.shape[1]]
     if options.json:
         channels = [asdict(figures) for figures in found]
@@ -479,18 +476,26 @@ def _dither(options: argparse.Namespace) -> None:
     if options.rank and options.mask is None:
         raise ValueError("--rank needs --mask")
     picture = _files.open_picture(options.input)
+    if isinstance(picture, bytes) and suffix != ".png":
+        raise ValueError(f"a picture of 16 bits per channel does not fit in {suffix}; write .png")
     ranks = None
     if options.mask is not None:
         values = _files.load_values(options.mask)
-        if values.ndim not in (2, 3):
-            raise ValueError(f"{options.mask} has shape {values.shape}, but a mask must have two dimensions, or channels of them")
-        planes = values if values.ndim == 3 else values[None]
+        if options.channel or values.ndim != 3:
+            values = _files.one_channel(options.mask, values, options.channel)[None]
+        planes = _files.without_constants(values)
         if len(planes) > 2 and (planes[:3] == planes[0]).all():  # a grey texture saved as RGB or RGBA
             planes = planes[:1]
         ranks = np.stack([_files.ranked(options.mask, plane, options.rank, "--rank") for plane in planes])
         ranks = ranks if len(ranks) > 1 else ranks[0]
-    result = dither(picture, options.levels, mask=ranks, srgb=options.srgb)
-    _files.save_picture(path, suffix, result, picture)
+    with _files.about(options.input):
+        if isinstance(picture, bytes):
+            texels, alpha = _files.read_png(options.input, picture)
+            colour = texels[..., :-1] if alpha else texels
+            colour[:] = dither(colour, options.levels, mask=ranks, srgb=options.srgb)
+            _files.save_png16(path, texels, picture)
+        else:
+            _files.save_picture(path, suffix, dither(picture, options.levels, mask=ranks, srgb=options.srgb), picture)
 
 
 def _write_textures(options: argparse.Namespace) -> None:
@@ -504,7 +509,7 @@ def _points(options: argparse.Namespace) -> None:
     path, suffix = _output(options, _POINTS_SUFFIXES, options.mask)
     given = _given(options, _POINTS_OPTIONS, POINTS_METHODS)
     if "mask" in given:
-        given["mask"] = _files.ranked(options.mask, _files.load_mask(options.mask), False, "bluenoise.load(..., rank=True)")
+        given["mask"] = _files.ranked(options.mask, _files.load_mask(options.mask, options.channel), False, "load(..., rank=True)")
     make: Callable[..., Any] = make_points
     found = make(options.count, method=options.method, seed=options.seed, progress=_progress(options.quiet), **given)
     with _files.replacing(path, suffix) as beside:

@@ -20,6 +20,7 @@ _Pixel = TypeVar("_Pixel", bound=np.generic)
 _Floats = npt.NDArray[np.float32]
 # The shifts of the mask from channel to channel, y and x, as shares of its extents: those of bn_dither.
 _CHANNEL_STEPS = (0.5698402909980532, 0.7548776662466927)
+_PART = 2**20  # values that are dithered at a time
 _PICTURE_MODES = ("1", "L", "LA", "I;16", "F", "P", "PA", "RGB", "RGBA")
 
 
@@ -71,7 +72,7 @@ def dither(
         An array, or what NumPy makes one of, such as a tensor on the processor, of shape (height, width) or (height, width,
         channels): uint8 or uint16, whose largest value is full scale, or floats in [0, 1]; all channels are dithered. Or a
         Pillow picture of mode 1, L, LA, I;16, F, P, PA, RGB or RGBA: its alpha channel is preserved, mode 1 becomes L, and
-        palettes become RGB or RGBA.
+        palettes become RGB or RGBA, and transparent colours alpha.
     levels
         The number of levels, 2 to 256, evenly spaced from 0 to full scale.
     mask
@@ -120,28 +121,44 @@ def _mask_of(mask: npt.ArrayLike) -> npt.NDArray[Any]:
 
 def _dither_array(image: Any, levels: int, srgb: bool, channel_offset: bool, mask: Optional[npt.NDArray[Any]]) -> npt.NDArray[Any]:
     array = arguments.array("image", image)
-    if array.dtype.kind == "f":
-        values = array.astype(np.float32, order="C")
-        inside = (values >= 0) & (values <= 1)
-        if not inside.all():
-            raise ValueError(f"image must have values in [0, 1], not {array[~inside][0]}")
-    elif array.dtype.kind == "u" and array.dtype.itemsize <= 2:
-        values = array.astype(np.float32, order="C") / np.float32(np.iinfo(array.dtype).max)
-    else:
-        raise TypeError(
-            f"image must have dtype uint8, uint16 or float, not {array.dtype} ({reprlib.repr(image)})"
-        )
+    integers = array.dtype.kind == "u" and array.dtype.itemsize <= 2
+    if not integers and array.dtype.kind != "f":
+        raise TypeError(f"image must have dtype uint8, uint16 or float, not {array.dtype} ({reprlib.repr(image)})")
     if array.ndim not in (2, 3) or array.size == 0:
-        raise ValueError(
-            f"image must have shape (height, width) or (height, width, channels), not {array.shape}"
-        )
+        raise ValueError(f"image must have shape (height, width) or (height, width, channels), not {array.shape}")
     if array.ndim == 3 and array.shape[0] <= 4 < array.shape[2]:
         raise ValueError(f"image of shape {array.shape} has its channels first: give np.moveaxis(image, 0, -1)")
-    values = np.ascontiguousarray(values.reshape(array.shape[:2] + (-1,)))
-    out = _dither_channels(values, levels, srgb, channel_offset, mask).reshape(array.shape)
-    if array.dtype.kind == "f":
-        return out.astype(array.dtype)
-    return np.rint(out * np.iinfo(array.dtype).max).astype(array.dtype)
+    texels = array.reshape(*array.shape[:2], -1)
+    steps, full = levels - 1, np.iinfo(array.dtype).max if integers else 1
+    ends = np.rint(np.arange(levels) * (full / steps)).astype(array.dtype)
+    table = _positions(full, ends.astype(np.float64), srgb) if integers else None
+    out = np.empty(texels.shape, array.dtype)
+    # In parts, of some megabytes: whole copies of the mask below each other.
+    period = 64 if mask is None else mask.shape[-2]
+    rows = -(-max(1, _PART // texels[0].size) // period) * period
+    for first in range(0, len(texels), rows):
+        part = texels[first : first + rows]
+        if table is not None:
+            found = _dither_channels(table[part], levels, False, channel_offset, mask)
+            out[first : first + rows] = ends[(found * np.float32(steps) + np.float32(0.5)).astype(np.uint8)]
+            continue
+        values = part.astype(np.float32, order="C")
+        inside = (values >= 0) & (values <= 1)
+        if not inside.all():
+            raise ValueError(f"image must have values in [0, 1], not {part[~inside][0]}")
+        out[first : first + rows] = _dither_channels(values, levels, srgb, channel_offset, mask)
+    return out.reshape(array.shape)
+
+
+def _positions(full: int, ends: npt.NDArray[np.float64], srgb: bool) -> _Floats:
+    """Where each integer up to `full` is between levels, which are integers too: level k is at k / (levels - 1). Means of what is dithered
+    are kept although levels are not evenly spaced."""
+    values = np.arange(full + 1, dtype=np.float64)
+    low = np.minimum(np.searchsorted(ends, values, side="right") - 1, len(ends) - 2)
+    dark, light = ends[low], ends[low + 1]
+    if srgb:
+        values, dark, light = (_linear(each / full) for each in (values, dark, light))
+    return np.asarray((low + (values - dark) / (light - dark)) / (len(ends) - 1), np.float32)
 
 
 def _dither_channels(
@@ -152,7 +169,7 @@ def _dither_channels(
         return _core.dither(values, levels, srgb, channel_offset, mask)
     channels = values.shape[2]
     if mask.ndim == 3 and len(mask) < channels:
-        raise ValueError(f"mask has {len(mask)} channels and the image {channels}; for one for all, give mask[0]")
+        raise ValueError(f"mask has {len(mask)} channels and the image {channels}; give one channel for all (mask[0], --channel 1)")
     planes = []
     for channel in range(channels):
         plane, own = values[:, :, channel : channel + 1], mask[channel] if mask.ndim == 3 else mask
@@ -184,13 +201,14 @@ def _linear(encoded: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 
 def _dither_picture(picture: Any, pillow: Any, *options: Any) -> Any:
-    if picture.mode == "1":
+    transparent = picture.mode == "PA" or "transparency" in picture.info and picture.mode in ("1", "L", "P", "RGB")
+    if picture.mode in ("P", "PA") or transparent:
+        picture = picture.convert(("LA" if picture.mode in ("1", "L") else "RGBA") if transparent else "RGB")
+    elif picture.mode == "1":
         picture = picture.convert("L")
-    elif picture.mode in ("P", "PA"):
-        transparent = picture.mode == "PA" or "transparency" in picture.info
-        picture = picture.convert("RGBA" if transparent else "RGB")
     array = np.asarray(picture)
-    if picture.mode.startswith("I") and array.size and 0 <= array.min() <= array.max() <= 65535:
+    # Older versions of Pillow have mode I for PNG and PGM files of 16 bits.
+    if picture.mode.startswith("I;16") or picture.mode == "I" and picture.format in ("PNG", "PPM"):
         array = array.astype(np.uint16)
     elif picture.mode not in _PICTURE_MODES:
         raise ValueError(f"image must have mode {', '.join(_PICTURE_MODES)}, not {picture.mode}")

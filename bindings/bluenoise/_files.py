@@ -31,6 +31,7 @@ LOSSLESS = (".png", ".tif", ".tiff", ".bmp", ".pgm", ".ppm")
 STREAM = Path("-")
 MASK_SUFFIXES = (".png", ".exr", ".npy")
 
+_ORIENTATION = 0x0112
 _PNG_COLOUR_TYPES = {1: 0, 2: 4, 3: 2, 4: 6}  # grey, grey and alpha, RGB, RGBA
 _EXR_CHANNELS = {1: "Y", 2: "RG", 3: "RGB", 4: "RGBA"}
 _NPY_MAGIC, _PNG_MAGIC, _EXR_MAGIC = b"\x93NUMPY", b"\x89PNG\r\n\x1a\n", b"\x76\x2f\x31\x01"
@@ -125,13 +126,29 @@ def read_bytes(path: Path) -> bytes:
         raise ValueError(f"{path} cannot be read: {error.strerror or error}") from None
 
 
+@contextmanager
+def about(path: Path) -> Iterator[None]:
+    """Puts the name of a file before messages about what is in it."""
+    try:
+        yield
+    except (ValueError, TypeError) as error:
+        if str(path) in str(error):
+            raise
+        raise type(error)(f"{path}: {error}") from None
+
+
 def open_picture(path: Path) -> Any:
-    """A picture, read completely."""
-    return _decode_picture(path, read_bytes(path))
+    """A picture of one frame, read completely: from Pillow, or for a PNG of 16 bits its bytes."""
+    data = read_bytes(path)
+    if is_png16(data):
+        return data
+    picture = _decode_picture(path, data)
+    if picture.mode == "I" and picture.format not in ("PNG", "PPM"):
+        raise ValueError(f"{path} has integers of 32 bits, whose range is unknown; save it with 8 or 16 bits")
+    return picture
 
 
-def _decode_picture(path: Path, data: bytes, raw_mode: str = "") -> Any:
-    """``raw_mode``: what Pillow takes the texels in the file for, instead of what they are."""
+def _decode_picture(path: Path, data: bytes) -> Any:
     Image = pillow()
     from PIL import ImageOps
 
@@ -140,17 +157,42 @@ def _decode_picture(path: Path, data: bytes, raw_mode: str = "") -> Any:
             warnings.simplefilter("ignore")
             warnings.simplefilter("error", Image.DecompressionBombWarning)
             picture = Image.open(io.BytesIO(data))
-            if raw_mode:
-                picture.tile = [(*picture.tile[0][:3], raw_mode)]
+            lost = _lost(picture, data)
+            if lost:
+                raise ValueError(lost)
             picture.load()
-            return ImageOps.exif_transpose(picture)
+            upright = ImageOps.exif_transpose(picture)
+            upright.format = picture.format
+            if picture.getexif().get(_ORIENTATION, 1) > 4 and "dpi" in upright.info:
+                upright.info["dpi"] = upright.info["dpi"][::-1]
+            return upright
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
-        raise ValueError(f"{path} has too many pixels") from None
+        raise ValueError(f"{path} has more than {Image.MAX_IMAGE_PIXELS / 1e6:.1f} megapixels, the most that is read") from None
     except MemoryError:
         raise
     except Exception as error:  # decoders of damaged files raise many types
         text = "unknown or damaged format" if isinstance(error, Image.UnidentifiedImageError) else str(error)
         raise ValueError(f"{path} cannot be read as a picture: {text}") from None
+
+
+def _lost(picture: Any, data: bytes) -> str:
+    """What Pillow would leave out without a word."""
+    if picture.format in ("GIF", "PNG", "WEBP", "TIFF") and getattr(picture, "n_frames", 1) > 1:
+        return f"it has {picture.n_frames} frames; save one"
+    tags = getattr(picture, "tag_v2", {}) if picture.format == "TIFF" else {}
+    bits = max(tags.get(258, (8,)))
+    if picture.format == "PPM" and isinstance(picture.tile[0][3], tuple):
+        bits = int(picture.tile[0][3][1]).bit_length()
+    at = data.find(b"ihdr", 0, 100)
+    if picture.format == "JPEG2000" and at > 0:
+        bits = (data[at + 14] & 127) + 1
+    if bits > 8 and picture.mode in ("RGB", "RGBA", "RGBX", "LA", "CMYK", "YCbCr"):
+        return f"Pillow keeps 8 of its {bits} bits per channel; save it as a PNG of 16 bits"
+    if bits in range(9, 16):
+        return f"its range of {bits} bits gets lost; save it with 8 or 16 bits"
+    if tags.get(262) == 0 and bits > 8:
+        return "it has 0 for white; save it with 0 for black"
+    return ""
 
 
 def _decode_npy(path: Path, data: bytes) -> npt.NDArray[Any]:
@@ -198,14 +240,24 @@ def _decode_exr(path: Path, data: bytes) -> npt.NDArray[Any]:
     return planes[0] if len(planes) == 1 else np.stack(planes, axis=-1)
 
 
-def _decode_png16(path: Path, data: bytes) -> npt.NDArray[Any]:
-    """A PNG of several channels with 16 bits, (height, width, channels). Pillow keeps the upper byte of each, or the lower one if it
-    takes that for the upper. It has four channels for grey and alpha, which hold all bytes of these."""
-    if data[25] == _PNG_COLOUR_TYPES[2]:
-        return np.array(_decode_picture(path, data, "RGBA")).view(">u2").astype(np.uint16)
-    mode = "RGB" if data[25] == _PNG_COLOUR_TYPES[3] else "RGBA"
-    upper, lower = (np.asarray(_decode_picture(path, data, f"{mode};16{order}")).astype(np.uint16) for order in "BL")
-    return upper << 8 | lower
+def read_png(path: Path, data: bytes) -> tuple[npt.NDArray[np.uint16], bool]:
+    """The texels (height, width, channels) of a PNG file of 16 bits, and whether the last channel is alpha; transparent colours
+    become alpha. Pillow keeps 8 bits of each."""
+    reader = needed("png", "PNG files of 16 bits need pypng", "image").Reader
+    try:
+        width, height, rows, info = reader(bytes=data).asDirect()
+        texels = np.empty((height, width, info["planes"]), np.uint16)
+        for y, row in enumerate(rows):
+            texels[y] = np.asarray(row, np.uint16).reshape(width, -1)
+    except MemoryError:
+        raise
+    except Exception as error:
+        raise ValueError(f"{path} cannot be read as a picture: {error}") from None
+    return texels, info["alpha"]
+
+
+def is_png16(data: bytes) -> bool:
+    return data.startswith(_PNG_MAGIC) and data[24:25] == b"\x10"
 
 
 def load_values(path: Path) -> npt.NDArray[Any]:
@@ -215,14 +267,13 @@ def load_values(path: Path) -> npt.NDArray[Any]:
         return _decode_npy(path, data)
     if data.startswith(_EXR_MAGIC):
         array = _decode_exr(path, data)
+    elif is_png16(data) and data[25]:
+        array = read_png(path, data)[0]
     else:
         picture = _decode_picture(path, data)
         if picture.mode in ("P", "PA"):
             raise ValueError(f"{path} has a palette; a mask is a grey picture")
-        if data.startswith(_PNG_MAGIC) and data[24:25] == b"\x10" and picture.mode in ("RGB", "RGBA", "LA"):
-            array = _decode_png16(path, data)
-        else:
-            array = np.asarray(picture.convert("L") if picture.mode == "1" else picture)
+        array = np.asarray(picture.convert("L") if picture.mode == "1" else picture)
     return np.moveaxis(array, -1, 0) if array.ndim == 3 else array
 
 
@@ -242,10 +293,17 @@ def one_channel(path: Path, array: npt.NDArray[Any], channel: int) -> npt.NDArra
     return array
 
 
+def without_constants(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """(channels, height, width) without those that have one value everywhere, unless all have."""
+    varied = [channel for channel in values if (channel != channel.flat[0]).any()]
+    return np.stack(varied) if varied and len(values) > 1 else values
+
+
 def ranked(path: Path, values: npt.NDArray[Any], rank: bool, option: str) -> arguments.Ranks:
     """The ranks of the values (height, width) of a file. Equal values are an error, unless ``rank`` is set, which has the name
     ``option`` for the user: they are then ordered at random, always in the same way."""
-    ranks, exact = ranks_of("mask", values)
+    with about(path):
+        ranks, exact = ranks_of("mask", values)
     if exact:
         return ranks
     if not rank:
@@ -261,17 +319,18 @@ def load(path: PathLike, *, rank: bool = False) -> arguments.Ranks:
 
     Values other than ranks are ranked; the ranks are those that were saved if all texels have different values. Otherwise, as
     in textures of 8 bits, this is ``ValueError``, unless ``rank`` is True: equal values are then ordered at random, always in the
-    same way. Raises ``ValueError`` for damaged and other files, ``FileNotFoundError`` and ``ImportError``.
+    same way. Channels of a texture that have one value everywhere, such as an opaque alpha, are left out. Raises ``ValueError``
+    for damaged and other files, ``FileNotFoundError`` and ``ImportError``.
     """
     given = _path(path)
     values = load_values(given)
     if values.dtype.kind not in "iuf" or not 1 <= values.ndim <= 3 or values.size == 0:
         raise ValueError(f"{given} has shape {values.shape} and dtype {values.dtype}, which is no mask")
-    if values.dtype.kind != "f" and arguments.is_permutation(values.reshape(-1)):
+    if values.dtype.kind != "f" and (arguments.is_permutation(values.reshape(-1)) or arguments.has_channels(values)):
         return values.astype(np.uint32)
     if values.ndim < 3:
         return ranked(given, np.atleast_2d(values), rank, "rank=True")
-    return np.stack([ranked(given, channel, rank, "rank=True") for channel in values])
+    return np.stack([ranked(given, channel, rank, "rank=True") for channel in without_constants(values)])
 
 
 def save(path: PathLike, mask: npt.ArrayLike, *, bits: int = 16) -> None:
@@ -322,7 +381,7 @@ def save_mask(path: Path, suffix: str, ranks: npt.NDArray[np.uint32], bits: int,
         texels = np.moveaxis(ranks, 0, -1) if ranks.ndim == 3 else np.atleast_2d(ranks)[:, :, None]
         count = texels.shape[0] * texels.shape[1]
         if suffix == ".png":
-            beside.write_bytes(_png(quantized(ranks, bits).astype(f">u{bits // 8}"), description))
+            beside.write_bytes(png(quantized(ranks, bits), described(description)))
             return
         names = _EXR_CHANNELS[texels.shape[2]]
         planes = {name: to_float(texels[:, :, i], count) for i, name in enumerate(names)}
@@ -344,26 +403,50 @@ def quantized(ranks: npt.NDArray[np.uint32], bits: int) -> npt.NDArray[Any]:
     return values.astype(f"u{bits // 8}")
 
 
-def _png(values: npt.NDArray[Any], description: str) -> bytes:
-    """A PNG file of 8- or 16-bit big-endian values (height, width, channels). Pillow writes 16 bits for grey only."""
+def png(values: npt.NDArray[Any], chunks: Sequence[tuple[bytes, bytes]]) -> bytes:
+    """A PNG file of uint8 or uint16 texels (height, width, channels), with chunks before the texels. Pillow writes 16 bits for grey
+    only."""
     height, width, channels = values.shape
     rows = np.zeros((height, 1 + values[0].nbytes), np.uint8)  # each row starts with filter type 0
-    rows[:, 1:] = np.frombuffer(values.tobytes(), np.uint8).reshape(height, -1)
+    rows[:, 1:] = np.frombuffer(values.astype(values.dtype.newbyteorder(">")).tobytes(), np.uint8).reshape(height, -1)
     header = struct.pack(">IIBBBBB", width, height, 8 * values.itemsize, _PNG_COLOUR_TYPES[channels], 0, 0, 0)
     parts = [_PNG_MAGIC]
-    for name, content in (
-        (b"IHDR", header),
-        (b"tEXt", b"Description\0" + description.encode("latin-1", "replace")),
-        (b"IDAT", zlib.compress(rows.tobytes(), 9)),
-        (b"IEND", b""),
-    ):
+    for name, content in ((b"IHDR", header), *chunks, (b"IDAT", zlib.compress(rows.tobytes(), 9)), (b"IEND", b"")):
         parts += [struct.pack(">I", len(content)), name, content, struct.pack(">I", zlib.crc32(name + content))]
     return b"".join(parts)
 
 
+def described(text: str) -> list[tuple[bytes, bytes]]:
+    return [(b"tEXt", b"Description\0" + text.encode("latin-1", "replace"))]
+
+
+_KEPT_CHUNKS = (b"cHRM", b"gAMA", b"iCCP", b"sRGB", b"cICP", b"eXIf", b"pHYs")
+
+
+def save_png16(path: Path, texels: npt.NDArray[np.uint16], source: bytes) -> None:
+    """Writes a PNG of 16 bits with what its source says about colour, orientation and resolution."""
+    reader = needed("png", "PNG files of 16 bits need pypng", "image").Reader
+    chunks = [(name, content) for name, content in reader(bytes=source).chunks() if name in _KEPT_CHUNKS]
+    with replacing(path, ".png") as beside:
+        beside.write_bytes(png(texels, chunks))
+
+
 def save_picture(path: Path, suffix: str, picture: Any, source: Any) -> None:
-    """Writes a picture with the colour profile and resolution of its source."""
+    """Writes a picture with the colour profile, gamma and resolution of its source."""
     kept = {name: source.info[name] for name in ("icc_profile", "dpi") if source.info.get(name)}
+    gamma = source.info.get("gamma")
+    if suffix == ".png":
+        from PIL.PngImagePlugin import PngInfo
+
+        kept["pnginfo"] = chunks = PngInfo()
+        if gamma:
+            chunks.add(b"gAMA", struct.pack(">I", round(100000 * gamma)))
+        if source.info.get("chromaticity"):
+            chunks.add(b"cHRM", struct.pack(">8I", *(round(100000 * each) for each in source.info["chromaticity"])))
+        if "srgb" in source.info:
+            chunks.add(b"sRGB", bytes([source.info["srgb"]]))
+    elif gamma and abs(gamma - 1 / 2.2) > 0.01 and "icc_profile" not in kept:
+        raise ValueError(f"{path} cannot hold the input's gamma of {1 / gamma:.3g}; write .png")
     with replacing(path, suffix) as beside:
         try:
             picture.save(beside, **kept)

@@ -136,7 +136,7 @@ class Sampler:
             if dims not in (2, 4):
                 raise ValueError(f"pair has two dimensions; leave dims out, not {dims}")
             dims = 2
-        given = (
+        given: tuple[npt.NDArray[Any], ...] = (
             arguments.integers("x", x, np.int32, *arguments.INT32),
             arguments.integers("y", y, np.int32, *arguments.INT32),
             arguments.integers("index", index, np.uint32, *arguments.UINT32),
@@ -151,6 +151,8 @@ class Sampler:
             shapes = ", ".join(str(array.shape) for array in given)
             raise ValueError(f"x, y, index and domain do not broadcast: shapes {shapes}") from None
         result = arguments.output(out, (*shape, dims), np.float32)
+        if out is not None:
+            given = tuple(array.copy() if np.may_share_memory(array, out) else array for array in given)
         self._draw(given, result, -1 if pair is None else pair)
         return result
 

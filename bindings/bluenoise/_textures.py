@@ -8,7 +8,7 @@ import json
 import shutil
 import struct
 import tempfile
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Iterator, Optional, Sequence
 
@@ -83,36 +83,34 @@ def write(folder: Path, formats: Sequence[str], sizes: Sequence[int], seed: int,
     return pack
 
 
-_UNFINISHED = ".bluenoise-"
 
 
 @contextmanager
 def _filled(folder: Path) -> Iterator[Path]:
-    """Yields an empty folder. What it holds at the end moves to `folder`, which is made if it does not exist; after an error
-    nothing of it is left."""
+    """Yields an empty folder, which becomes `folder` at the end, in one step; after an error nothing of it is left."""
+    folder = folder.resolve()
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(f"{folder} exists and is not a folder")
-    if not folder.absolute().parent.is_dir():
-        raise FileNotFoundError(f"the folder {folder.absolute().parent} does not exist")
-    there = folder.is_dir()
-    folder.mkdir(exist_ok=True)
+    if not folder.parent.is_dir():
+        raise FileNotFoundError(f"the folder {folder.parent} does not exist")
+    _refuse_others(folder)
     try:
-        _refuse_others(folder)
-        with tempfile.TemporaryDirectory(prefix=_UNFINISHED, dir=folder) as beside:
-            yield Path(beside)
+        with tempfile.TemporaryDirectory(prefix=".bluenoise-", dir=folder.parent) as beside:
+            pack = Path(beside, "pack")
+            pack.mkdir()
+            yield pack
             _refuse_others(folder)
-            for path in sorted(Path(beside).iterdir()):
-                path.rename(folder / path.name)
-    except BaseException:
-        if not there:
-            with suppress(OSError):  # not empty: others have put something there
+            if folder.exists():
                 folder.rmdir()
-        raise
+            pack.rename(folder)
+    except OSError as error:
+        if error.errno is None:
+            raise
+        raise OSError(error.errno, error.strerror, str(folder)) from None
 
 
 def _refuse_others(folder: Path) -> None:
-    # A run that was killed may have left its unfinished files.
-    others = sorted(path.name for path in folder.iterdir() if not path.name.startswith(_UNFINISHED))
+    others = sorted(path.name for path in folder.iterdir()) if folder.exists() else []
     if others:
         raise FileExistsError(f"{folder} has other files, such as {others[0]}; give the name of a new folder, or of an empty one")
 
@@ -186,7 +184,7 @@ def _write_draws(folder: Path, formats: Sequence[str], seed: int, version: str) 
         (folder / "draws.ktx2").write_bytes(ktx2(rows[:, :, None], _VK_R32_UINT, description))
     if "png" in formats:
         octets = rows.astype("<u4").view(np.uint8).reshape(*rows.shape, 4)
-        (folder / "draws.png").write_bytes(_files._png(octets, description))
+        (folder / "draws.png").write_bytes(_files.png(octets, _files.described(description)))
     for name in _SHADERS:
         shutil.copyfile(TEXTS / name, folder / name)
     shutil.copyfile(TEXTS / "Apache-2.0.txt", folder / "LICENSE.txt")

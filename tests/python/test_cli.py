@@ -3,6 +3,7 @@ import importlib.util
 import io
 import json
 import os
+import struct
 import subprocess
 import sys
 
@@ -121,6 +122,123 @@ def test_dither_follows_the_orientation_of_a_photograph(tmp_path):
     photograph.save(tmp_path / "in.jpg", exif=exif)
     assert main(["dither", str(tmp_path / "in.jpg"), str(tmp_path / "out.png")]) == 0
     assert Image.open(tmp_path / "out.png").size == (40, 60)
+
+
+def test_resolution_turns_with_the_photograph(tmp_path):
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    Image.new("L", (6, 4), 90).save(tmp_path / "in.jpg", exif=exif, dpi=(300, 150))
+    assert main(["dither", str(tmp_path / "in.jpg"), str(tmp_path / "out.png")]) == 0
+    assert np.round(Image.open(tmp_path / "out.png").info["dpi"]).tolist() == [150, 300]
+
+
+@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+def test_sixteen_bits_stay(channels, tmp_path):
+    """A ramp over some steps of 8 bits: truncation would show as bands. Alpha and what the file says about colour stay."""
+    pytest.importorskip("png")
+    ramp = np.round(np.linspace(5140, 6168, 128)).astype(np.uint16)
+    texels = np.repeat(np.tile(ramp, (128, 1))[..., None], channels, 2)
+    if channels in (2, 4):
+        texels[..., -1] = np.arange(128)[:, None] * 500
+    gamma = (b"gAMA", (100000).to_bytes(4, "big"))
+    (tmp_path / "in.png").write_bytes(_files.png(texels, [gamma]))
+    assert main(["dither", "--levels", "256", str(tmp_path / "in.png"), str(tmp_path / "out.png")]) == 0
+    data = (tmp_path / "out.png").read_bytes()
+    out, alpha = _files.read_png(tmp_path / "out.png", data)
+    colours = channels - alpha
+    assert gamma[0] + gamma[1] in data and out.shape == texels.shape and alpha == (channels in (2, 4))
+    assert (out[..., :colours] == bluenoise.dither(texels[..., :colours], 256)).all()
+    assert np.abs(out[..., 0].mean(0) - ramp).max() < 0.2 * 257
+    assert not alpha or (out[..., -1] == texels[..., -1]).all()
+    assert main(["dither", str(tmp_path / "in.png"), str(tmp_path / "out.tif")]) == 1
+
+
+@pytest.mark.parametrize(("mode", "clear", "other"), [("L", 7, 200), ("RGB", (255, 0, 255), (9, 9, 9)), ("P", 0, 1), ("1", 0, 1)])
+def test_transparent_colours_stay_transparent(mode, clear, other, tmp_path):
+    picture = Image.new(mode, (16, 16), other)
+    if mode == "P":
+        picture.putpalette([255, 0, 255, 9, 9, 9])
+    picture.paste(clear, (0, 0, 8, 16))
+    picture.save(tmp_path / "in.png", transparency=clear)
+    assert main(["dither", str(tmp_path / "in.png"), str(tmp_path / "out.png")]) == 0
+    before, after = (np.asarray(Image.open(tmp_path / name).convert("RGBA"))[..., 3] for name in ("in.png", "out.png"))
+    assert (before == after).all() and (after[:, :8] == 0).all()
+
+
+def test_gamma_stays_or_is_refused(tmp_path, capsys):
+    from PIL.PngImagePlugin import PngInfo
+
+    chunks = PngInfo()
+    chunks.add(b"gAMA", (100000).to_bytes(4, "big"))
+    Image.new("L", (4, 4), 90).save(tmp_path / "in.png", pnginfo=chunks, dpi=(300, 300))
+    assert main(["dither", str(tmp_path / "in.png"), str(tmp_path / "out.png")]) == 0
+    found = Image.open(tmp_path / "out.png").info
+    assert found["gamma"] == 1 and np.round(found["dpi"]).tolist() == [300, 300]
+    assert main(["dither", str(tmp_path / "in.png"), str(tmp_path / "out.bmp")]) == 1
+    assert "out.bmp cannot hold the input's gamma" in capsys.readouterr().err
+
+
+def lossy_pictures(folder):
+    """Files of which Pillow would leave something out, and a word of each message."""
+    grey = Image.new("L", (4, 4), 90)
+    grey.save(folder / "frames.gif", save_all=True, append_images=[Image.new("L", (4, 4), 20)])
+    yield "frames.gif", "2 frames"
+    (folder / "deep.ppm").write_bytes(b"P6 2 2 65535\n" + bytes(24))
+    yield "deep.ppm", "16 bits"
+    Image.new("I", (4, 4), 200).save(folder / "integers.tif")
+    yield "integers.tif", "32 bits"
+    for name, bits, photometric, samples in (("twelve.tif", 12, 1, 1), ("white.tif", 16, 0, 1), ("deep.tif", 16, 2, 3)):
+        tags = [(256, 4), (257, 4), (258, bits), (259, 1), (262, photometric), (273, 8), (277, samples), (278, 4), (279, 2 * samples * 16)]
+        data = bytes(96) if bits == 16 else bytes(24)
+        tags = [(tag, value if tag != 279 else len(data)) for tag, value in tags]
+        at = 8 + len(data)
+        entries = b"".join(struct.pack("<HHII", tag, 3, 1, value) if tag != 258 or samples == 1 else
+                           struct.pack("<HHII", tag, 3, 3, at + 2 + 12 * len(tags) + 4) for tag, value in tags)
+        (folder / name).write_bytes(struct.pack("<2sHI", b"II", 42, at) + data + struct.pack("<H", len(tags)) + entries + bytes(4)
+                                    + struct.pack("<3H", bits, bits, bits))
+        yield name, {"twelve.tif": "12 bits", "white.tif": "0 for white", "deep.tif": "16 bits per channel"}[name]
+
+
+def test_pictures_that_would_lose_something_are_refused(tmp_path, capsys):
+    for name, words in lossy_pictures(tmp_path):
+        assert main(["dither", str(tmp_path / name), str(tmp_path / "out.png")]) == 1
+        message = capsys.readouterr().err
+        assert name in message and words in message, message
+    with pytest.raises(ValueError, match="mode 1, .*not I"):
+        bluenoise.dither(Image.new("I", (4, 4), 200))
+
+
+def test_messages_about_contents_name_the_file(tmp_path, capsys):
+    np.save(tmp_path / "nan.npy", [[0.5, np.nan]])
+    np.save(tmp_path / "bool.npy", [[True, False]])
+    np.save(tmp_path / "complex.npy", [[1j, 2]])
+    Image.fromarray(np.full((4, 4), 1.5, np.float32)).save(tmp_path / "bright.tif")
+    Image.new("LAB", (4, 4)).save(tmp_path / "lab.tif")
+    for name in ("nan.npy", "bool.npy", "complex.npy"):
+        for command in (["measure"], ["points", "--count", "2", "--method", "mask", "-o", str(tmp_path / "p.csv"), "--mask"]):
+            assert main([*command, str(tmp_path / name)]) == 1
+            assert name in capsys.readouterr().err
+    for name in ("bright.tif", "lab.tif"):
+        assert main(["dither", str(tmp_path / name), str(tmp_path / "out.tif")]) == 1
+        assert name in capsys.readouterr().err
+
+
+def test_a_pack_of_two_channels_is_a_mask_of_two_channels(tmp_path, capsys):
+    """Its third channel and alpha are constant. Ranked, they would be white noise."""
+    ranks = bluenoise.anneal((16, 16), channels=2, sweeps=20)
+    values = _files.quantized(ranks, 8)
+    texture = np.dstack([values, np.zeros((16, 16)), np.full((16, 16), 255)]).astype(np.uint8)
+    Image.fromarray(texture).save(tmp_path / "rg.png")
+    Image.new("RGB", (32, 32), (90, 90, 90)).save(tmp_path / "in.png")
+    assert bluenoise.load(tmp_path / "rg.png", rank=True).shape == (2, 16, 16)
+    dither = ["dither", "--mask", str(tmp_path / "rg.png"), str(tmp_path / "in.png"), str(tmp_path / "out.png")]
+    assert main(dither) == 1 and "2 channels and the image 3" in capsys.readouterr().err
+    assert main([*dither, "--channel", "2"]) == 0
+    expected = bluenoise.dither(Image.open(tmp_path / "in.png"), mask=ranks[1])
+    assert (np.asarray(Image.open(tmp_path / "out.png")) == np.asarray(expected)).all()
+    points = ["points", "--method", "mask", "--mask", str(tmp_path / "rg.png"), "--count", "9", "-o", str(tmp_path / "p.npy")]
+    assert main(points) == 1 and "--channel" in capsys.readouterr().err
+    assert main([*points, "--channel", "1"]) == 0
 
 
 def test_spectrum(tmp_path, capsys):

@@ -34,6 +34,12 @@ def test_masks_come_back(suffix, tmp_path):
     assert [each.name for each in tmp_path.iterdir()] == [path.name]
 
 
+def test_rows_with_channels_come_back(tmp_path):
+    rows = bluenoise.anneal((50,), channels=2, sweeps=2)
+    save(tmp_path / "rows.npy", rows)
+    assert (load(tmp_path / "rows.npy") == rows).all()
+
+
 def test_three_dimensions_and_many_channels_are_for_npy(tmp_path):
     for ranks in (mask((3, 8, 8)), np.stack([mask((8, 8), seed=seed) for seed in range(5)])):
         save(tmp_path / "mask.npy", ranks)

@@ -34,7 +34,7 @@ def png(array):
 RANKS = bluenoise.mask((8, 8))
 NPY_SEEDS = [npy(RANKS), npy(RANKS.astype(float)), npy(np.zeros(3)), npy(np.array([None])), npy(np.zeros((2, 2), "i4,f8"))]
 PNG_SEEDS = [png((RANKS * 4).astype(np.uint8)), png((RANKS * 1000).astype(np.uint16)), png(np.zeros((4, 4, 3), np.uint8)),
-             _files._png(np.stack([RANKS * 1000] * 3, axis=-1).astype(">u2"), "")]
+             _files.png(np.stack([RANKS * 1000] * 3, axis=-1).astype(np.uint16), [])]
 TOKENS = [b"(", b")", b"'", b",", b"9" * 30, b"-1", b"{", b"}", b"None", b"\0", b"\xff", b"O8", b"<f8", b"\x93NUMPY", b"IHDR"]
 
 

@@ -296,3 +296,20 @@ def test_domains_of_arrays():
         assert domain == bluenoise.domain(3, int(keys[at]), 4 + at[1])
     assert type(bluenoise.domain(np.array(7), np.uint8(3))) is int
     assert Sampler().sample(0, 0, 0, found).shape == (2, 3, 4)
+
+
+@pytest.mark.parametrize("type", ["blue", "sobol", "white", "zorder"])
+def test_every_sample_of_a_block_is_written(type):
+    """Blocks of one sample, one row or one column, over memory that holds something else."""
+    sampler = Sampler(type, seed=3, samples_per_pixel=4 if type == "zorder" else 0)
+    for width, height, count in ((1, 1, 1), (1, 5, 1), (5, 1, 1), (3, 2, 1), (1, 1, 3)):
+        out = np.full((height, width, count, 4), 7, np.float32)
+        sampler.block(9, 8, width, height, 0, count, out=out)
+        y, x = np.mgrid[8 : 8 + height, 9 : 9 + width][..., None]
+        assert (out == sampler.sample(x, y, np.arange(count))).all()
+
+
+def test_the_result_may_lie_over_the_coordinates():
+    sampler, shared = Sampler(), np.arange(64, dtype=np.uint32)
+    expected = sampler.sample(3, 4, np.arange(16))
+    assert (sampler.sample(3, 4, shared[:16], out=shared.view(np.float32).reshape(16, 4)) == expected).all()

@@ -203,6 +203,7 @@ def test_the_examples_have_the_seed(pack):
 @pytest.mark.parametrize("name", ["README.md", "draws"])
 def test_what_appears_meanwhile_is_left_alone(tmp_path, monkeypatch, name):
     folder, sheet = tmp_path / "pack", _textures._contact_sheet
+    folder.mkdir()
 
     def busy(*arguments):
         if name == "draws":
@@ -227,10 +228,18 @@ def test_sigterm_leaves_nothing(tmp_path, there):
     run = subprocess.Popen([sys.executable, "-m", "bluenoise", "textures", str(folder), "--sizes", "128", "--formats", "png",
                             "--sweeps", "100000"], stderr=subprocess.PIPE, text=True)
     until = time.monotonic() + 30
-    while not (folder.is_dir() and any(folder.iterdir())):
+    while not any(tmp_path.glob(".bluenoise-*/pack/masks/*")):
         assert time.monotonic() < until, "it did not start"
         time.sleep(0.05)
     time.sleep(0.3)  # in the work, not while the temporary folder is made
     run.terminate()
     assert "terminated" in run.communicate()[1] and run.returncode == 143
-    assert folder.exists() == there and not any(tmp_path.glob("pack/*")) and not any(tmp_path.glob("pack/.*"))
+    assert list(tmp_path.rglob("*")) == ([folder] if there else [])
+
+
+def test_a_full_disk_is_named(tmp_path):
+    """A limit on the size of files fails in the same way, with other words."""
+    command = f"ulimit -f 8; exec {sys.executable} -m bluenoise textures {tmp_path}/pack --sizes 64 --formats png --sweeps 1"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and done.stderr == f"bluenoise: {tmp_path}/pack: File too large\n"
+    assert not list(tmp_path.iterdir())
