@@ -307,7 +307,7 @@ Read them as data: linear, not sRGB; nearest texel, repeated; no mipmaps, no blo
 A mask is enough for one number, or two, of one sample a frame: the start of a march, dithered transparency, an effect that is filtered
 at once. Each frame adds a constant, modulo 1: 0.61803399 to one number; 0.75487767 and 0.56984029 to two, which come from two places
 of the mask or from two channels. Use the draws below for more numbers of a pixel, for frames that are averaged and then filtered, for
-a moving camera, for several samples of a pixel, and in path tracers. docs/report/realtime.md of libbn has the errors of both.
+a moving camera, for several samples of a pixel, and in path tracers. evidence/results/realtime.md of libbn has the errors of both.
 
 The error E_1 of dithering after a blur of one texel, for each channel (white noise: 0.115):
 

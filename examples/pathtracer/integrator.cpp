@@ -72,7 +72,7 @@ Path camera_path(const Integrator &integrator, int x, int y, const PathNumbers &
     Path path{&counters, u, camera_ray(integrator.scene->camera, pixel, pair23(u))};
     // One time for the whole path. It multiplies with the position in the pixel, so it could take the
     // second pair of ray 0, as a lens does. Where nothing else varies that is as good
-    // (docs/report/paths.md), but the first light loses the pair: in crops of `motion` after a blur,
+    // (evidence/results/paths.md), but the first light loses the pair: in crops of `motion` after a blur,
     // time_wavelength() was better at 9 of 12 counts from 1 to 64, by a hundredth on average.
     if (!integrator.scene->motions.empty()) {
         ++counters.draws_2d;

@@ -105,7 +105,7 @@ def on_files(files, config):
 
     for path in pages(config.nav):
         page(path, InclusionLevel.INCLUDED)
-    static = list((ROOT / "docs").rglob("*"))
+    static = [*(ROOT / "docs").rglob("*"), *(ROOT / "evidence" / "results").rglob("*")]
     live = ROOT / config.extra["live_page"]
     if live.is_file():
         static += (file for file in live.parent.rglob("*") if file.suffix != ".py")
@@ -113,7 +113,7 @@ def on_files(files, config):
         path = file.relative_to(ROOT).as_posix()
         if file.is_file() and file.suffix != ".md":
             site.append(File.generated(config, path, abs_src_path=str(file)))
-        elif file.is_file() and path not in shown and path.startswith("docs/"):
+        elif file.is_file() and path not in shown and path.startswith(("docs/", "evidence/results/")):
             log.warning("%s is not in the navigation of mkdocs.yml", path)
     for path in others:
         if f"{path}.md" not in shown and not site.get_file_from_path(path):
@@ -132,7 +132,7 @@ def on_page_markdown(markdown, page, config, files):
             address, *anchor = target.split("#")
             markdown = markdown.replace(f"]({target})", f"]({'#'.join([address.rstrip('/') + '.md', *anchor])})")
     # A search shows first how to use libbn, then what was measured, and last what is linked to.
-    rank = 0.05 if path not in pages(config.nav) else 0.2 if path.startswith("docs/report/") else 1 if "/" not in path else 5
+    rank = 0.05 if path not in pages(config.nav) else 0.2 if path.startswith("evidence/") else 1 if "/" not in path else 5
     page.meta.setdefault("search", {"boost": rank})
     if page.is_homepage:
         # The navigation would hold this page alone, and the live page takes the place of the table of contents.

@@ -119,7 +119,7 @@ def run_pathtracer(program, arguments, folder=None):
 
 def render_parts(options, program, shared, inputs, folder, parts, found):
     """Renders the parts that the folder lacks; returns how many samples they had."""
-    from report.base.progress import Progress  # needs what set-up installs
+    from evidence.base.progress import Progress  # needs what set-up installs
 
     left = [part for part in parts if not folder.has(part)]
     total, before = sum(part.samples for part in parts), sum(part.samples for part in parts if folder.has(part))

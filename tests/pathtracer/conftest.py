@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The binary under test: $BN_PATHTRACER, else the default build folder's."""
+"""The binary under test: $BN_PATHTRACER, else the default build folder's; scripts/ and evidence/ made importable."""
 
 import os
 import pathlib
+import sys
 
 import pytest
 from pathtracer_driver import PathTracer
 from scene_files import write_environment
 
-DEFAULT_BINARY = pathlib.Path(__file__).resolve().parents[2] / "build/examples/pathtracer/pathtracer"
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+DEFAULT_BINARY = ROOT / "build/examples/pathtracer/pathtracer"
+sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]  # for the farm and to-gltf
 
 
 @pytest.fixture

@@ -11,18 +11,15 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import OpenEXR
 import pytest
+from conftest import ROOT
 from pathtracer_driver import assert_same, read_layers
-
-SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
-sys.path.insert(0, str(SCRIPTS))
-from render_farm import cluster, worker  # noqa: E402
-from render_farm.__main__ import parse, sort_out  # noqa: E402
-from render_farm.parts import FarmError, PartsFolder, names_of, split  # noqa: E402
+from render_farm import cluster, worker
+from render_farm.__main__ import parse, sort_out
+from render_farm.parts import FarmError, PartsFolder, names_of, split
 
 # A larger picture would only take longer; each part takes long enough to be interrupted.
 PICTURE = ["--size", "70x50", "--spp", "1000", "--seed", "5"]
@@ -30,7 +27,7 @@ PICTURE = ["--size", "70x50", "--spp", "1000", "--seed", "5"]
 
 def start(pathtracer, *arguments):
     return subprocess.Popen([sys.executable, "-m", "render_farm", "--pathtracer", pathtracer.binary, *map(str, arguments)],
-                            cwd=pathtracer.folder, env={**os.environ, "PYTHONPATH": str(SCRIPTS)}, text=True,
+                            cwd=pathtracer.folder, env={**os.environ, "PYTHONPATH": f"{ROOT}:{ROOT / 'scripts'}"}, text=True,
                             stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 

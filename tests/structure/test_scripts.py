@@ -17,7 +17,8 @@ HELP = [*([name, "--help"] for name in SCRIPTS), ["bench", "samplers", "--help"]
 
 def clone(folder):
     """The scripts alone; only `setup --help` is left of set-up. Python has no packages."""
-    shutil.copytree(ROOT / "scripts", folder / "scripts", ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("scripts", "evidence"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "results"))
     setup = folder / "scripts" / "setup"
     setup.rename(folder / "scripts" / "real_setup")
     setup.write_text('#!/bin/sh\n[ "$*" = --help ] && exec "$(dirname "$0")/real_setup" --help\ntouch set-up-was-run\nexit 1\n')

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the modules of scripts/ importable, and starts one browser for all tests."""
+"""Makes the modules of scripts/ and evidence/ importable, and starts one browser for all tests."""
 
 import sys
 from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 
-from report.base.browser import Browser, chromium  # noqa: E402
+from evidence.base.browser import Browser, chromium  # noqa: E402
 
 
 @pytest.fixture(scope="session")

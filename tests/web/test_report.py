@@ -3,8 +3,9 @@
 
 import numpy as np
 import pytest
-from report.pages import convergence
-from report.renders.judge import Reference
+from own_scene import convergence
+
+from evidence.renders.judge import Reference
 
 ERRORS = {"white": 0.4, "sobol": 0.2, "blue": 0.1}
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reproduces the paper's Table I: `python -m bn_trainer table` writes docs/report/paper.md and paper.png.
+"""Reproduces the paper's Table I: `python -m bn_trainer table` writes evidence/results/paper.md and paper.png.
 
 Pictures of 256x256 are dithered to 1 bit with tiled masks of each method. The error is the root mean square of the blurred
 difference between dithered and original picture (Gaussian, mirrored edges): mean and standard deviation over masks. A
@@ -355,7 +355,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--picture", action="append", default=[], metavar="FILE[@X,Y]",
                         help="also dither 256x256 pixels of this picture, from the given upper left corner")
     parser.add_argument("--model", type=Path, help="an ONNX model to use instead of the library's built-in network")
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "report", help="folder for the report (default docs/report)")
+    parser.add_argument("--out", type=Path, default=ROOT / "evidence" / "results", help="folder for the report (default evidence/results)")
 
 
 def main(options: argparse.Namespace) -> None:

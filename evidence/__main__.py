@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs one part: python -m evidence [--check] PART [options]. Each is a module with a function run(arguments).
+
+With --check it ends after parsing the options, with status 2 and a message if they are wrong."""
+
+import argparse
+import importlib
+import os
+import sys
+
+from .base.command import run_or_say_why
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # benches do several things at a time
+
+PARTS = {
+    "samplers": ("samplers", "paths", "table"),
+    "realtime": ("realtime", "moving"),
+    "masks": ("masks", "points"),
+    "renders": ("renders", "summary", "denoise", "picture"),
+    "others": ("mitsuba", "pbrt", "cycles", "web"),
+}
+
+
+def main(arguments):
+    if arguments[0] == "--check":
+        parse_args = argparse.ArgumentParser.parse_args
+        argparse.ArgumentParser.parse_args = lambda *given: (parse_args(*given), sys.exit(0))
+        arguments = arguments[1:]
+    part, *options = arguments
+    folder = next(folder for folder, parts in PARTS.items() if part in parts)
+    module = importlib.import_module(f"evidence.{folder}.{part}")
+    run_or_say_why(module.run, options, "bench")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What all commands share: kinds of arguments, options that say where files are, and errors that end a command with one line."""
+
+import argparse
+import importlib
+import re
+import sys
+from pathlib import Path
+
+
+class CommandError(Exception):
+    """The message is one line for the user, and says what to do."""
+
+
+def package(name, install):
+    """An optional package; CommandError says how to install it."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        raise CommandError(f"the package {name.replace('_', '-')} is missing; run {install}") from None
+
+
+def run_or_say_why(run, arguments, program):
+    """Runs a command; errors end the program with one line."""
+    try:
+        return run(list(arguments))
+    except (CommandError, OSError) as error:
+        sys.exit(f"{program}: {error}")
+    except KeyboardInterrupt:
+        sys.exit(f"{program}: interrupted; finished renders are kept, run the command again to resume")
+
+
+# ---- Kinds of arguments, for argparse
+
+def positive(text):
+    if not re.fullmatch(r"[1-9][0-9]{0,7}", text):
+        raise argparse.ArgumentTypeError(f"must be a positive integer, not '{text}'")
+    return int(text)
+
+
+def parse_size(text):
+    match = re.fullmatch(r"([1-9][0-9]{0,4})x([1-9][0-9]{0,4})", text)
+    if not match:
+        raise argparse.ArgumentTypeError(f"must be WIDTHxHEIGHT in pixels, not '{text}'")
+    return int(match[1]), int(match[2])
+
+
+def names_of(what, known):
+    """Names out of `known`, separated by commas; the argument is them in the order of `known`."""
+    def parse(text):
+        names = [name for name in text.split(",") if name]
+        unknown = [name for name in names if name not in known]
+        if unknown or not names:
+            raise argparse.ArgumentTypeError(f"unknown {what} '{', '.join(unknown)}'; choose from {', '.join(known)}")
+        return tuple(name for name in known if name in names)
+
+    return parse
+
+
+def split_more(arguments):
+    """(arguments before --, those after it, which go to the path tracer)."""
+    arguments = list(arguments)
+    end = arguments.index("--") if "--" in arguments else len(arguments)
+    return arguments[:end], tuple(arguments[end + 1:])
+
+
+# ---- Options
+
+class Parser(argparse.ArgumentParser):
+    """The options of one part of scripts/bench, whose description is the first line of a text."""
+
+    def __init__(self, part, text, **more):
+        super().__init__(prog=f"scripts/bench {part}", description=text.splitlines()[0], **more)
+
+    def number(self, name, default, text, said=""):
+        """A positive integer; said: the default in words."""
+        self.add_argument(name, type=positive, default=default, metavar="N", help=f"{text} (default{said or f' {default}'})")
+
+    def hidden(self, name, default=None):
+        """A path, for tests."""
+        self.add_argument(name, type=Path, default=default and Path(default), help=argparse.SUPPRESS)
+
+    def out(self):
+        self.add_argument("--out", type=Path, default=Path("evidence/results"), help="folder for the report (default evidence/results)")
+
+    def pathtracer(self):
+        self.hidden("--pathtracer", "build/examples/pathtracer/pathtracer")
+        self.add_argument("--openqmc", metavar="DIR", help="build with the checkout of OpenQMC in DIR and include its samplers")
+
+    def table(self, guide):
+        """What tables.write_or_print() needs."""
+        self.hidden("--guide", guide)
+        self.add_argument("--print", action="store_true", help=f"print the table without changing {guide}")
+
+
+# ---- The command line in a report
+
+# Options that say where to read and write, or how often, not what to measure.
+PLACES = ("--out", "--pages", "--pathtracer", "--jobs", "--program")
+FOLDERS = ("--openqmc", "--pbrt", "--luxcore", "--cycles")  # whose name a report does not show
+
+
+def command_shown(command, arguments):
+    """The command line that a report quotes: what is measured, not where."""
+    words, result = iter(arguments), [f"scripts/bench {command}"]
+    for word in words:
+        name, equals, _ = word.partition("=")
+        if name in (*PLACES, *FOLDERS) and not equals:
+            next(words, None)
+        if name in FOLDERS:
+            result += [name, "DIR"]
+        elif name not in (*PLACES, "--retime"):
+            result.append(word)
+    return " ".join(result)

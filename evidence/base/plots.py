@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Plots for evidence/results: Matplotlib without a display, a colour and a marker for each sampler, so that plots also work without colour,
+common axes with plain numbers, and small PNG files."""
+
+import io
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+from PIL import Image
+
+from .files import write_image
+
+TICKS = (.05, .1, .2, .3, .5, .7, .8, .9, 1, 1.1, 1.25, 1.5, 2, 3, 4, 6, 8, 12, 16)
+
+# Okabe and Ito's palette, which is safe for colour-blind readers.
+STYLES = {
+    "white": ("#767676", "o"),
+    "pcg": ("#a0a0a0", "d"),
+    "sobol": ("#d55e00", "s"),
+    "sobol4d": ("#a03000", "P"),
+    "sobol-global": ("#e08214", "D"),
+    "zorder": ("#009e73", "^"),
+    "mask": ("#cc79a7", "v"),
+    "blue": ("#0050b0", "o"),
+    "openqmc-pmjbn": ("#e69f00", "X"),
+    "openqmc-sobolbn": ("#8c564b", "*"),
+    "openqmc-latticebn": ("#17becf", "h"),
+}
+MORE = (("#9467bd", "p"), ("#bcbd22", "<"), ("#d62728", ">"), ("#2ca02c", "d"), ("#000000", "x"))
+
+
+def style(name, names):
+    """Keyword arguments for a Matplotlib line of one of `names`."""
+    others = [other for other in names if other not in STYLES]
+    colour, marker = STYLES.get(name) or MORE[others.index(name) % len(MORE)]
+    return {"color": colour, "marker": marker, "markersize": 4, "label": name,
+            "linewidth": 2.2 if name == "blue" else 1.3}
+
+
+def plain_numbers(*axes, minor="3"):
+    """Labels at decades and their middles only; the other lines of a logarithmic axis have no room."""
+    for axis in axes:
+        axis.set_major_formatter(lambda value, _: f"{value:g}")
+        axis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] == minor else "")
+
+
+def finish(axis, title, label):
+    axis.set(title=title, xlabel=label, xscale="log", yscale="log")
+    axis.set_xscale("log", base=2)
+    plain_numbers(axis.xaxis, axis.yaxis, minor="")
+    low, high = axis.get_ylim()
+    axis.set_yticks([tick for tick in TICKS if low <= tick <= high])
+    axis.grid(True, which="major", alpha=.25)
+
+
+def save(figure, path, colours=96, laid_out=False):
+    """Writes a PNG with a palette, a third of the size of one in full colour, and closes the figure."""
+    if not laid_out:
+        figure.tight_layout()
+    data = io.BytesIO()
+    figure.savefig(data, format="png", dpi=80)
+    plt.close(figure)
+    write_image(path, Image.open(data).convert("RGB").quantize(colours, dither=0))

@@ -1,0 +1,323 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compares the mask generators, time against error: `scripts/bench masks` writes evidence/results/masks.*
+
+Times the library's generators and networks at sizes up to 2048, on one thread and on all, and those of other libraries if given.
+Writes the tables and the plot of masks.md, and docs/neural.png with masks, spectra and thresholded patterns.
+"""
+
+import dataclasses
+import functools
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import bluenoise
+
+from ..base.command import Parser
+from ..base.contact_sheet import enlarged_part, grey, sheet
+from ..base.files import kept, write_image, write_text
+from ..base.plots import plt, save
+from ..base.tables import md_table
+from . import vectors
+
+ROOT = Path(__file__).resolve().parents[2]
+SIZES, QUICK_SIZES = (64, 128, 256, 512, 1024, 2048), (64, 128)
+PLAIN = 128  # width and height of peers' masks, and of those in the plot of error against time
+ERRORS = ("e_0.75", "e_1", "e_1.5", "e_2")
+FIELDS = ("method", "options", "width", "threads", "repeats", "seconds", "cpu_seconds", *ERRORS)
+LEVELS = ((1, 128), (1, 64), (1, 32), (1, 16), (1, 8), (1, 4), (1, 2), (3, 4), (7, 8), (15, 16), (31, 32), (63, 64), (127, 128))
+NETWORKS = {"network": "neural.onnx", "fast network": "neural_fast.onnx", "vector network": "neural_vector.onnx"}
+#: Of the methods to choose from: their rows' options, windows of an endless plane, channels, and equal bits on every machine.
+CHOICES = {
+    "void-and-cluster": ("", "no", "1", "yes"),
+    "relax": ("", "no", "1", "yes"),
+    "network": ("", "yes", "1", "in practice"),
+    "fast network": ("", "yes", "1", "in practice"),
+    "vector network": ("", "yes", "2", "no"),
+    "anneal": ("1000 sweeps", "no", "1 to 4", "yes"),
+}
+CHOICE_SIZES = (64, 256, 1024, 2048)
+UNTIMED = ("void-and-cluster, sigma 1.9", "builtin")
+PLANE_FIELDS = ("network", "device", "threads", "extent", "windows", "seconds")
+
+
+@dataclasses.dataclass(frozen=True)
+class Method:
+    name: str
+    options: str
+    make: Callable  # make(size, seed, threads)
+    sizes: tuple = SIZES
+    many_threads: bool = False
+    most_repeats: int = 20
+
+
+def network(model, channels=1):
+    """make() of a Method: masks of a network, with a generator for each number of threads."""
+    generator = functools.cache(lambda threads: bluenoise.NeuralGenerator(model, threads=threads, channels=channels))
+    return lambda size, seed, threads: generator(threads).mask((size, size), seed=seed)
+
+
+def one_thread(make, **options):
+    """make() of a Method on one thread."""
+    return lambda size, seed, threads: make((size, size), seed=seed, **options)
+
+
+
+def methods():
+    return [
+        Method("white", "", one_thread(vectors.white)),
+        Method("void-and-cluster", "", one_thread(bluenoise.void_and_cluster)),
+        Method("void-and-cluster", "sigma 1.9", one_thread(bluenoise.void_and_cluster, sigma=1.9), (PLAIN,)),
+        Method("relax", "", lambda size, seed, threads: bluenoise.relax((size, size), seed=seed, threads=threads), many_threads=True),
+        *(Method("anneal", f"{sweeps} sweeps", one_thread(bluenoise.anneal, sweeps=sweeps), tuple(n for n in SIZES if n <= most), most_repeats=repeats)
+          for sweeps, most, repeats in ((100, 256, 3), (1000, 128, 1), (10000, 128, 1))),
+        Method("builtin", "", lambda size, seed, threads: bluenoise.builtin((size, size)), (16, 32, 64, 128, 256)),
+        *(Method(name, "", network(ROOT / "libbn/data" / file, 1 + (name == "vector network")), many_threads=True)
+          for name, file in NETWORKS.items()),
+    ]
+
+
+# ---- Measuring
+
+def errors_of(masks):
+    """{error: mean over masks and their channels} for ERRORS."""
+    channels = [channel for ranks in masks for channel in ranks.reshape(-1, *ranks.shape[-2:])]
+    return {key: statistics.mean(bluenoise.dithering_error(ranks, float(key[2:])) for ranks in channels) for key in ERRORS}
+
+
+def row_of(method, options, width, threads, repeats, seconds, found):
+    """seconds: (wall-clock, CPU)."""
+    return dict(zip(FIELDS, (method, options, width, threads, repeats, *(f"{value:.6f}" for value in seconds),
+                             *(f"{error:.5f}" for error in found.values()))))
+
+
+def measure(sizes, threads, quick):
+    """Yields rows as dicts. The methods for one size are interleaved, so that other load affects all alike."""
+    for size in (16, 32, *sizes):
+        jobs = [(method, count) for method in methods() if size in method.sizes and not (quick and method.most_repeats == 1)
+                for count in ((1, threads) if method.many_threads and threads > 1 else (1,))]
+        repeats = 2 if quick else {64: 20, 128: 20, 256: 9, 512: 5, 1024: 3}.get(size, 1)
+        times, masks = [[] for _ in jobs], [[] for _ in jobs]
+        # The first run of the fast ones is a warm-up, which makes no difference at the largest sizes.
+        for seed in range(-1 if size < 2048 else 0, repeats):
+            for (method, count), own, made in zip(jobs, times, masks):
+                if seed < 0 and method.most_repeats < 20 or seed >= method.most_repeats:
+                    continue
+                wall, cpu = time.perf_counter(), time.process_time()
+                ranks = method.make(size, max(seed, 0), count)
+                if seed >= 0:
+                    own.append((time.perf_counter() - wall, time.process_time() - cpu))
+                    # Errors of large masks take longer than the masks, and hardly differ between seeds.
+                    if len(made) < (1 if size >= 512 else repeats):
+                        made.append(ranks)
+        for (method, count), own, made in zip(jobs, times, masks):
+            row = row_of(method.name, method.options, size, count, len(own), map(min, zip(*own)), errors_of(made))
+            print(f"bench: {size}x{size} {label(row)}", file=sys.stderr)
+            yield row
+
+
+def run_peer(name, command):
+    """A row for another library's generator. `command WIDTH HEIGHT FILE` writes ranks to FILE as little-endian 32-bit
+    integers and prints the wall-clock time and the CPU time it took, in seconds."""
+    seconds = []
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "ranks"
+        for _ in range(3):
+            result = subprocess.run([*command.split(), str(PLAIN), str(PLAIN), str(path)], stdout=subprocess.PIPE, text=True, check=False)
+            if result.returncode != 0:
+                sys.exit(f"bench: the peer {name} ({command}) failed with status {result.returncode}")
+            seconds.append([float(word) for word in result.stdout.split()[-2:]])
+        return row_of(name, "", PLAIN, 1, 3, map(statistics.median, zip(*seconds)), errors_of([np.fromfile(path, "<u4").reshape(PLAIN, PLAIN)]))
+
+
+def low_frequency(masks):
+    """What bluenoise.measure() calls so, for each of LEVELS, a mean over masks."""
+    return [np.mean([bluenoise._measure._low_frequency(ranks, a / b) for ranks in masks]) for a, b in LEVELS]
+
+
+def plane(quick):
+    """Rows with PLANE_FIELDS: seconds for windows of an endless plane side by side, of which nothing could be reused, on the processor
+    and, if there is one, on a GPU."""
+    extent, windows, cores = 256 if quick else 2048, 2 if quick else 4, os.cpu_count() or 1
+    for name in ("network", "fast network"):
+        for provider, threads in (*(("cpu", count) for count in sorted({1, cores})), ("cuda", 0)):
+            try:
+                generator = bluenoise.NeuralGenerator(ROOT / "libbn/data" / NETWORKS[name], threads=threads, provider=provider)
+            except bluenoise.RuntimeMissingError:
+                if provider == "cpu":
+                    raise
+                continue
+            count = windows * (8 if provider == "cuda" else 1)
+            generator.window(-extent, 0, extent, extent, seed=1)  # sets up the provider
+            begun = time.perf_counter()
+            for i in range(count):
+                generator.window(i * extent, 0, extent, extent, seed=1)
+            yield dict(zip(PLANE_FIELDS, (name, "processor" if provider == "cpu" else "GPU", threads or min(cores, 4), extent, count,
+                                          f"{time.perf_counter() - begun:.9f}")))
+
+
+# ---- Tables, the plot and the picture
+
+def label(row):
+    return ", ".join(filter(None, (row["method"], row["options"], f"{row['threads']} threads" if row["threads"] > 1 else "")))
+
+
+def time_text(seconds):
+    return f"{1e6 * seconds:.0f} us" if seconds < 1e-3 else f"{1e3 * seconds:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
+
+
+def table(rows):
+    lines = []
+    for row in rows:
+        times = [time_text(row["seconds"]), time_text(row["cpu_seconds"]), f"{1e9 * row['cpu_seconds'] / row['width'] ** 2:.0f} ns"]
+        lines.append([label(row), *(times if label(row) not in UNTIMED else ["", "", ""]), *(f"{row[key]:.4f}" for key in ERRORS)])
+    return md_table(["method", "time", "CPU time", "per texel", *(key.upper() for key in ERRORS)], lines)
+
+
+def choice_rows(rows, method):
+    return [row for row in rows if (row["method"], row["options"]) == (method, CHOICES[method][0])]
+
+
+def choice_table(rows, threads):
+    """What each method can do."""
+    lines = []
+    for method, (options, *abilities) in CHOICES.items():
+        own = choice_rows(rows, method)
+        if own:
+            quality = next((row for row in own if row["width"] == PLAIN), own[0])
+            cells = [f"{quality[key]:.4f}" for key in ("e_1", "e_1.5")]
+            for size in CHOICE_SIZES:
+                at = [row for row in own if row["width"] == size]
+                best = [row for row in at if row["threads"] == threads] or at
+                cells.append(time_text(best[0]["seconds"]) if best else "")
+            lines.append([", ".join(filter(None, (method, options))), *cells, *abilities])
+    return md_table(["method", "E_1", "E_1.5", *(f"{size}x{size}" for size in CHOICE_SIZES), "windows", "channels", "same bits"], lines, 3)
+
+
+def plot(rows, path):
+    """Error against time per texel, and time against size, of the methods of CHOICES."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.6))
+    for i, method in enumerate(CHOICES):
+        best = {}
+        for row in choice_rows(rows, method):
+            width, taken = row["width"], 1e3 * row["seconds"]
+            best[width] = min(taken, best.get(width, taken))
+            if width == PLAIN and row["threads"] == 1:
+                left.plot(1e6 * row["cpu_seconds"] / width**2, row["e_1"], "o", color=f"C{i}", label=label(row))
+        right.plot(list(best), list(best.values()), ".-", color=f"C{i}")
+    left.set(xscale="log", xlabel="microseconds of CPU time per texel", ylabel="E_1 (lower is better)",
+             title=f"error against time, {PLAIN}x{PLAIN}, one thread")
+    right.set(xscale="log", yscale="log", xlabel="width = height in texels", ylabel="milliseconds", title="time of a mask, all cores")
+    left.legend(fontsize=9)
+    for axis in (left, right):
+        axis.grid(True, which="both", alpha=0.25)
+    save(figure, path)
+
+
+def picture(groups, path):
+    """One row per kind of mask: the upper left quarter, the mean spectrum, grey from 0 to 2 times white noise, and three grey levels."""
+    rows = []
+    for masks in groups.values():
+        values, side = bluenoise.to_float(masks[0]), masks[0].shape[0]
+        power = np.fft.fftshift(np.mean([bluenoise.power_spectrum(ranks) for ranks in masks], axis=0))
+        parts = [256 * values, *(np.where(values < level, 0, 255) for level in (1 / 16, 1 / 4, 1 / 2))]
+        images = [enlarged_part(grey(np.uint8(part)), (0, 0, side // 2, side // 2), 2) for part in parts]
+        rows.append([[image] for image in (images[0], grey(np.uint8(np.clip(power * 127.5, 0, 255))), *images[1:])])
+    write_image(path, sheet(rows, list(groups), ["ranks", "power spectrum", "1/16", "1/4", "1/2"]).convert("L"))
+
+
+def plane_lines(rows):
+    def number(value):
+        return np.format_float_positional(value, precision=3, fractional=False, trim="-")
+
+    lines = []
+    for row in rows:
+        nanoseconds = 1e9 * row["seconds"] / (row["windows"] * row["extent"] ** 2)
+        lines.append([row["network"], row["device"], str(row["threads"]), number(nanoseconds), number(1 / nanoseconds)])
+    return [f"Windows of {rows[0]['extent']}x{rows[0]['extent']} side by side, into main memory, on one core and on all"
+            + (":" if any(row["device"] == "GPU" for row in rows) else "; no GPU was available for this run:"), "",
+            md_table(["network", "on", "threads", "nanoseconds per texel", "gigatexels per second"], lines)]
+
+
+def answer(rows, threads):
+    """What the report found, in a paragraph."""
+    size = max(row["width"] for row in rows if row["width"] <= 1024 and row["method"] == "network")
+
+    def of(method):
+        own = [row for row in choice_rows(rows, method) if row["width"] == size]
+        return f"{time_text(min(row['seconds'] for row in own))} for an E_1 of {own[0]['e_1']:.4f}"
+
+    white = next(row["e_1"] for row in rows if row["method"] == "white")
+    return (f"At {size}x{size}, on {threads} threads, `void-and-cluster` takes {of('void-and-cluster')}, `relax` {of('relax')}, the network "
+            f"{of('network')}; white noise has {white:.4f}. So for a single mask the network is not the best tool: the other two have the same "
+            "bits everywhere and need no ONNX Runtime. It is for windows of a plane without end or period, and for two channels that are blue "
+            "together, for which annealing takes far longer. [masks.md](../masks.md) says which method to take.")
+
+
+def report_text(rows, threads, command, sections):
+    parts = ["# Masks: time against error", "", f"Printed by `{command}`.", "", answer(rows, threads), "",
+             "![Error against time, time against size](masks.png)", "", "## Which method", "",
+             "Wall-clock time on all cores, for those methods that can use several. *Windows*: of an endless plane. *Channels*: vectors that are "
+             "blue each and together. *Same bits*: on every machine; for networks, see bn/neural.h. All methods make any size.", "",
+             choice_table(rows, threads), "",
+             "`bluenoise mask --method auto` chooses by shape and channels: for one channel, relaxation for two-dimensional masks of more "
+             "than 512x512 texels and void-and-cluster otherwise; for two, the vector network; for more, annealing with 100 sweeps.", "",
+             "## Every size", "",
+             "Times are minima over repeats (of other libraries, medians of three) of wall-clock time and of CPU time, summed over threads, on 1 "
+             f"thread unless stated otherwise ({threads} are all cores); the methods for one size were interleaved. Time per texel is CPU time. "
+             "Errors are means of `bn_mask_error` over seeds; lower is better. `builtin` masks were annealed for minutes.", ""]
+    for size in sorted({row["width"] for row in rows}):
+        parts += [f"### {size}x{size}", "", table([row for row in rows if row["width"] == size]), ""]
+    for title, lines in sections.items():
+        parts += [f"## {title}", "", *lines, ""]
+    return "\n".join(parts)
+
+
+def run(arguments):
+    parser = Parser("masks", __doc__)
+    parser.add_argument("--peer", action="append", default=[], metavar='"NAME=COMMAND"',
+                        help="another library's generator: `COMMAND WIDTH HEIGHT FILE` writes ranks to FILE as little-endian "
+                             "32-bit integers and prints the wall-clock time and the CPU time in seconds")
+    parser.add_argument("--quick", action="store_true", help="two sizes and few seeds: a test, not a measurement")
+    parser.add_argument("--again", action="store_true", help="keep the times in masks*.csv and redo everything else")
+    parser.out()
+    parser.hidden("--picture", "docs/neural.png")
+    options = parser.parse_args(arguments)
+    peers = [peer.partition("=") for peer in options.peer]
+    if not all(command for _, _, command in peers):
+        parser.error("--peer must be NAME=COMMAND")
+    threads, quick = os.cpu_count() or 1, options.quick
+
+    rows = kept(options.out / "masks.csv", options.again, lambda: [
+        *measure(QUICK_SIZES if quick else SIZES, threads, quick), *(run_peer(name, command) for name, _, command in peers)])
+    plot(rows, options.out / "masks.png")
+    generator, count = bluenoise.NeuralGenerator(), 2 if quick else 16
+    groups = {"network": [generator.mask((128, 128), seed=seed) for seed in range(count)],
+              **{name: [make((128, 128), seed=seed) for seed in range(count)]
+                 for name, make in (("void-and-cluster", bluenoise.void_and_cluster), ("relax", bluenoise.relax), ("white", vectors.white))}}
+    picture({name: masks for name, masks in groups.items() if name != "relax"}, options.picture)
+    levels = {**groups, "builtin": [bluenoise.builtin((128, 128))]}
+    sections = {
+        "Every grey level": [
+            "Power of thresholded masks of 128x128 below half the principal frequency, relative to white noise:", "",
+            md_table(["mask", *(f"{a}/{b}" for a, b in LEVELS)],
+                     [[name, *(f"{power:.3f}" for power in low_frequency(masks))] for name, masks in levels.items()]), "",
+            "In masks of one channel, libbn itself orders the points of the lightest and darkest patterns, which `relax` and the networks space "
+            "poorly. In windows, patterns below about 1/32 and above 31/32 are far less blue.", "",
+            f"Anisotropy of the mean spectrum of {count} masks, in dB (perfectly isotropic masks have {-10 * np.log10(count):.0f}): "
+            + ", ".join(f"{name} {bluenoise.anisotropy(masks):.1f}" for name, masks in groups.items()) + "."],
+        "Vectors": vectors.lines_of(kept(options.out / "masks_vectors.csv", options.again, lambda: vectors.measure(32 if quick else 128, quick))),
+        "An endless plane": plane_lines(kept(options.out / "masks_plane.csv", options.again, lambda: plane(quick))),
+    }
+    known = {method.name for method in methods()}
+    others = dict.fromkeys(row["method"] for row in rows if row["method"] not in known)
+    text = report_text(rows, threads, "scripts/bench masks" + "".join(f' --peer "{name}=COMMAND"' for name in others), sections)
+    write_text(options.out / "masks.md", text)
+    print(text)

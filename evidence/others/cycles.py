@@ -1,0 +1,303 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compares `blue` with Cycles' own sampling patterns, in Cycles: `scripts/bench cycles --cycles DIR` writes evidence/results/cycles.md
+
+DIR is a checkout of Cycles at the tag that builds.py names; it stays as it is. The first run builds Cycles' stand-alone program
+for a quarter of an hour. The scenes are rendered with every pattern at 1 to 64 samples per pixel and several seeds,
+and with adaptive sampling, and measured against references. All is cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes.
+"""
+
+import argparse
+import dataclasses
+import math
+import os
+import re
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from ..base.command import Parser
+from ..base.files import sha256_of
+from ..base.tables import md_table
+from ..measure.gains import bootstrap
+from ..renders.judge import Cells
+from ..renders.renderer import REFERENCE_SEED, RenderError
+from . import builds, other_renderer
+from .other_renderer import EXPOSED, HEADLINE, Task, name_of
+
+# ---- Scenes, in the XML of Cycles' stand-alone program. Pictures are the middle of one that is ZOOM times as wide, as whole small
+# pictures show mostly edges.
+
+SIZE = (192, 144)
+ZOOM = 3
+FOV = math.pi / 4  # of Cycles' cameras
+
+SPHERE = '<include src="examples/objects/sphere.xml"/>'
+CUBE = '<include src="examples/objects/cube.xml"/>'
+
+
+def surface(name, closure, **parameters):
+    values = "".join(f' {key}="{value}"' for key, value in parameters.items())
+    return (f'<shader name="{name}"><{closure} name="{name}_closure"{values}/>'
+            f'<connect from="{name}_closure {"emission" if closure == "emission" else "bsdf"}" to="output surface"/></shader>')
+
+
+def put(shader, shape, translate="0 0 0", scale="1 1 1"):
+    return (f'<transform translate="{translate}"><transform scale="{scale}"><state interpolation="smooth" shader="{shader}">{shape}</state>'
+            '</transform></transform>')
+
+
+def square(y, half):
+    return f'<mesh P="{-half} {y} {half}  {half} {y} {half}  {half} {y} {-half}  {-half} {y} {-half}" nverts="4" verts="0 1 2 3"/>'
+
+
+def lamp(x, y, z, width, depth, strength):
+    """A rectangle that shines down."""
+    return (f'<state shader="lamp"><light light_type="area" size="1" strength="{strength} {strength} {strength}" sizeu="{width}" '
+            f'sizev="{depth}" tfm="1 0 0 {x}  0 0 1 {y}  0 1 0 {z}"/></state>')
+
+
+def camera(**parameters):
+    values = "".join(f' {key}="{value}"' for key, value in parameters.items())
+    return f'<transform translate="0 2 -6" rotate="20 1 0 0"><camera type="perspective"{values}/></transform>'
+
+
+PENUMBRA = "\n".join((
+    camera(), surface("lamp", "emission", color="1 1 1", strength="1"), surface("floor", "diffuse_bsdf", color="0.7 0.7 0.65"),
+    surface("wood", "diffuse_bsdf", color="0.6 0.4 0.25"), put("floor", square(-1, 12)),
+    put("wood", SPHERE, "-0.55 -0.65 0.3", "0.35 0.35 0.35"), put("wood", CUBE, "0.5 -0.7 0.9", "0.15 0.3 0.15"),
+    put("wood", CUBE, "0.1 0.6 0.2", "0.8 0.03 0.06"), put("wood", CUBE, "-0.2 0.9 1", "0.05 0.03 1.2"),
+    lamp(-1.5, 4, 1, 1.2, 0.6, 120), lamp(1.2, 3.5, -0.5, 0.5, 0.5, 60), lamp(0.5, 4, 3, 0.3, 1.5, 90)))
+LENS = "\n".join((
+    '<integrator caustics_reflective="false"/>',
+    camera(aperturesize="0.15", focaldistance="6.3"), surface("lamp", "emission", color="1 1 1", strength="1"),
+    '<shader name="floor"><checker_texture name="checker" scale="1.5" color1="0.8 0.8 0.8" color2="0.15 0.2 0.4"/>'
+    '<diffuse_bsdf name="floor_closure"/><connect from="checker color" to="floor_closure color"/>'
+    '<connect from="floor_closure bsdf" to="output surface"/></shader>',
+    surface("steel", "glossy_bsdf", color="0.8 0.8 0.8", roughness="0.15"),
+    surface("copper", "glossy_bsdf", color="0.9 0.55 0.35", roughness="0.35"), put("floor", square(-1, 12)),
+    *(put("steel" if i % 2 else "copper", SPHERE, f"{-1.2 + 0.6 * i} -0.7 {-2.4 + 1.5 * i}", "0.3 0.3 0.3") for i in range(5)),
+    lamp(-2, 4, 0, 1, 1, 150), lamp(2, 3, 3, 0.5, 2, 150),
+    '<background><background name="bg" color="0.5 0.6 0.8" strength="0.4"/><connect from="bg background" to="output surface"/>'
+    '</background>'))
+
+
+@dataclasses.dataclass(frozen=True)
+class Scene:
+    what: str
+    body: str = ""  # of our own; else examples/scene_NAME.xml
+
+
+SCENES = {
+    "penumbra": Scene("ours: soft shadows of three lamps", PENUMBRA),
+    "lens": Scene("ours: depth of field, glossy spheres", LENS),
+    "caustics": Scene("Cycles': glass, a point light"),
+    "cube_surface": Scene("Cycles': a diffuse cube under an even sky"),
+    "cube_volume": Scene("Cycles': a cube of varying density"),
+    "monkey": Scene("Cycles': rough glass and metal under a sky"),
+    "sphere_bump": Scene("Cycles': a bumpy diffuse sphere"),
+    "world_volume": Scene("Cycles': fog with three lights"),
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class View:
+    scene: str
+    name: str = "middle"
+    size: tuple = SIZE
+
+    @property
+    def label(self):
+        return self.scene
+
+
+def text(scene, checkout, integrator):
+    """A scene's XML, its camera zoomed; `integrator`: attributes. It includes files from a folder `examples` beside it."""
+    body = SCENES[scene].body
+    if not body:
+        try:
+            body = (Path(checkout) / "examples" / f"scene_{scene}.xml").read_text(encoding="utf-8")
+        except OSError as error:
+            raise RenderError(f"cannot read {error.filename} ({error.strerror})") from None
+        body = re.sub(r"<\?xml[^>]*>|</?cycles>", "", body)
+        body = re.sub(r'src="(?:\./)?objects/', 'src="examples/objects/', body)
+    fov = 2 * math.atan(math.tan(FOV / 2) / ZOOM)
+    body = re.sub(r'\s*\bfov="[^"]*"', "", body)
+    body = body.replace('type="perspective"', f'type="perspective" fov="{fov:.6f}"')
+    settings = "".join(f' {name}="{value}"' for name, value in integrator.items())
+    return f"<cycles>\n{body}\n<integrator{settings}/>\n</cycles>\n"
+
+
+# ---- The comparison
+
+# Values of Cycles' `sampling_pattern`: its default, its two kinds of blue noise, and that of examples/cycles.
+NAMES = {"tabulated_sobol": "Tabulated Sobol", "blue_noise_first": "blue noise (first)", "blue_noise_pure": "blue noise (pure)"}
+SAMPLERS = (*NAMES, "blue")
+SEEDS = 4
+# What the page begins with.
+PICTURE = {"tabulated_sobol": "Tabulated Sobol", "blue": "blue"}
+PICTURE_SCENE, PICTURE_SPP, PICTURE_PART = "monkey", 4, (24, 0, 144, 144)
+REFERENCE_SPP = 2048
+REFERENCE_SAMPLER = "sobol_burley"  # which hashes pixel, dimension and seed
+ADAPTIVE, ADAPTIVE_SPP = 0.05, 128  # threshold, samples at most
+# Patterns that have to be told the number of samples, told so many, and stopped before.
+PREVIEW, PREVIEW_SPP = ("blue_noise_first", "blue_noise_pure"), 64
+TOLD = {f"{than} {PREVIEW_SPP}": f"{NAMES[than]}, told {PREVIEW_SPP}" for than in PREVIEW}
+
+
+# ---- Running Cycles
+
+def integrator(sampler, spp, seed, threshold=None):
+    """Attributes of Cycles' integrator; a threshold turns adaptive sampling on."""
+    return {"sampling_pattern": sampler, "seed": seed, "aa_samples": spp, "use_adaptive_sampling": "true" if threshold else "false",
+            "adaptive_threshold": threshold or 0}
+
+
+def render(program, checkout, scene, settings, out, spp, counts=False):
+    """Renders `spp` samples into `out`, with `counts` their number in each pixel; returns the processor seconds."""
+    with tempfile.TemporaryDirectory(prefix="libbn-cycles-") as folder:
+        path = Path(folder) / "scene.xml"
+        path.write_text(text(scene, checkout, settings), encoding="utf-8")
+        (Path(folder) / "examples").symlink_to(Path(checkout).resolve() / "examples")
+        # Cycles finds included files from the folder of a relative path alone.
+        command = ["/usr/bin/env", f"--chdir={folder}", str(Path(program).resolve()), "--quiet", "--threads", "1", "--samples",
+                   str(spp), "--width", str(SIZE[0]), "--height", str(SIZE[1]), "--output", str(out), path.name]
+        environment = {**os.environ, "BN_TOLD": str(settings["aa_samples"]), **({"BN_COUNTS": "1"} if counts else {})}
+        seconds = other_renderer.processor_seconds(command, f"Cycles failed on {scene}", environment)
+        if not Path(out).is_file():
+            raise RenderError(f"Cycles wrote no picture of {scene}")
+    return seconds
+
+
+class CyclesRun(other_renderer.OtherRun):
+    """Renders tasks, or finds their results in the cache."""
+
+    reference = REFERENCE_SAMPLER
+
+    def __init__(self, program, checkout, jobs):
+        super().__init__(program, "cycles", jobs)
+        self.checkout, self.build = checkout, sha256_of(program)
+
+    def key(self, task, reference):
+        return {"scene": text(task.view.scene, self.checkout, integrator(task.sampler, task.told, task.seed, task.threshold)), "size": SIZE,
+                "counts": task.counts, "build": self.build}
+
+    def render(self, task, spp, seed, out, counts=False):
+        return render(self.program, self.checkout, task.view.scene, integrator(task.sampler, task.told or spp, seed, task.threshold), out, spp,
+                      counts)
+
+    def more(self, task, spp):
+        if not task.threshold:
+            return {}
+        # Cycles gives the share of the greatest count.
+        return {"samples": float(np.mean(self.rendered(task, spp, task.seed, counts=True)[1][..., 0])) * spp}
+
+    def reference_key(self, view, spp):
+        return {"reference": text(view.scene, self.checkout, integrator(REFERENCE_SAMPLER, spp, 0)), "size": SIZE, "seed": REFERENCE_SEED}
+
+    def picture(self, path, reference):
+        """Writes PICTURE_SCENE as the patterns of PICTURE render it."""
+        pictures = {name: self.rendered(Task(View(PICTURE_SCENE), sampler, 1, ()), PICTURE_SPP, 1)[1] for sampler, name in PICTURE.items()}
+        other_renderer.write_picture(path, pictures, reference.picture, PICTURE_PART)
+
+
+# ---- The report
+
+class Report(other_renderer.OtherReport):
+    TITLE, SCENES, SPREAD, INTERVALS = "# In Cycles", SCENES, ("tabulated_sobol", "blue_noise_pure"), HEADLINE
+    INTRO = f"""Figures are error ratios, Cycles' pattern over `blue` of [examples/cycles](../../examples/cycles/README.md), at the same number of
+samples per pixel: 1.20 means that Cycles' pattern has 1.20 times the error of `blue`, less than 1 that `blue` has more. They are geometric
+means over scenes and seeds; in brackets is the 95 % interval of a bootstrap over both. Errors are root mean squares over the pixels and
+channels of pictures of {SIZE[0]}x{SIZE[1]} pixels, the middle of ones {ZOOM} times as wide, after a Gaussian blur or without. *As displayed*
+clips pictures to 0..1 before the blur; *exposed and displayed* first multiplies them so that the mean luminance of the reference is
+{EXPOSED}; *raw* does neither.
+"""
+    METHOD = f"""Cycles is at {builds.CYCLES_TAG}. The patterns are the values `tabulated_sobol`, `blue_noise_first` and `blue_noise_pure` of Cycles'
+`sampling_pattern`, which are told the number of samples (`aa_samples`) of each picture unless a table says otherwise, and `blue`, which is
+not. Clamping of indirect light is Cycles' own, and the pixel filter is the stand-alone program's, a box. Cycles puts sample 0 into the
+middle of the pixel, whatever the pattern. `penumbra` and `lens` guided the choice of what is drawn where.
+
+References are means of two pictures by `sobol_burley` with seeds of their own, so their errors are independent of all others'. Half the
+difference of the two is a reference's own error. A scene counts where the error of `blue` is at least three times that; where a cell is
+empty, the reference is too noisy."""
+
+    def adaptive_ratio(self, name, than):
+        """Mean and interval, as a text, of a figure of adaptive pictures, the other's over that of `blue`."""
+        scenes = []
+        for view in self.gains.views:
+            own, other = (self.cells.get(view, f"{label} {ADAPTIVE}", ADAPTIVE_SPP, name) for label in ("blue", than))
+            if own and other and min(*own, *other) > 0:
+                scenes.append(np.log(other) - np.log(own))
+        return "{:.2f} ({:.2f} to {:.2f})".format(*map(math.exp, bootstrap(scenes))) if scenes else ""
+
+    def sections(self):
+        early = [spp for spp in self.counts if spp < PREVIEW_SPP]
+        found = {"Stopped early": [
+            f"As a preview shows them: told {PREVIEW_SPP} samples, of which so many have been taken. `blue` is not told.", "",
+            *(line for measure in HEADLINE for line in (f"{name_of(measure).capitalize()}:", "", self.ratios(self.gains, measure, early, TOLD), ""))]}
+        samples = {label: [np.mean(own) for view in self.gains.views if (own := self.cells.get(view, f"{label} {ADAPTIVE}", ADAPTIVE_SPP, "samples"))]
+                   for label in self.samplers}
+        if any(samples.values()):
+            found["Adaptive sampling"] = [
+                f"A threshold of {ADAPTIVE}, at most {ADAPTIVE_SPP} samples, which is also what the patterns are told, with Cycles' default minimum. "
+                "Cycles splits a pixel's samples into two halves by bits of the index and stops where they agree: if the halves of a pattern are "
+                "better spread, they agree sooner, though its error may not be less.", "",
+                md_table(["pattern", "mean samples", "samples over `blue`'s", *(f"error over `blue`'s, {name_of(measure)}" for measure in HEADLINE)], [
+                    [self.name(label), f"{np.mean(samples[label]):.1f}", *(self.adaptive_ratio(name, label) if label != "blue" else ""
+                                                                         for name in ("samples", *HEADLINE))] for label in self.samplers])]
+        return found
+
+    def answer(self):
+        """Three sentences."""
+        counts = [n for n in (1, 4, 16, 64) if n in self.counts]
+
+        def of(than, measure=HEADLINE[0], most=math.inf):
+            return ", ".join(value.partition(" ")[0] for value in (
+                gain.text() if gain else "?" for gain in (self.gains.gain("blue", spp, measure, than) for spp in counts if spp < most)))
+
+        said = {than: f"{of(than)} times{{}} (raw {of(than, HEADLINE[1])})" for than in NAMES}
+        samples, error = (self.adaptive_ratio(name, "tabulated_sobol") for name in ("samples", HEADLINE[0]))
+        last = (f"With adaptive sampling and a threshold of {ADAPTIVE}, Tabulated Sobol takes {samples} times the samples of `blue` and ends "
+                f"with {error} times its error. " if samples and error else "")
+        return (f"At {', '.join(map(str, counts))} samples, Tabulated Sobol, the default of Cycles' stand-alone program, has "
+                f"{said['tabulated_sobol'].format(' the error of `blue` as displayed')}. Told the number of samples, Cycles' blue noise has "
+                f"{said['blue_noise_pure'].format(' with *pure*')} and {said['blue_noise_first'].format(' with *first*')}. Told {PREVIEW_SPP} and stopped "
+                f"before, as in a preview, *pure* has {of(f'blue_noise_pure {PREVIEW_SPP}', most=PREVIEW_SPP)} times and *first* "
+                f"{of(f'blue_noise_first {PREVIEW_SPP}', most=PREVIEW_SPP)} times. "
+                f"{last}A sample with `blue` takes about as long as with Tabulated Sobol ({self.time('blue'):.2f} times).")
+
+
+# ---- The command
+
+def parse_options(arguments):
+    parser = Parser("cycles", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter, epilog=f"""
+Get the checkout with:
+  git clone --branch {builds.CYCLES_TAG} https://github.com/blender/cycles DIR
+It stays as it is: a copy of it is patched and built in ~/.cache/libbn/cycles, in a quarter of an hour on two cores, with the packages
+that examples/cycles/README.md names. The whole comparison then takes about an hour on one core the first time. Builds, references
+and results are cached there, and a run that was interrupted resumes.""")
+    parser.add_argument("--cycles", metavar="DIR", required=True, help="a checkout of Cycles, see below")
+    other_renderer.add_options(parser, "cycles", SCENES, SEEDS)
+    parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of references")
+    parser.add_argument("--no-adaptive", action="store_true", help="leave out adaptive sampling")
+    parser.hidden("--pictures", "docs")
+    options = parser.parse_args(arguments)
+    other_renderer.finish_options(parser, options, "cycles", arguments, ("reference_spp", "no_adaptive"))
+    if options.quick:
+        options.reference_spp = 256
+    return options
+
+
+def run(arguments):
+    options = parse_options(arguments)
+    program = options.program or builds.cycles(options.cycles, options.jobs)
+    work, views, seeds = CyclesRun(program, options.cycles, options.jobs), [View(name) for name in options.scenes], range(1, options.seeds + 1)
+    references = work.references(dict.fromkeys(views, options.reference_spp))
+    early = tuple(n for n in options.counts if n < PREVIEW_SPP)
+    tasks = [Task(view, sampler, seed, options.counts) for view in views for sampler in SAMPLERS for seed in seeds]
+    tasks += [Task(view, sampler, seed, early, told=PREVIEW_SPP) for view in views for sampler in PREVIEW for seed in seeds]
+    if not options.no_adaptive:
+        tasks += [Task(view, sampler, seed, (ADAPTIVE_SPP,), ADAPTIVE) for view in views for sampler in SAMPLERS for seed in seeds]
+    report = Report(options, Cells(work.results(references, tasks)), references, SAMPLERS, NAMES, {"Scenes": SCENES})
+    if report.write("cycles", report.summary({**NAMES, **TOLD})):
+        work.picture(options.pictures / "cycles.jpg", references[View(PICTURE_SCENE)])

@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the comparisons in other people's renderers share: runs of their programs, references, options, and the report."""
+
+import dataclasses
+import functools
+import math
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from ..base.cache import Store, cache_folder
+from ..base.command import command_shown, names_of
+from ..base.contact_sheet import before_and_after
+from ..base.files import read_exr, write_image, write_text
+from ..base.progress import Progress, in_parallel
+from ..base.tables import md_table, update_table
+from ..measure import gains
+from ..measure.gains import Gains
+from ..measure.image_error import LUMINANCE, SIGMAS, blurred, displayed, displayed_rmse, rmse
+from ..measure.ratios import by_scene
+from ..renders.judge import Reference, Run
+from ..renders.renderer import REFERENCE_SEED, RenderError
+
+COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
+KINDS = {"displayed": "as displayed", "exposed": "exposed and displayed", "rmse": "raw"}
+MEASURES = tuple(f"{kind}_{sigma}" for kind in KINDS for sigma in reversed(SIGMAS))
+EXPOSED = 0.25  # the mean luminance of the reference of an exposed picture
+HEADLINE = ("displayed_2.1", "rmse_2.1")
+SPREAD_COUNTS = (1, 4, 16, 64)
+
+
+def errors(picture, reference):
+    """{measure: error} for all of MEASURES: as displayed, exposed before, and raw, after each blur."""
+    stops = np.log2(EXPOSED / max(float(np.mean(reference @ LUMINANCE)), 1e-9))
+    pictures = {"rmse": (picture, reference), "displayed": (displayed(picture), displayed(reference)),
+                "exposed": (displayed(picture, stops), displayed(reference, stops))}
+    return {f"{kind}_{sigma}": rmse(*pictures[kind], sigma) for kind in KINDS for sigma in SIGMAS}
+
+
+def shown_and_raw(pictures, reference, sigma=2.1):
+    """(error as displayed, raw error) after the blur, root mean squares over pictures."""
+    found = [(displayed_rmse(picture, reference, sigma=sigma), rmse(picture, reference, sigma)) for picture in pictures]
+    return np.sqrt(np.mean(np.square(found), 0))
+
+
+def name_of(measure):
+    kind, _, sigma = measure.partition("_")
+    return KINDS[kind] + (f", after sigma {sigma}" if float(sigma) else ", unblurred")
+
+
+def processor_seconds(command, what, environment=None):
+    """Runs a program and returns its processor seconds; RenderError has the last line that it wrote."""
+    with tempfile.TemporaryFile() as log:
+        try:
+            process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment)
+        except OSError as error:
+            raise RenderError(f"cannot run {command[0]} ({error.strerror})") from None
+        _, process.returncode, used = os.wait4(process.pid, 0)
+        if status := process.returncode:
+            log.seek(0)
+            said = log.read().decode(errors="replace").strip().splitlines()
+            raise RenderError(f"{what}: {said[-1] if said else f'status {status}'}")
+    return used.ru_utime + used.ru_stime
+
+
+@dataclasses.dataclass(frozen=True)
+class Task:
+    """All pictures of one view, sampler and seed; with a threshold one adaptive picture. The sampler is told the count of each picture,
+    or `told`."""
+
+    view: object
+    sampler: str
+    seed: int
+    counts: tuple
+    threshold: float = 0.0
+    told: int = 0
+
+    @property
+    def label(self):
+        return f"{self.sampler} {self.told or self.threshold}" if self.told or self.threshold else self.sampler
+
+    @property
+    def cost(self):
+        # Starting a program takes as long as about ten samples.
+        return self.view.size[0] * self.view.size[1] * sum(count + 10 for count in self.counts)
+
+
+class OtherRun(Run):
+    """Renders tasks in another renderer, or finds their results in the cache of a folder. References come from a sampler that hashes pixel,
+    dimension and seed: with seeds of their own, their errors are independent of all others'.
+
+    A subclass has key(), render(task, spp, seed, out), which returns processor seconds, reference_key(view, spp), and `reference`, the
+    sampler of references, whose seeds are REFERENCE_SEED and the next.
+    """
+
+    def __init__(self, program, folder, jobs):
+        self.program, self.jobs = program, jobs
+        self.store = Store(cache_folder() / folder / "results")
+
+    def more(self, task, spp):
+        """Further figures of a task, for its row."""
+        return {}
+
+    def rendered(self, task, spp, seed, **more):
+        """(processor seconds, picture)."""
+        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+            out = Path(folder) / "out.exr"
+            return self.render(task, spp, seed, out, **more), read_exr(out)[0]
+
+    def measure(self, task, reference):
+        rows = []
+        for spp in task.counts:
+            seconds, picture = self.rendered(task, spp, task.seed)
+            rows.append({"spp": spp, "seconds": seconds, "mean": float(np.mean(picture @ LUMINANCE)),
+                         **errors(picture, reference.picture), **self.more(task, spp)})
+        return rows, {}
+
+    def reference_of(self, view, spp):
+        """The mean of two pictures of spp / 2 samples; half their difference is its own error."""
+        def halves():
+            both = [self.rendered(Task(view, self.reference, 0, ()), spp // 2, REFERENCE_SEED + half) for half in range(2)]
+            return [{"seconds": sum(seconds for seconds, _ in both)}], {"halves": np.array([picture for _, picture in both])}
+
+        (row,), arrays = self.store.get(self.reference_key(view, spp), halves)
+        first, second = arrays["halves"]
+        return Reference((first + second) / 2, {name: error / 2 for name, error in errors(first, second).items()}, spp, row["seconds"])
+
+    def references(self, counts):
+        """{view: Reference} with so many samples, {view: count}, `jobs` at a time."""
+        found = {}
+        with Progress(sum(counts.values()), "spp") as progress:
+            for view, reference in in_parallel(self.jobs, lambda view: self.reference_of(view, counts[view]), counts):
+                found[view] = reference
+                progress(f"reference of {view.label}", sum(counts[view] for view in found))
+        return {view: found[view] for view in counts}
+
+
+def write_picture(path, pictures, reference, part, sigma=2.1):
+    """A part (left, top, width, height) of {name: picture} and of the reference side by side, and below after the blur. Printed above each
+    is the error of the whole picture, as displayed after the blur, over that of the last."""
+    errors = [displayed_rmse(picture, reference, sigma=sigma) for picture in pictures.values()]
+    columns = {f"{name}\n{error / errors[-1]:.2f}": picture for (name, picture), error in zip(pictures.items(), errors)}
+    figure = before_and_after({**columns, "reference\n0": reference}, part, lambda picture: blurred(displayed(picture), sigma))
+    write_image(path, figure, quality=95, subsampling=0)
+
+
+# ---- Options
+
+def add_options(parser, name, scenes, seeds):
+    parser.add_argument("--scenes", type=names_of("scene", scenes), default=tuple(scenes), metavar="NAME,...",
+                        help=f"only these: {', '.join(scenes)}")
+    parser.number("--spp", max(COUNTS), "largest sample count")
+    parser.number("--seeds", seeds, "pictures of each sampler")
+    parser.add_argument("--quick", action="store_true", help="a trial once it is built: 2 seeds, to 16 samples, poorer references")
+    parser.number("--jobs", os.cpu_count() or 1, "processes at a time, one thread each", ": one per core")
+    parser.add_argument("--out", type=Path, help="folder for the report (default: evidence/results for the whole comparison, which also updates "
+                        f"the table in examples/{name}/README.md, else the folder of --pages)")
+    parser.add_argument("--pages", type=Path, default=Path("out") / name, metavar="FOLDER",
+                        help=f"folder for the CSV of all figures (default out/{name})")
+    parser.hidden("--guide", f"examples/{name}/README.md")
+    parser.hidden("--program")
+
+
+def finish_options(parser, options, name, arguments, whole=()):
+    """whole: further options that the whole comparison leaves alone, which only goes to evidence/results."""
+    is_whole = not options.quick and all(getattr(options, one) == parser.get_default(one) for one in ("scenes", "spp", "seeds", *whole))
+    if options.quick:
+        options.seeds, options.spp = min(options.seeds, 2), min(options.spp, 16)
+    options.counts = tuple(n for n in COUNTS if n <= options.spp)
+    options.out = options.out or (Path("evidence/results") if is_whole else options.pages)
+    options.command = command_shown(name, arguments)
+
+
+# ---- The report
+
+class OtherReport:
+    """A page about another renderer. A subclass has TITLE, INTRO, METHOD, SCENES ({name: with what it shows}), SPREAD (what its tables of
+    scenes compare with) and answer(), and may have further sections().
+
+    options: of finish_options(); references: {view: Reference}; samplers: that were compared, blue the last, after the one that times
+    are relative to, the first. thans: {what blue is compared with: its name}; sets: {title: scenes} over which figures are."""
+
+    INTERVALS = MEASURES
+
+    def __init__(self, options, cells, references, samplers, thans, sets):
+        self.options, self.cells, self.references, self.counts = options, cells, references, options.counts
+        self.samplers, self.thans, self.sets = tuple(samplers), thans, {}
+        for title, scenes in sets.items():
+            own = Gains(cells, {view: reference for view, reference in references.items() if view.scene in scenes}, self.samplers)
+            own.peers = self.samplers[:-1]
+            if own.views:
+                self.sets[title] = own
+        self.title, self.gains = next(iter(self.sets.items()))
+
+    def name(self, label):
+        return self.thans.get(label, f"`{label}`")
+
+    def ratios(self, own, measure, counts=None, thans=None):
+        """One row per sampler: its error over blue's, with intervals for measures of INTERVALS."""
+        return gains.table("error over `blue`'s, at spp", counts or self.counts, {
+            name: functools.partial(lambda than, spp: own.gain("blue", spp, measure, than), than) for than, name in (thans or self.thans).items()},
+            gains.Gain.text if measure in self.INTERVALS else gains.value_text)
+
+    def summary(self, thans=None):
+        """The table of the guide, over the first set: as displayed, and in brackets raw."""
+        views, rows = self.gains.views, []
+        for than, name in (thans or self.thans).items():
+            found = [[self.gains.gain("blue", spp, measure, than) for measure in HEADLINE] for spp in self.counts]
+            rows.append([name, *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
+        scenes = len({view.scene for view in views})
+        crops = f"; crops: {len(views)}" if len(views) > scenes else ""
+        return (f"{self.title}: {scenes}{crops}; seeds: {self.options.seeds}.\n\n"
+                + md_table(["error over `blue`'s, at spp", *map(str, self.counts)], rows))
+
+    def scenes_table(self, own, measure, than):
+        """One row per scene: the ratio at SPREAD_COUNTS, and its smallest and greatest over crops."""
+        counts, rows = [n for n in SPREAD_COUNTS if n in self.counts], []
+        for scene, views in by_scene(own.views).items():
+            row = [f"{scene}: {self.SCENES[scene].what}"]
+            for spp in counts:
+                whole = own.gain("blue", spp, measure, than, tuple(views))
+                each = [gain.value for gain in (own.gain("blue", spp, measure, than, (view,)) for view in views) if gain]
+                spread = f" ({min(each):.2f} to {max(each):.2f})" if len(each) > 1 else ""
+                row.append(f"{whole.value:.2f}{spread}" if whole else "")
+            rows.append(row)
+        return md_table([f"{self.name(than)} over `blue`", *map(str, counts)], rows)
+
+    def rate(self, view, label):
+        """Processor seconds per sample of all pixels, without what starting the program takes."""
+        first, last = self.counts[0], self.counts[-1]
+        seconds = [statistics.median(self.cells.get(view, label, spp, "seconds")) for spp in (first, last)]
+        return max((seconds[1] - seconds[0]) / max(last - first, 1), 1e-9)
+
+    def time(self, label):
+        """Processor time per sample over that of the first sampler, the geometric mean over views."""
+        return statistics.geometric_mean(self.rate(view, label) / self.rate(view, self.samplers[0]) for view in self.references)
+
+    def times_table(self):
+        rows = [[self.name(label), f"{self.time(label):.2f}",
+                 f"{statistics.median(1e6 * self.rate(view, label) / math.prod(view.size) for view in self.references):.2f}"]
+                for label in self.samplers]
+        return md_table(["sampler", f"processor time over {self.name(self.samplers[0])}'s, mean over pictures", "median, µs per sample"], rows)
+
+    def references_table(self):
+        """A reference's own error over the smallest of any sampler at the largest count, the greatest of a scene."""
+        def share(view, measure):
+            least = min(math.sqrt(np.mean(np.square(self.cells.get(view, label, self.counts[-1], measure)))) for label in self.samplers)
+            return self.references[view].own[measure] / least if least else math.nan
+
+        rows = []
+        for scene, views in by_scene(self.references).items():
+            shares = [np.max([share(view, measure) for view in views]) for measure in HEADLINE]
+            rows.append([scene, str(self.references[views[0]].spp), *("" if math.isnan(own) else f"{own:.2f}" for own in shares)])
+        return md_table(["scene", "samples", *(f"own error, {name_of(measure)}" for measure in HEADLINE)], rows)
+
+    def sections(self):
+        """{heading: lines} of further sections."""
+        return {}
+
+    def text(self):
+        parts = [self.TITLE, "", self.answer(), "", self.INTRO]
+        for title, own in self.sets.items():
+            parts += [f"## {title}", ""]
+            for measure in MEASURES:
+                if any(own.gain("blue", spp, measure, self.samplers[0]) for spp in self.counts):
+                    parts += [f"{name_of(measure).capitalize()}:", "", self.ratios(own, measure), ""]
+        for heading, lines in self.sections().items():
+            parts += [f"## {heading}", "", *lines, ""]
+        parts += ["## Scene by scene", "", f"{name_of(HEADLINE[0]).capitalize()}; in brackets, the smallest and the greatest of a scene's crops.", ""]
+        for own in self.sets.values():
+            for than in self.SPREAD:
+                parts += [self.scenes_table(own, HEADLINE[0], than), ""]
+        return "\n".join([
+            *parts, "## Time", "", "Processor seconds of one thread, without what starting the program takes. On a machine with other work a few "
+            "per cent mean nothing.", "", self.times_table(), "",
+            "## How it was measured", "", f"`{self.options.command}`, {self.options.seeds} seeds. {self.METHOD}", "",
+            f"Own errors are those of references over the smallest error of any sampler at {self.counts[-1]} samples, the greatest of a "
+            "scene's crops.", "", self.references_table()]) + "\n"
+
+    def write(self, name, guide):
+        """Writes NAME.md and the CSV of all figures, and prints the report. In evidence/results the guide's table changes, too; returns whether."""
+        self.cells.write_csv(self.options.pages / f"{name}.csv", MEASURES)
+        text = self.text()
+        write_text(self.options.out / f"{name}.md", text)
+        whole = self.options.out.resolve() == Path("evidence/results").resolve()
+        if whole:
+            update_table(self.options.guide, f"scripts/bench {name}", guide)
+        print(text)
+        print(f"Written: {self.options.out}/{name}.md and {self.options.pages}/{name}.csv. References took "
+              f"{Progress.format_interval(sum(reference.seconds for reference in self.references.values()))} of processor time once.", file=sys.stderr)
+        return whole

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compares `blue` in the path tracer of examples/web: `scripts/bench web` writes the table in examples/web/package/README.md and its picture
+
+Opens the page in a Chromium without a window (WebGL 2, its software renderer) and reads the sums of samples that the page's shaders
+make with white noise, padded Sobol' points and `blue`.
+"""
+
+import base64
+import contextlib
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from ..base.browser import Browser, chromium
+from ..base.command import CommandError, Parser
+from ..base.progress import Progress
+from ..base.tables import md_table, write_or_print
+from .other_renderer import shown_and_raw, write_picture
+
+COMMAND = "scripts/bench web"
+PAGE = Path(__file__).resolve().parents[2] / "examples" / "web" / "index.html"
+SAMPLERS = {"white": "white noise", "sobol": "padded Sobol'", "blue": "blue"}
+COUNTS = (1, 2, 3, 4, 6, 8, 16)
+REFERENCE_RUN = 1_000_000  # no run of a picture's
+PICTURE, PICTURE_SPP, PICTURE_PART = "docs/web.jpg", 3, (20, 30, 200, 190)
+# The sums of a sampler so far, four floats a pixel, as text: JSON would take longer than the samples.
+READ = """(kind => {{
+  const bytes = new Uint8Array(tracer.read(kind).buffer);
+  let text = "";
+  for (let i = 0; i < bytes.length; i += 32768) text += String.fromCharCode(...bytes.subarray(i, i + 32768));
+  return btoa(text);
+}})("{}")"""
+
+
+class Tracer:
+    """The page's path tracer with pictures `width` pixels wide, at rest."""
+
+    def __init__(self, browser, width):
+        self.browser = browser
+        browser.open(PAGE.as_uri(), width, width)
+        browser.wait("!element('problem').hidden || tracer.count >= 1")
+        problem = browser.value("element('problem').textContent")
+        if problem:
+            raise CommandError(problem)
+        browser.value("(limitTo(1), errors.restart(null))")
+        browser.wait("tracer.count === 1 && !asked")
+        browser.value(f"tracer.resize({width}, {width * 2 // 3})")
+        self.shape = (width * 2 // 3, width, 4)
+
+    def restart(self, run):
+        self.browser.value(f"tracer.restart({run})")
+
+    def sample(self, count):
+        """Adds samples to every sampler's pictures until there are `count`."""
+        self.browser.value(f"(() => {{ while (tracer.count < {count}) tracer.sample(); tracer.gl.finish(); }})()")
+
+    def picture(self, kind):
+        sums = np.frombuffer(base64.b64decode(self.browser.value(READ.format(kind))), np.float32).reshape(self.shape)
+        return sums[::-1, :, :3] / self.browser.value("tracer.count")
+
+
+def reference_of(tracer, spp, progress):
+    """The mean of the two pictures with the least noise; they share no random numbers with others."""
+    tracer.restart(REFERENCE_RUN)
+    for count in range(8, spp + 8, 8):
+        tracer.sample(min(count, spp))
+        progress(f"reference, {min(count, spp)} samples", min(count, spp))
+    return np.mean([tracer.picture(kind) for kind in ("sobol", "blue")], 0)
+
+
+def measure(tracer, seeds, reference_spp, progress):
+    """{(sampler, count): (error as displayed, raw error)}, root mean squares over seeds, and the picture's pictures and reference."""
+    reference, found = reference_of(tracer, reference_spp, progress), {}
+    for seed in range(seeds):
+        tracer.restart(seed)
+        for count in COUNTS:
+            tracer.sample(count)
+            for kind in SAMPLERS:
+                found.setdefault((kind, count), []).append(tracer.picture(kind))
+        progress(f"seed {seed + 1}", reference_spp + (seed + 1) * COUNTS[-1])
+    shown = {name: found[kind, PICTURE_SPP][0] for kind, name in SAMPLERS.items()}
+    return {key: shown_and_raw(pictures, reference) for key, pictures in found.items()}, shown, reference
+
+
+def table(errors):
+    rows = []
+    for kind, name in list(SAMPLERS.items())[:-1]:
+        ratios = [errors[kind, count] / errors["blue", count] for count in COUNTS]
+        rows.append([name, *(f"{shown:.2f} ({raw:.2f})" for shown, raw in ratios)])
+    return md_table(["error over `blue`'s, at spp", *map(str, COUNTS)], rows)
+
+
+def run(arguments):
+    parser = Parser("web", __doc__)
+    parser.number("--width", 360, "of the pictures, whose height is two thirds")
+    parser.number("--seeds", 8, "pictures of each sampler")
+    parser.number("--reference-spp", 256, "samples per pixel of each of the reference's two pictures")
+    parser.add_argument("--picture", metavar="FILE", help=f"where to put the picture (default {PICTURE}, with --print none)")
+    parser.table("examples/web/package/README.md")
+    options = parser.parse_args(arguments)
+    program = chromium()
+    if program is None:
+        raise CommandError("there is no Chromium; run apt-get install chromium, or set BN_CHROMIUM")
+    with (Progress(options.reference_spp + options.seeds * COUNTS[-1], "samples") as progress,
+          tempfile.TemporaryDirectory(prefix="libbn-chromium-", ignore_cleanup_errors=True) as folder,
+          contextlib.closing(Browser(program, Path(folder), seconds=300)) as browser):
+        errors, shown, reference = measure(Tracer(browser, options.width), options.seeds, options.reference_spp, progress)
+    if options.picture or not options.print:
+        write_picture(Path(options.picture or PICTURE), shown, reference, PICTURE_PART)
+    write_or_print(options, COMMAND, table(errors))

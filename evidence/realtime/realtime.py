@@ -1,0 +1,354 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One sample a frame: `scripts/bench realtime` measures the noise that frames and averages of frames have
+
+In every pixel of a frame the integrand is the same: a step or a ramp in one number, a half-plane or a disc in a pair, a product of
+half-planes in four numbers. Single numbers are drawn as such (bn_ray_next_1d()). Slices of others' space-time masks are read from
+files, if you have some. It writes tables in evidence/results/realtime.md, and realtime.png.
+"""
+
+import dataclasses
+import functools
+import re
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+from scipy import fft, ndimage
+
+import bluenoise
+
+from ..base.command import CommandError, Parser
+from ..base.plots import plt, save, style
+from ..base.tables import md_table, write_or_print
+from ..measure.image_error import blurred
+from ..renders.variants import ALWAYS
+from ..renders.views import golden_powers
+from ..samplers.paths import half_planes, inside
+
+
+class Draws:
+    """A sampler of libbn. The index is that of the frame, or every frame has a key of its own and index 0."""
+
+    def __init__(self, kind, new_key=False):
+        self.kind, self.new_key = kind, new_key
+
+    def frame(self, frame, dimensions, seed, size):
+        y, x = np.mgrid[:size, :size]
+        ray = bluenoise.PathSampler(bluenoise.Sampler(self.kind, seed=seed), x, y, *((0, frame) if self.new_key else (frame, 0))).ray(0)
+        return ray.next_1d()[..., None] if dimensions == 1 else ray.draw()[..., :dimensions]
+
+
+class Slices:
+    """Slices [depth][height][width][channels] in [0, 1), read as their authors say: repeated over the screen, slice frame % depth,
+    and with an offset of its own for each number, or group of numbers, that a slice does not have."""
+
+    def __init__(self, *stacks):
+        self.stacks = {stack.shape[-1]: stack for stack in stacks}
+
+    def stack_for(self, dimensions):
+        """The one with as many channels, if there is one, or the next best."""
+        return self.stacks[min(self.stacks, key=lambda channels: (channels > dimensions, -channels))]
+
+    def frame(self, frame, dimensions, seed, size):
+        stack, random = self.stack_for(dimensions), np.random.default_rng([seed, 5])
+        y, x = np.mgrid[:size, :size]
+        numbers = []
+        while len(numbers) < dimensions:
+            down, right = random.integers(0, 4096, 2)
+            texels = stack[frame % len(stack), (y + down) % stack.shape[1], (x + right) % stack.shape[2]]
+            numbers += list(np.moveaxis(texels, -1, 0))
+        return np.stack(numbers[:dimensions], -1)
+
+
+class MovedMask:
+    """The built-in mask of 64x64, with an offset for each number, to which every frame adds a constant."""
+
+    def __init__(self):
+        self.still = Slices(bluenoise.to_float(bluenoise.builtin((64, 64)))[None, ..., None])
+
+    def frame(self, frame, dimensions, seed, size):
+        moved = self.still.frame(0, dimensions, seed, size) + frame * np.array(golden_powers(dimensions))
+        return (moved % 1).astype(np.float32)
+
+
+# ---- Slices in files
+
+# The sets of the public packs that hold uniform numbers, and their channels: STBN's scalars and two-vectors (Wolfe et al., 2022),
+# FAST's (Donnelly et al., 2024).
+PACKS = {"STBN": {r"stbn_(?:scalar|vec1)_.*": 1, r"stbn_vec2_.*": 2},
+         "FAST": {r"real_uniform_.*": 1, r"vector2_uniform_.*": 2}, "slices": {".*": 0}}
+PACK_HELP = {"STBN": "PNG files of the public STBN pack: stbn_scalar_..., stbn_vec2_...",
+             "FAST": "PNG files of FAST for one pair of filters: real_uniform_..., vector2_uniform_...",
+             "slices": "any other stack of numbered PNG files"}
+
+
+def read_set(folder, pattern, channels):
+    """float32 [depth][height][width][channels] from the PNG files NAME_0.png, NAME_1.png ... of the first NAME that the pattern matches: the
+    middles of the steps that their integers stand for. None without any. Channels 0: one where they are grey, else red and green."""
+    found = sorted((match[1], int(match[2]), path) for path in Path(folder).glob("*.png")
+                   if (match := re.fullmatch(rf"({pattern}?)_?(\d+)\.png", path.name)))
+    files = [path for name, _, path in found if name == found[0][0]]
+    if not files:
+        return None
+    try:
+        pixels = np.stack([np.asarray(Image.open(path)) for path in files])
+    except (OSError, ValueError) as error:
+        raise CommandError(f"cannot read the slices of {found[0][0]} in {folder}: {error}") from None
+    pixels, steps_of = pixels.reshape(*pixels.shape[:3], -1), np.float32(256 if pixels.dtype.itemsize == 1 else 65536)
+    if not channels:
+        channels = 2 if pixels.shape[-1] > 1 and np.any(pixels[..., 0] != pixels[..., 1]) else 1
+    return (pixels[..., :channels] + np.float32(0.5)) / steps_of
+
+
+def read_pack(pack, folder):
+    """Slices from a folder of "STBN" or "FAST"; with several sets of a kind, the first by name. Of "slices", any stack of numbered files."""
+    stacks = [stack for pattern, channels in PACKS[pack].items() if (stack := read_set(folder, pattern, channels)) is not None]
+    if not stacks:
+        raise CommandError(f"{folder} has no PNG files named like {' or '.join(PACKS[pack])}, with a number at the end")
+    return Slices(*stacks)
+
+
+def add_packs(parser, names):
+    for name in names:
+        parser.add_argument(f"--{name.lower()}", type=Path, metavar="FOLDER", help=PACK_HELP[name])
+
+
+def packs_of(options):
+    """{name: Slices} of those that were given."""
+    return {name: read_pack(name, folder) for name in PACKS if (folder := getattr(options, name.lower(), None))}
+
+
+# ---- The measure
+
+COMMAND = "scripts/bench realtime"
+SIZE, FRAMES = 128, 128
+MEANS, WEIGHTS = (8, 32), (0.05, 0.1, 0.2)  # frames; of the newest frame in a moving average
+ALONE = range(64, 80)  # the frames that are judged one by one
+SETTLED = range(100, FRAMES, 3)  # several ages of the moving averages
+OUTCOMES = ("one frame", *(f"mean of {n}" for n in MEANS), *(f"average, {weight}" for weight in WEIGHTS))
+FILTERS = {**{f"sigma {sigma}": functools.partial(blurred, sigma=sigma, edge="toroidal") for sigma in (0.0, 1.0, 2.1)},
+           **{f"box {n}x{n}": functools.partial(ndimage.uniform_filter, size=n, mode="wrap") for n in (3, 5)}}
+WAYS = {
+    "white": Draws("white"),
+    "sobol": Draws("sobol"),
+    "blue": Draws("blue"),
+    "blue, a new key every frame": Draws("blue", new_key=True),
+    "mask + golden ratio, R2": MovedMask(),
+}
+# Parts of the screen that a frame draws: the pixels of frame t, in the order of a smaller picture's (x, y), and how many frames
+# make a screen.
+CORNERS = ((0, 0), (1, 1), (1, 0), (0, 1))
+PARTS = {
+    "checkerboard": (2, lambda x, y, t: (2 * x + (y + t) % 2, y)),
+    "one pixel of 2x2": (4, lambda x, y, t: (2 * x + CORNERS[t % 4][0], 2 * y + CORNERS[t % 4][1])),
+}
+# (x, y of the smaller picture, those of the screen, frame, frames that make a screen) -> x, y, index, frame's key
+GIVEN = {
+    "the screen's `x, y`, index `t`": lambda x, y, at_x, at_y, t, n: (at_x, at_y, t, 0),
+    "the screen's `x, y`, index `t / n`": lambda x, y, at_x, at_y, t, n: (at_x, at_y, t // n, 0),
+    "the smaller picture's `x, y`, index `t / n`, key `t % n`": lambda x, y, at_x, at_y, t, n: (x, y, t // n, t % n),
+}
+
+
+# ---- Integrands: (values of numbers (..., dimensions), their mean)
+
+def middles(n):
+    return (np.arange(n, dtype=np.float32) + np.float32(0.5)) / np.float32(n)
+
+
+def of_pairs(values):
+    return values, float(np.mean(values(np.stack(np.meshgrid(middles(2048), middles(2048)), -1)), dtype=np.float64))
+
+
+def step(random):
+    edge = np.float32(random.uniform(0.1, 0.9))
+    return lambda u: u[..., 0] < edge, float(edge)
+
+
+def ramp(random):
+    start, width = np.float32(random.uniform(-0.2, 0.4)), np.float32(random.uniform(0.5, 1.0))
+
+    def values(u):
+        return np.clip((u[..., 0] - start) / width, 0, 1)
+
+    return values, float(np.mean(values(middles(2**20)[:, None]), dtype=np.float64))
+
+
+def half_plane(random):
+    return of_pairs(functools.partial(inside, half_planes(random, 1)[0]))
+
+
+def disc(random):
+    middle, radius = random.uniform(0.2, 0.8, 2).astype(np.float32), np.float32(random.uniform(0.2, 0.5))
+    return of_pairs(lambda u: np.sum((u - middle) ** 2, -1) < radius**2)
+
+
+def product(random):
+    (first, a), (second, b) = half_plane(random), half_plane(random)
+    return lambda u: first(u[..., :2]) & second(u[..., 2:]), a * b
+
+
+INTEGRANDS = {"step": (1, step), "ramp": (1, ramp), "half-plane": (2, half_plane), "disc": (2, disc), "product": (4, product)}
+
+
+# ---- Errors: averages and filters are linear, so both are applied to spectra
+
+@functools.lru_cache
+def transfer(size):
+    """(filters, frequencies): what each filter leaves of the power at each of rfft2's frequencies, as shares of the picture's."""
+    delta = np.zeros((size, size))
+    delta[0, 0] = 1
+    kept = np.array([np.abs(fft.rfft2(keep(delta))) ** 2 for keep in FILTERS.values()])
+    kept[..., 1:-1] *= 2  # rfft2 leaves out the other half; sizes are even
+    return kept.reshape(len(FILTERS), -1) / float(size) ** 4
+
+
+def squares(spectra):
+    """(pictures, filters): mean squares after each filter."""
+    return np.abs(spectra.reshape(len(spectra), -1)) ** 2 @ transfer(spectra.shape[1]).T
+
+
+def errors(frames, integrand):
+    """(OUTCOMES, FILTERS) mean squares, and (frames, FILTERS) of every frame alone."""
+    values, mean = integrand
+    spectra = fft.rfft2(values(frames).astype(np.float32) - np.float32(mean))
+    alone = squares(spectra)
+    outcomes = [alone[ALONE.start:ALONE.stop].mean(0), *(squares(spectra[:n].mean(0, keepdims=True))[0] for n in MEANS)]
+    for weight in WEIGHTS:
+        average, kept = spectra[0], []
+        for t, frame in enumerate(spectra[1:], 1):
+            average = (1 - weight) * average + weight * frame
+            if t in SETTLED:
+                kept.append(average)
+        outcomes.append(squares(np.stack(kept)).mean(0))
+    return np.array(outcomes), alone
+
+
+@dataclasses.dataclass
+class Errors:
+    outcomes: np.ndarray  # (OUTCOMES, FILTERS)
+    alone: np.ndarray     # (frames, FILTERS)
+
+
+def measure(ways, seeds, count, kinds=tuple(INTEGRANDS), size=SIZE):
+    """{(integrand, way): Errors}, roots of means over seeds and `count` integrands of a kind."""
+    result = {}
+    for dimensions in sorted({INTEGRANDS[kind][0] for kind in kinds}):
+        sets = {kind: [INTEGRANDS[kind][1](np.random.default_rng([7, i])) for i in range(count)]
+                for kind in kinds if INTEGRANDS[kind][0] == dimensions}
+        for way, source in ways.items():
+            found = {kind: [] for kind in sets}
+            for seed in range(seeds):
+                frames = np.stack([source.frame(frame, dimensions, seed, size) for frame in range(FRAMES)])
+                for kind, integrands in sets.items():
+                    found[kind] += [errors(frames, integrand) for integrand in integrands]
+            for kind, each in found.items():
+                result[kind, way] = Errors(*(np.sqrt(np.mean([own[i] for own in each], 0)) for i in range(2)))
+    return result
+
+
+def part_errors(part, kind, given, seed, integrands, size=SIZE):
+    """(2, FILTERS) mean squares: of the pixels of one frame side by side, and of a moving average of the screen."""
+    n, pixels = PARTS[part]
+    sampler, shown, alone = bluenoise.Sampler(kind, seed=seed), np.zeros((size, size), bool), []
+    averages = np.zeros((len(integrands), size, size), np.float32)
+    y, x = np.mgrid[:size * 2 // n, :size // 2]
+    for t in range(n * SETTLED.start // 2):
+        at_x, at_y = pixels(x, y, t)
+        u = bluenoise.PathSampler(sampler, *given(x, y, at_x, at_y, t, n)).ray(0).draw_direction()
+        weight = np.where(shown[at_y, at_x], np.float32(0.1), np.float32(1))
+        shown[at_y, at_x] = True
+        for average, (values, mean) in zip(averages, integrands):
+            deviation = values(u) - np.float32(mean)
+            average[at_y, at_x] += weight * (deviation - average[at_y, at_x])
+            if t % n == 0 and t >= n * (SETTLED.start // 2 - 8):
+                alone.append([np.mean(keep(deviation.astype(np.float64)) ** 2) for keep in FILTERS.values()])
+    return np.array([np.mean(alone, 0), squares(fft.rfft2(averages)).mean(0)])
+
+
+def measure_parts(seeds, count):
+    """{(part, what is given): (2, FILTERS) errors over those of white noise}."""
+    integrands = [half_plane(np.random.default_rng([7, i])) for i in range(count)]
+    result = {}
+    for part in PARTS:
+        white, *found = (np.mean([part_errors(part, kind, given, seed, integrands) for seed in range(seeds)], 0)
+                         for kind, given in [("white", next(iter(GIVEN.values()))), *(("blue", given) for given in GIVEN.values())])
+        result.update({(part, name): np.sqrt(own / white) for name, own in zip(GIVEN, found)})
+    return result
+
+
+def over_white(result, kind, way):
+    """(OUTCOMES, FILTERS): lower is better."""
+    return result[kind, way].outcomes / result[kind, "white"].outcomes
+
+
+# ---- Tables and the plot
+
+SHORT = (("one frame", "sigma 1.0"), ("one frame", "sigma 2.1"), ("average, 0.1", "sigma 0.0"), ("average, 0.1", "sigma 1.0"),
+         ("average, 0.1", "sigma 2.1"), ("average, 0.1", "box 5x5"))
+
+
+def code(way):
+    return f"`{way}`" if way in ALWAYS else way
+
+
+def short_table(result, ways, kind, first):
+    places = [(OUTCOMES.index(outcome), list(FILTERS).index(name)) for outcome, name in SHORT]
+    rows = [[code(way), *(f"{over_white(result, kind, way)[place]:.2f}" for place in places)] for way in ways]
+    return md_table([first, *(f"{outcome.replace(', 0.1', '')}, {name.replace('sigma 0.0', 'unfiltered')}" for outcome, name in SHORT)],
+                    rows)
+
+
+def tables(result, ways):
+    heads = {"half-plane": "pairs (half-planes)", "product": "four numbers (products)", "step": "single numbers (steps)"}
+    return "\n\n".join(short_table(result, ways, kind, head) for kind, head in heads.items())
+
+
+def parts_table(result):
+    names = list(FILTERS)
+    places = [(0, "sigma 1.0"), (1, "sigma 0.0"), (1, "sigma 1.0"), (1, "sigma 2.1")]
+    return md_table(["drawn in a frame", "given to the path", *(
+        f"{('one frame', 'average')[i]}, {name.replace('sigma 0.0', 'unfiltered')}" for i, name in places)],
+        [[part, given, *(f"{own[i, names.index(name)]:.2f}" for i, name in places)] for (part, given), own in result.items()])
+
+
+def all_figures(result, ways):
+    text = []
+    for kind, (dimensions, _) in INTEGRANDS.items():
+        rows = [[way, outcome, *(f"{value:.2f}" for value in over_white(result, kind, way)[i])]
+                for i, outcome in enumerate(OUTCOMES) for way in ways if way != "white"]
+        text += [f"### {kind.capitalize()}: {dimensions} number{'s' * (dimensions > 1)}", md_table(["draws", "of", *FILTERS], rows)]
+    return "\n\n".join(text)
+
+
+def draw_plot(result, ways, path):
+    names = list(ways)
+    figure, axes = plt.subplots(1, 2, figsize=(10, 3.6), sharey=True)
+    for axis, kind in zip(axes, ("half-plane", "step")):
+        for way in names:
+            own = result[kind, way].alone[:, 1] / result[kind, "white"].outcomes[0, 1]
+            axis.plot(own, **{**style(way, names), "marker": "", "linewidth": 1.2})
+        axis.set(title=f"{kind}, after sigma 1.0", xlabel="frame", ylim=(0, 1.45))
+        axis.grid(True, alpha=.25)
+    axes[0].set_ylabel("error over white noise's")
+    axes[1].legend(fontsize="x-small", loc="upper center", ncols=3)
+    save(figure, path)
+
+
+# ---- The command
+
+def run(arguments):
+    parser = Parser("realtime", __doc__)
+    parser.number("--seeds", 2, "seeds of each sampler")
+    parser.number("--integrands", 12, "integrands of each kind")
+    add_packs(parser, PACKS)
+    parser.out()
+    parser.table("evidence/results/realtime.md")
+    options = parser.parse_args(arguments)
+    ways = {**WAYS, **packs_of(options)}
+    result = measure(ways, options.seeds, options.integrands)
+    if not options.print:
+        draw_plot(result, ways, options.out / "realtime.png")
+    write_or_print(options, COMMAND, tables(result, ways))
+    write_or_print(options, f"{COMMAND}: all figures", all_figures(result, ways))
+    write_or_print(options, f"{COMMAND}: parts of the screen", parts_table(measure_parts(options.seeds, options.integrands)))

@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The views used to compare samplers: crops of large pictures.
+
+A small picture mostly shows silhouettes, and a pixel of it sees what many pixels of a real one see. So samplers are judged
+on crops of pictures of 1280x960 pixels or more: one crop in each quarter, placed by a hash of the picture's name, before
+anything is rendered. Each set (core, tuning, held-out) has a picture of every scene, with a camera and crops of its own: the
+scene's, rotated, moved and zoomed.
+"""
+
+import dataclasses
+import hashlib
+import math
+import os
+from pathlib import Path
+
+from ..base import peers
+from ..base.command import command_shown, names_of, parse_size, positive
+from . import variants
+from .renderer import Request
+
+SCENES = ("cornell", "penumbra", "glossy", "lens", "glass", "interior", "motion", "fog")  # new ones last: places depend on the order
+
+# Each scene's own camera, as `pathtracer --list-cameras` prints it: eye, target, vertical angle of view in degrees.
+CAMERAS = {
+    "cornell": ((278, 273, -800), (278, 273, 0), 39.30765),
+    "penumbra": ((0.15, 2.3, 6), (0, 0.42, 0.1), 26.4491),
+    "glossy": ((0, 2.4, 8), (0, 0.95, 0.9), 27.5326),
+    "lens": ((0, 0.8, 4.2), (0, 0.33, 0), 25.90553),
+    "glass": ((0, 1.45, 5), (0.02, 0.42, 0), 29.68445),
+    "interior": ((1.9, 1.5, 2.6), (-0.5, 1.1, -1.6), 49.40486),
+    "motion": ((0.1, 1.5, 6), (0, 0.93, 0), 25.360766),
+    "fog": ((-0.6, 2, 8.8), (0, 1.2, 0), 29.684453),
+}
+# Exposure of a scene's displayed picture, in stops.
+EXPOSURES = {"cornell": 1.0, "interior": 1.0}
+
+# The box of cornell is square.
+LARGE_SIZE, LARGE_SIZES = (1280, 960), {"cornell": (1280, 1280)}
+CROP, QUICK_CROP = (96, 72), (48, 36)
+FIRST_CAMERA = 1000
+TURN, SHIFT, ZOOM = 6.0, 0.04, 0.12  # at most: degrees, share of the distance to the target, share of the angle of view
+
+
+@dataclasses.dataclass(frozen=True)
+class View:
+    """A built-in scene, seen by one camera at one size."""
+
+    scene: str
+    name: str
+    width: int
+    height: int
+    camera: tuple = ()  # options of the path tracer
+    exposure: float = 0.0  # of the displayed picture, in stops
+    crop: tuple = ()  # x0, y0, x1, y1 in pixels, half-open; empty: the whole picture
+    lights: tuple = ()  # options of the path tracer that leave the expected picture as it is
+
+    @property
+    def size(self):
+        """(width, height) of what is rendered, in pixels: the crop or the whole picture."""
+        if self.crop:
+            return self.crop[2] - self.crop[0], self.crop[3] - self.crop[1]
+        return self.width, self.height
+
+    @property
+    def pixels(self):
+        return self.size[0] * self.size[1]
+
+    @property
+    def label(self):
+        return f"{Path(self.scene).stem} {self.name}".strip()
+
+    @property
+    def picture(self):
+        """Identifies the picture: equal for its crops."""
+        return self.scene, self.width, self.height, self.camera
+
+    @property
+    def options(self):
+        return (*self.camera, *(("--crop", ",".join(map(str, self.crop))) if self.crop else ()), *self.lights)
+
+    @property
+    def key(self):
+        """What the pixels depend on, for a cache."""
+        return [self.scene, (self.width, self.height), self.options]
+
+    def request(self, sampler, spp, seed=0):
+        return Request(sampler, spp, seed, self.scene, self.width, self.height, more=self.options,
+                       declared=spp if sampler in variants.DECLARED else 0)
+
+
+def golden_powers(count):
+    """What a low-discrepancy sequence of so many numbers moves by: the golden ratio for one, R2 for two (M. Roberts, "The Unreasonable
+    Effectiveness of Quasirandom Sequences", 2018), and its like for more."""
+    root = 2.0
+    for _ in range(40):
+        root = (1 + root) ** (1 / (count + 1))
+    return [root ** -(i + 1) for i in range(count)]
+
+
+def _camera(scene, index):
+    """Options for the scene's camera, rotated, shifted and zoomed."""
+    (eye, target, fov) = CAMERAS[scene]
+    yaw, pitch, side, up, zoom = (2 * ((0.5 + (index + 1) * step) % 1) - 1 for step in golden_powers(5))
+    forward = [b - a for a, b in zip(eye, target)]
+    distance = math.hypot(*forward)
+    level = math.hypot(forward[0], forward[2])
+    azimuth = math.atan2(forward[0], forward[2]) + math.radians(TURN * yaw)
+    elevation = math.atan2(forward[1], level) + math.radians(TURN * pitch / 2)
+    across = (-forward[2] / level, 0, forward[0] / level)
+    eye = [e + SHIFT * distance * (side * a + up * u) for e, a, u in zip(eye, across, (0, 1, 0))]
+    turned = (math.sin(azimuth) * math.cos(elevation), math.sin(elevation), math.cos(azimuth) * math.cos(elevation))
+    target = [e + distance * t for e, t in zip(eye, turned)]
+
+    def text(point):
+        return ",".join(f"{value:.6g}" for value in point)
+
+    return "--eye", text(eye), "--target", text(target), "--fov", f"{fov * (1 + ZOOM * zoom):.6g}"
+
+
+def crops_of(view, size=CROP):
+    """The four crops of a picture, one in each quarter."""
+    wide, high = view.width // 2, view.height // 2
+    if size[0] > wide or size[1] > high:
+        raise ValueError(f"crops of {size[0]}x{size[1]} pixels do not fit into the quarters of a picture of "
+                         f"{view.width}x{view.height}")
+    found = []
+    for i in range(4):
+        digest = hashlib.sha256(f"{Path(view.scene).name} {view.name} {i}".encode()).digest()
+        x = i % 2 * wide + int.from_bytes(digest[:8], "big") % (wide - size[0] + 1)
+        y = i // 2 * high + int.from_bytes(digest[8:16], "big") % (high - size[1] + 1)
+        found.append(dataclasses.replace(view, name=f"{view.name}-{i + 1}".strip("-"), crop=(x, y, x + size[0], y + size[1])))
+    return found
+
+
+SETS = {
+    "core": "seen during development",
+    "tuning": "to choose and tune on",
+    "held-out": "never used to choose or tune",
+}
+SHOWN = "held-out"  # the set whose figures are in evidence/results
+
+
+def crops(name="core", scenes=SCENES, size=None, crop=CROP):
+    """The crops of a set's large pictures; size: (width, height) of the pictures, instead of their own."""
+    found = []
+    for scene in scenes:
+        index = FIRST_CAMERA + len(SETS) * SCENES.index(scene) + list(SETS).index(name)
+        found += crops_of(View(scene, name, *(size or LARGE_SIZES.get(scene, LARGE_SIZE)), _camera(scene, index),
+                               EXPOSURES.get(scene, 0.0)), crop)
+    return tuple(found)
+
+
+def first_of_each(chosen):
+    """The first view of each scene."""
+    return list({view.scene: view for view in reversed(chosen)}.values())[::-1]
+
+
+def of(parser, options):
+    """The views that the options of add_options() ask for."""
+    try:
+        return crops(options.views, options.scenes, options.size, options.crop or (QUICK_CROP if options.quick else CROP))
+    except ValueError as error:
+        parser.error(str(error))
+
+
+def add_options(parser, reference_spp, pages):
+    """Options shared by `renders` and `denoise`; of(parser, options) gives the views."""
+    parser.add_argument("--views", choices=SETS, default=SHOWN, metavar="SET", help=(
+        "; ".join(f"{name}: {what}" for name, what in SETS.items()) + f" (default {SHOWN})"))
+    parser.add_argument("--scenes", type=names_of("scene", SCENES), default=SCENES, metavar="A,B,...",
+                        help=f"scenes out of {', '.join(SCENES)} (default all)")
+    parser.add_argument("--size", type=parse_size, metavar="WxH", help="one size for all pictures, for a trial (default "
+                        f"{LARGE_SIZE[0]}x{LARGE_SIZE[1]} or more)")
+    parser.add_argument("--crop", type=parse_size, metavar="WxH",
+                        help=f"size of the crops, four of each picture (default {CROP[0]}x{CROP[1]})")
+    parser.add_argument("--quick", action="store_true", help=f"crops of {QUICK_CROP[0]}x{QUICK_CROP[1]} pixels and few seeds: a check "
+                        "whose figures go to out/ alone")
+    parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds for each picture")
+    parser.number("--reference-spp", reference_spp, "samples per pixel of references, a multiple of 32")
+    parser.number("--jobs", os.cpu_count() or 1, "pictures to render at a time, one thread each", ": one per core")
+    parser.add_argument("--no-times", action="store_true", help="skip the cost of samples, which needs an idle machine")
+    parser.add_argument("--retime", action="store_true", help="repeat timings that are in the cache")
+    parser.add_argument("--out", type=Path, help="folder for the report (default evidence/results)")
+    parser.add_argument("--pages", type=Path, metavar="FOLDER", help=f"folder for large tables (default {pages})")
+    parser.set_defaults(default_pages=Path(pages), lights=None)
+    parser.pathtracer()
+
+
+def finish_options(parser, options, command, arguments):
+    """Checks the options of add_options() and derives folders, labels and command from them. What is not
+    of the shown views, or a trial, goes to the folder of large tables alone."""
+    if options.reference_spp % 32:
+        parser.error(f"--reference-spp must be a multiple of 32, not {options.reference_spp}")
+    place = Path() if options.views == SHOWN else Path(options.views)
+    options.pages = options.pages or options.default_pages / ("quick" if options.quick else "") / place / (options.lights or "")
+    options.out = options.out or (options.pages if options.quick or options.lights or place.name else Path("evidence/results"))
+    options.labels = variants.chosen(options.samplers, peers.chosen(options.openqmc, options.pathtracer))
+    if "sobol-global" in options.labels and "sobol-global" not in peers.samplers(options.pathtracer):
+        parser.error("sobol-global needs Boost (Debian: libboost-dev) when the path tracer is built; install it, or remove it from --samplers")
+    options.command = command_shown(command, arguments)

@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Makes the package importable, and finds the path tracer built by scripts/test."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as scripts/bench does; threads that wait for each other are slower
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch) -> Path:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache" / "libbn"
+
+
+@pytest.fixture(scope="session")
+def pathtracer() -> Path:
+    program = Path(os.environ.get("BN_PATHTRACER", ROOT / "build" / "examples" / "pathtracer" / "pathtracer"))
+    if not program.is_file():
+        pytest.skip("the path tracer is not built; run scripts/setup or set BN_PATHTRACER")
+    return program

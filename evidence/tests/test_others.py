@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The comparisons in pbrt-v4 and Cycles. With BN_PBRT=DIR or BN_CYCLES=DIR, checkouts of them, the samplers' pictures too: crops,
+threads, seeds and the wavefront integrator. That builds them, which takes a quarter of an hour each the first time."""
+
+import os
+import re
+import subprocess
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+from evidence.base.files import read_exr
+from evidence.others import builds, cycles, other_renderer, pbrt, pbrt_scenes
+from evidence.renders.renderer import RenderError
+
+
+def test_crops_stay_where_they_are():
+    """They were placed before anything was rendered."""
+    assert [view.bounds[::2] for view in pbrt_scenes.crops("room", "fresh")] == [(887, 210), (864, 581)]
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """A folder that looks like Cycles."""
+    folder = tmp_path / "cycles"
+    (folder / "src/kernel/sample").mkdir(parents=True)
+    (folder / "src/kernel/sample/pattern.h").write_text("first\n")
+    git = ("git", "-C", folder, "-c", "user.name=a", "-c", "user.email=a@b")
+    for command in (("init", "-q"), ("add", "."), ("commit", "-q", "-m", "first")):
+        subprocess.run([*git, *command], check=True)
+    return folder
+
+
+def test_a_checkout_of_something_else_is_refused(checkout, tmp_path):
+    with pytest.raises(RenderError, match=f"checkout {builds.CYCLES_TAG}"):
+        builds.cycles(checkout, 1)
+    with pytest.raises(RenderError, match="is no checkout of pbrt-v4; run git clone --recursive"):
+        builds.pbrt(tmp_path, 1)
+
+
+class Made:
+    """Cells made up: blue's error is half of the others', zsobol's does not fall, and a sample takes a microsecond."""
+
+    def get(self, view, label, spp, measure):
+        if measure == "seconds":
+            return [0.1 + spp * pbrt_scenes.CROP[0] * pbrt_scenes.CROP[1] * 1e-6 * (1 if label == "independent" else 2)] * 4
+        return [(0.5 if label == "blue" else 1.0) / np.sqrt(spp)] * 4
+
+
+def made_of(*scenes):
+    options = SimpleNamespace(seeds=4, counts=pbrt.COUNTS, command="scripts/bench pbrt --pbrt DIR")
+    views = [view for scene in scenes for view in pbrt_scenes.crops(scene, "fresh")]
+    references = {view: other_renderer.Reference(np.zeros((2, 2, 3)), dict.fromkeys(other_renderer.MEASURES, 0.001), 4096, 1.0) for view in views}
+    return pbrt.Report(options, Made(), references, ("A remark.",))
+
+
+def test_ratios_are_over_blue():
+    made = made_of("hair", "room")
+    assert {view.scene for view in made.gains.views} == {"room"} and list(made.sets) == ["Scenes of ours", "Hair"]
+    gain = made.gains.gain("blue", 6, "rmse_2.1", "zsobol")
+    assert (gain.value, gain.low, gain.high) == pytest.approx((2, 2, 2))
+    text = made.text()
+    assert "| `zsobol` |" + " 2.00 (2.00) |" * 7 in made.summary() and made.summary().startswith("Scenes of ours: 1; crops: 2; seeds: 4.")
+    assert "2.00 (2.00 to 2.00)" in text and "A remark." in text and "None" not in text and " nan" not in text and "Exposed and" in text
+    assert "| `independent` | 1.00 | 1.00 |" in made.times_table() and "| `blue` | 2.00 | 2.00 |" in made.times_table()
+
+
+# ---- With pbrt
+
+@pytest.fixture(scope="module")
+def pbrt_program():
+    if not os.environ.get("BN_PBRT"):
+        pytest.skip("BN_PBRT is not set to a checkout of pbrt-v4")
+    return builds.pbrt(ROOT / os.environ["BN_PBRT"], os.cpu_count() or 1)[0]
+
+
+@pytest.fixture(scope="module")
+def picture(pbrt_program, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("pictures")
+
+    def picture(scene="room", bounds=(600, 640, 400, 430), spp=4, seed=1, threads=1, sampler="blue", more=(), edit=lambda text: text):
+        path = pbrt_scenes.write_files(folder, pbrt_scenes.SCENES[scene], sampler, pbrt.SAMPLERS[sampler])
+        path.write_text(edit(path.read_text()))
+        out = folder / "out.exr"
+        subprocess.run([pbrt_program, "--quiet", "--nthreads", str(threads), "--spp", str(spp), "--seed", str(seed), *more,
+                        "--pixelbounds", ",".join(map(str, bounds)), "--outfile", out, path], check=True)
+        return read_exr(out)[0]
+
+    return picture
+
+
+def test_crops_threads_and_seeds(picture):
+    whole = picture()
+    assert np.array_equal(picture(bounds=(611, 625, 407, 420)), whole[7:20, 11:25])
+    assert np.array_equal(picture(threads=3), whole)
+    assert not np.array_equal(picture(seed=2), whole)
+
+
+def test_the_wavefront_integrator_renders_the_same(picture):
+    """Up to the first surface's light and direction the two ask for the same; their arithmetic differs in the last digits."""
+    def once(text):
+        return re.sub('"integer maxdepth" [0-9]+', '"integer maxdepth" 1', text)
+
+    ours, theirs = picture(edit=once), picture(edit=once, more=["--wavefront"])
+    assert np.mean(np.abs(ours - theirs) > 1e-3 * (1 + ours)) < 0.01
+    other = picture(edit=once, seed=2)
+    assert np.mean(np.abs(ours - other) > 1e-3 * (1 + ours)) > 0.5
+
+
+@pytest.mark.parametrize("scene", ["skin", "depth", "room"])
+def test_both_integrators_agree_with_another_sampler(picture, scene):
+    """The means of a patch; at 64 samples they differ by a few per cent."""
+    wanted = picture(scene, spp=64, sampler="independent").mean()
+    for more in ((), ("--wavefront",)):
+        assert picture(scene, spp=64, more=more).mean() == pytest.approx(wanted, rel=0.05)
+
+
+# ---- With Cycles
+
+@pytest.fixture(scope="session")
+def cycles_program():
+    if not os.environ.get("BN_CYCLES"):
+        pytest.skip("BN_CYCLES is not set to a checkout of Cycles")
+    return builds.cycles(os.environ["BN_CYCLES"], os.cpu_count() or 1)
+
+
+def cycles_picture(program, folder, settings, spp):
+    out = folder / "out.exr"
+    cycles.render(program, os.environ["BN_CYCLES"], "penumbra", settings, out, spp)
+    return read_exr(out)[0]
+
+
+def test_pictures_differ_by_their_seeds_alone(cycles_program, tmp_path):
+    first, again, other = (cycles_picture(cycles_program, tmp_path, cycles.integrator("blue", 2, seed), 2) for seed in (1, 1, 2))
+    assert np.array_equal(first, again) and np.mean(first != other) > 0.5 and abs(first.mean() / other.mean() - 1) < 0.02
+
+
+@pytest.mark.parametrize("sampler", cycles.SAMPLERS)
+def test_what_patterns_are_told(cycles_program, tmp_path, sampler):
+    """Blue noise of Cycles depends on it, as the table of pictures that stop early needs; `blue` does not."""
+    told_four, told_more = (cycles_picture(cycles_program, tmp_path, cycles.integrator(sampler, told, 1), 4) for told in (4, 64))
+    assert np.array_equal(told_four, told_more) == (sampler not in cycles.PREVIEW)

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""References are rendered once, again if anything they depend on changes, and resumed after an interruption."""
+
+import dataclasses
+import os
+import subprocess
+
+import numpy as np
+import pytest
+
+from evidence.base.files import read_exr, written_beside
+from evidence.measure.image_error import SIGMAS, rmse
+from evidence.renders import renderer
+from evidence.renders.renderer import Request, make_reference, run_pathtracer
+
+SMALL = Request("sobol", spp=8, seed=5, width=24, height=16, more=("--light-samples", "1"))
+
+
+@pytest.fixture(autouse=True)
+def few_parts(monkeypatch):
+    monkeypatch.setattr(renderer, "REFERENCE_PARTS", 4)
+
+
+@pytest.fixture
+def runs(monkeypatch):
+    """The commands that were run."""
+    commands = []
+    real = subprocess.run
+
+    def counted(command, **options):
+        commands.append(command)
+        return real(command, **options)
+
+    monkeypatch.setattr(renderer.subprocess, "run", counted)
+    return commands
+
+
+def rendered(pathtracer, tmp_path, request):
+    run_pathtracer(pathtracer, [*request.arguments(), "--quiet", "-o", tmp_path / "whole.exr"])
+    return tmp_path / "whole.exr"
+
+
+@pytest.mark.parametrize("spoil", ["picture", "request", "nothing"])
+def test_rendered_again_when_something_changed(pathtracer, cache, runs, spoil):
+    make_reference(pathtracer, SMALL)
+    assert len(runs) == 5  # a probe, four parts
+    (path,) = (cache / "references").iterdir()
+    if spoil == "picture":
+        path.write_bytes(path.read_bytes()[:-1])
+    make_reference(pathtracer, dataclasses.replace(SMALL, seed=6) if spoil == "request" else SMALL)
+    assert len(runs) == (6 if spoil == "nothing" else 10)
+
+
+def test_reference_is_the_picture_of_all_its_samples(pathtracer, tmp_path):
+    merged, half, row = make_reference(pathtracer, SMALL)
+    for picture, spp in ((merged, 8), (half, 4)):
+        whole, _ = read_exr(rendered(pathtracer, tmp_path, dataclasses.replace(SMALL, spp=spp)))
+        np.testing.assert_allclose(picture, whole, rtol=1e-5, atol=1e-6)
+    assert row["seconds"] > 0 and 0 < row["mean_error"] < 0.2 * merged.mean()
+
+
+def test_interrupted_reference_goes_on(pathtracer, cache, runs):
+    def interrupt(fraction):
+        if fraction == 0.5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make_reference(pathtracer, SMALL, interrupt)
+    assert len(runs) == 3 and len(list((cache / "references").iterdir())) == 2
+    make_reference(pathtracer, SMALL)
+    assert len(runs) == 6 and len(list((cache / "references").iterdir())) == 1
+
+
+def test_reference_is_kept_while_the_path_tracer_draws_the_same(pathtracer, tmp_path, runs):
+    program = tmp_path / "pathtracer"
+    program.write_text(f"#!/bin/sh\nexec {pathtracer} \"$@\"\n")
+    program.chmod(0o755)
+    make_reference(program, SMALL)
+    program.write_text(f"#!/bin/sh\n# new\nexec {pathtracer} \"$@\"\n")
+    make_reference(program, SMALL)
+    assert len(runs) == 6
+    program.write_text(f"#!/bin/sh\nexec {pathtracer} \"$@\" --seed 77\n")
+    make_reference(program, SMALL)
+    assert len(runs) == 11
+
+
+def test_same_error_as_the_path_tracer(pathtracer, tmp_path):
+    path = rendered(pathtracer, tmp_path, Request("sobol", 32, seed=9, width=40, height=24))
+    command = [pathtracer, *Request("white", 2, width=40, height=24).arguments(), "--quiet", "--reference", path, "-o", tmp_path / "a.exr"]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
+    image, expected = read_exr(tmp_path / "a.exr")[0], read_exr(path)[0]
+    # "rmse 0.1 sigma 1.0 0.1 sigma 2.1 0.1", six decimals each
+    for number, sigma in zip((printed[1], printed[4], printed[7]), SIGMAS):
+        assert float(number) == pytest.approx(rmse(image, expected, sigma), abs=2e-6)
+
+
+def test_temporary_files_cannot_be_guessed_and_reach_the_disk_before_the_rename(tmp_path, monkeypatch):
+    path, names, steps = tmp_path / "a.txt", [], []
+    for call in ("fsync", "replace"):
+        monkeypatch.setattr(os, call, lambda *given, call=call, real=getattr(os, call): (steps.append(call), real(*given)))
+    for _ in range(2):
+        with written_beside(path) as beside:
+            assert beside.parent.stat().st_mode & 0o077 == 0, "others could put a link in the way"
+            names.append(beside)
+            beside.write_text("new")
+    assert names[0] != names[1] and steps == ["fsync", "replace"] * 2
+    assert path.read_text() == "new" and list(tmp_path.iterdir()) == [path]

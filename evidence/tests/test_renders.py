@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: Apache-2.0
+"""scripts/bench renders: a tiny complete run, interrupted and resumed, and its parts on synthetic data."""
+
+import csv
+import re
+import subprocess
+import types
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from evidence.__main__ import main as bench
+from evidence.base.files import read_exr
+from evidence.measure import gains
+from evidence.measure.image_error import MEASURES, displayed_rmse
+from evidence.renders import judge, renderer, renders, views
+from evidence.renders.renderer import run_pathtracer
+
+
+@pytest.fixture(autouse=True)
+def few_parts(monkeypatch):
+    monkeypatch.setattr(renderer, "REFERENCE_PARTS", 4)  # each part is a start of the path tracer
+
+
+def arguments(pathtracer, out, *more):
+    return ["--size", "36x34", "--crop", "17x16", "--scenes", "penumbra", "--samplers", "zorder,blue", "--spp", "4",
+            "--seeds", "2", "--reference-spp", "64", "--jobs", "2", "--out", str(out), "--pages", str(out / "pages"),
+            "--pathtracer", str(pathtracer), "--no-times", *more]
+
+
+def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, cache, tmp_path, monkeypatch, capsys):
+    out, made = tmp_path / "report", []
+    real = judge.measure
+
+    def counted(program, task, *more):
+        if len(made) == 7:
+            raise KeyboardInterrupt
+        made.append(task)
+        return real(program, task, *more)
+
+    monkeypatch.setattr(judge, "measure", counted)
+    with pytest.raises(SystemExit, match="run the command again"):
+        bench(["renders", *arguments(pathtracer, out)])
+    assert not out.exists() and 0 < len(made) < 32
+
+    # Four crops, four samplers, two seeds.
+    first, made[:] = list(made), []
+    monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
+    bench(["renders", *arguments(pathtracer, out)])
+    assert not set(first) & set(made) and len(first) + len(made) == 32
+    text = (out / "renders.md").read_text(encoding="utf-8")
+    assert text.rstrip("\n") in capsys.readouterr().out
+    assert "scripts/bench renders --size 36x34 --crop 17x16" in text and "4 crops of 17x16 pixels, out of pictures of 36x34" in text and str(tmp_path) not in text
+
+    with open(out / "pages/renders.csv", newline="", encoding="utf-8") as file:
+        rows = {(row["scene"], row["view"], row["sampler"], row["spp"]): row for row in csv.DictReader(file)}
+    # At 1, 2, 3 and 4.
+    assert len(rows) == 4 * 4 * 4
+    for row in rows.values():
+        assert row["seeds"] == "2" and all(float(row[name]) > 0 for name in MEASURES)
+        assert float(row["rmse_2.1"]) < float(row["rmse"])
+    headline = gains.read_rows(out / "renders_headline.csv")
+    gain = headline["displayed_2.1", 4, "blue", "white"]
+    assert gain.low < gain.value < gain.high and gain.views + gain.left_out == 4
+    assert gain.text() in text
+    for name in re.findall(r"\((renders[^)]*)\)", text):
+        assert (out / name).is_file(), name
+
+    # Found again, all of it: only the text is compared.
+    made.clear()
+    monkeypatch.setattr(renders.Report, "plot", lambda *_: None)
+    bench(["renders", *arguments(pathtracer, out)])
+    assert made == [] and (out / "renders.md").read_text(encoding="utf-8") == text
+    assert sorted(path.name for path in cache.iterdir()) == ["references", "renders"]
+
+
+def test_a_change_of_one_sampler_renders_that_sampler_again(pathtracer, tmp_path, monkeypatch):
+    """A path tracer with another seed for blue simulates one with another table."""
+    program, made, real = tmp_path / "pathtracer", [], judge.measure
+    monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
+    view = views.crops("core", ("lens",), (64, 48), (16, 17))[0]
+    tasks = judge.plan((view,), ("white", "sobol", "zorder", "blue"), {1: 1, 4: 1})
+    for other in ("", "--seed 77"):
+        program.write_text(f"""#!/bin/sh
+case "$*" in *"--sampler blue"*) exec '{pathtracer}' "$@" {other} ;; *) exec '{pathtracer}' "$@" ;; esac
+""")
+        program.chmod(0o755)
+        reference = judge.render_reference(program, view, 32)
+        judge.Run(program, "renders", 4, 2).results({view: reference}, tasks)
+    assert sorted(task.label for task in made[:4]) == ["blue", "sobol", "white", "zorder"]
+    assert [task.label for task in made[4:]] == ["blue"]
+
+
+def test_figures_are_those_of_single_renders(pathtracer, tmp_path):
+    view = views.crops("core", ("cornell",), (64, 48), (16, 17))[0]
+    reference = judge.render_reference(pathtracer, view, 64)
+    for label in ("blue", "zorder"):
+        task = judge.Task(view, label, 1, (2, 4))
+        rows = judge.measure(pathtracer, task, reference)
+        run_pathtracer(pathtracer, [*view.request(label, 4, 1).arguments(), "--quiet", "-o", tmp_path / "one.exr"])
+        whole = read_exr(tmp_path / "one.exr")[0]
+        assert rows[1]["rmse"] == pytest.approx(np.sqrt(np.mean((whole - reference.picture) ** 2)), rel=1e-4)
+        assert rows[1]["displayed_2.1"] == pytest.approx(displayed_rmse(whole, reference.picture, 1.0, 2.1), rel=1e-4)
+
+
+def made_up(blue, seeds=8):
+    """A report on four crops of one scene: white has an error of 1, sobol 1/2, and blue the given one, with 1 % noise."""
+    rng, chosen = np.random.default_rng(11), views.crops("core", ("cornell",), (64, 64), (16, 16))
+    labels = ("white", "sobol", "blue")
+    options = types.SimpleNamespace(labels=labels, seeds={1: seeds, 16: seeds}, size=(64, 64), views="core", out=Path("o"),
+                                    reference_spp=64, command="scripts/bench renders")
+    references = {view: judge.Reference(np.ones((16, 16, 3), np.float32), dict.fromkeys(MEASURES, 1e-5), 64, 1.0, mean_error=1e-5)
+                  for view in chosen}
+    results = {}
+    for view in chosen:
+        for label, error in zip(labels, (1.0, 0.5, blue)):
+            for seed in range(seeds):
+                noise = np.exp(0.01 * rng.standard_normal())
+                mean = 1 + 0.001 * rng.standard_normal()
+                results[judge.Task(view, label, seed, (1, 16))] = [
+                    {"spp": spp, **dict.fromkeys(MEASURES, error * noise), "mean": mean}
+                    for spp in (1, 16)], {}
+    return renders.Report(options, judge.Cells(results), references)
+
+
+def test_the_answer_comes_first_and_says_losses_and_biases():
+    report = made_up(0.25)
+    assert report.text().split("\n")[4] == report.short()
+    assert "none found one" in report.short() and "none did" in report.short() and "4.0" in report.text() and "| 2.0" in report.text()
+    assert "No cell is worse" in report.worse_text() and "No cell is biased" in report.bias_text()
+    report = made_up(0.6)
+    for cell in [cell for at, cell in report.cells.values.items() if at[1] == "sobol"]:
+        cell["mean"] = [mean + 0.01 for mean in cell["mean"]]
+    assert report.worse_text().count("| worse |") == 2 * 3 and "Biased: sobol in cornell." in report.bias_text()
+    certain = sum(ratio.high < 1 for ratio in report.losses.values())
+    assert f"Of {len(report.losses)} tests for a loss to `sobol` {certain} found one, 2 of them in single pixels, without a blur; of {len(report.biases)} for a bias 1 did." in report.short()
+
+
+# ---- Views
+
+@pytest.mark.parametrize("scene", views.SCENES)
+def test_cameras_are_those_of_the_scenes(pathtracer, scene):
+    listed = subprocess.run([pathtracer, "--scene", scene, "--list-cameras"], check=True, capture_output=True, text=True).stdout
+    words = listed.split()
+    for name, own in zip(("--eye", "--target", "--fov"), views.CAMERAS[scene]):
+        numbers = [float(number) for number in words[words.index(name) + 1].split(",")]
+        assert numbers == pytest.approx(list(own) if isinstance(own, tuple) else [own], abs=2e-5)
+
+
+def test_sets_share_no_camera():
+    cameras = [{view.camera for view in views.crops(name)} for name in views.SETS]
+    assert all(len(own) == len(views.SCENES) for own in cameras) and len(set().union(*cameras)) == len(views.SETS) * len(views.SCENES)
+
+
+def test_crops_are_real_sizes_one_in_each_quarter():
+    for name in views.SETS:
+        for scene in views.SCENES:
+            own = views.crops(name, (scene,))
+            assert len(own) == 4 and len({view.picture for view in own}) == 1
+            assert own[0].width >= 1280 and own[0].height >= 960
+            for i, view in enumerate(own):
+                (x0, y0, x1, y1), (wide, high) = view.crop, (view.width // 2, view.height // 2)
+                assert view.size == (x1 - x0, y1 - y0) == views.CROP and view.pixels == views.CROP[0] * views.CROP[1]
+                assert i % 2 * wide <= x0 < x1 <= (i % 2 + 1) * wide and i // 2 * high <= y0 < y1 <= (i // 2 + 1) * high
+    # Placed by names alone: these bounds must stay, or results of other versions are of other places.
+    assert [view.crop[:2] for view in views.crops("held-out", ("cornell",))] == [(209, 16), (1067, 47), (330, 747), (896, 725)]

@@ -1,0 +1,287 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How samplers converge on one scene, including your own: `scripts/demo my.gltf`; without a scene, on the Cornell box
+
+Renders a reference and progressive runs of each sampler, and measures the error at every count and seed. Writes report.html with a
+slider that compares two pictures, enlarged parts, error images and their spectra, and plots of error against samples and time; the
+figures are in convergence.csv, and every picture of the first seed is there as EXR and PNG. References and results are kept in
+~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
+"""
+
+import argparse
+import base64
+import html
+import io
+import itertools
+import json
+import re
+import statistics
+import sys
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy import ndimage
+
+from evidence.base.command import Parser, names_of, parse_size, run_or_say_why, split_more
+from evidence.base.contact_sheet import enlarged_part, grey, preview, sheet
+from evidence.base.files import write_exr, write_image, write_rows, write_text
+from evidence.base.plots import plain_numbers, style
+from evidence.measure.gains import REFERENCE_MARGIN
+from evidence.measure.image_error import (
+    LUMINANCE,
+    SIGMAS,
+    all_errors,
+    blurred,
+    error_image,
+    luminance_error,
+    radial_spectrum,
+    spectrum_image,
+)
+from evidence.measure.ratios import ratio
+from evidence.renders.judge import Cells, Run, Task, pictures_of, render_references
+from evidence.renders.renderer import REFERENCE_PARTS, progressive, scene_label
+from evidence.renders.variants import OWN
+from evidence.renders.views import View
+
+from .to_gltf import scene_for
+
+MEASURES = {"rmse": "RMSE", "rmse_1.0": "sigma 1.0", "rmse_2.1": "sigma 2.1", "displayed_2.1": "displayed, sigma 2.1"}
+PLOTTED = {"rmse_2.1": "RMSE after a blur of 2.1 pixels", "rmse": "RMSE"}
+ERROR = "rmse_2.1"  # what is shown beside the pictures
+SEEDS_FOR_RATIO = 3  # with fewer seeds, intervals are too wide
+SAMPLERS = ("white", "sobol", "blue")
+# Without a scene: all counts are steps of one run, which is where padded Sobol' falls back. The scene is dark except for its lamp.
+DEMO = {"counts": (*range(1, 17), 64), "shown": (*range(1, 17), 64), "galleries": (1, 3, 4, 16), "start": 3, "exposure": 1.0,
+        "seeds": 6, "printed": (1, 2, 3, 4, 6, 8, 12, 16, 64)}
+
+
+class Pictures(Run):
+    """A judge.Run that keeps every picture of the first seed, and the seconds that rendering took."""
+
+    def measure(self, task, reference):
+        rows, kept = [], {}
+        for spp, picture, attributes in pictures_of(self.program, task):
+            rows.append({"spp": spp, "seconds": attributes["seconds"], **all_errors(picture, reference.picture, reference.exposure)})
+            if task.keep_pictures:
+                kept[str(spp)] = picture
+        return rows, kept
+
+
+# ---- The page
+
+def part_worth_showing(reference, picture):
+    """(left, top, width, height) of a square, a quarter of the picture wide, that is noisy and has detail, ignoring
+    lights and fireflies."""
+    def local_mean(values):
+        return ndimage.uniform_filter(np.minimum(values, np.quantile(values, 0.9)), side, mode="constant")
+
+    height, width = reference.shape[:2]
+    side = max(1, min(width, height) // 4)
+    edges = ndimage.gaussian_gradient_magnitude(np.asarray(reference @ LUMINANCE, np.float64), 1.0)
+    sums = local_mean(np.abs(luminance_error(picture, reference))) * local_mean(edges)
+    inside = sums[side // 2:height - (side - 1) // 2, side // 2:width - (side - 1) // 2]
+    top, left = np.unravel_index(np.argmax(inside), inside.shape)
+    return int(left), int(top), side, side
+
+
+def gallery(samplers, errors, previews, part):
+    """For one count, a column for each sampler: an enlarged part, its error, that error after a blur, and the spectrum of the error."""
+    white = errors[samplers[0]]
+    factor = max(1, min(white.shape) // part[2])
+    rows = [[[enlarged_part(previews[s], part, factor)] for s in samplers]]
+    for sigma in (0.0, SIGMAS[-1]):
+        shown = {s: blurred(errors[s], sigma) for s in samplers}
+        # One grey scale for all samplers: three standard deviations of white noise, robust to the lights.
+        full_scale = max(3 * 1.4826 * float(np.median(np.abs(shown[samplers[0]]))), 1e-12)
+        rows.append([[enlarged_part(grey(error_image(shown[s], full_scale)), part, factor)] for s in samplers])
+    level = max(float(np.mean(radial_spectrum(white)[1])), 1e-30)
+    rows.append([[grey(spectrum_image(errors[s], level)).resize(rows[0][0][0].size)] for s in samplers])
+    return sheet(rows, ("enlarged", "error", "blurred", "spectrum"), samplers)
+
+
+def plots(rows, errors):
+    """SVG: error reduction over the first sampler, errors against samples and time, power spectra at the last count."""
+    samplers, measures = list(rows), list(PLOTTED)
+    figure = Figure(figsize=(14, 11), layout="constrained")
+    axes = figure.subplots(3, len(measures), squeeze=False)
+    for column, measure in enumerate(measures):
+        base = [row[measure] for row in rows[samplers[0]].values()]
+        for name, own in rows.items():
+            values, seconds = ([row[key] for row in own.values()] for key in (measure, "seconds"))
+            for axis, x, y in zip(axes[:, column], (list(own), list(own), seconds), (np.divide(base, values), values, values)):
+                axis.loglog(x, y, **style(name, samplers))
+        axes[0, column].set_title(f"{PLOTTED[measure]}: {samplers[0]}'s over it")
+        for row, label in enumerate(("samples per pixel", "samples per pixel", "seconds of rendering, one thread")):
+            axes[row, column].set_xlabel(label)
+            plain_numbers(axes[row, column].xaxis, axes[row, column].yaxis)
+    for axis in axes.flat:
+        axis.grid(True, which="both", alpha=.22)
+    level = max(float(np.mean(radial_spectrum(errors[samplers[0]])[1])), 1e-30)
+    inset = axes[0, 0].inset_axes((.62, .05, .36, .4))
+    for name in samplers:
+        frequency, power = radial_spectrum(errors[name])
+        inset.semilogy(frequency, np.maximum(power, 1e-30) / level, **{**style(name, samplers), "marker": ""})
+    inset.set_title("power of the error by frequency", fontsize=7)
+    axes[0, 0].legend()
+    text = io.StringIO()
+    figure.savefig(text, format="svg", transparent=True)
+    return "<svg class=chart" + text.getvalue().partition("<svg")[2]
+
+
+def uri(image, kind="PNG", **options):
+    data = io.BytesIO()
+    image.convert("RGB").save(data, kind, optimize=True, **options)
+    return f"data:image/{kind.lower()};base64," + base64.b64encode(data.getvalue()).decode()
+
+
+def note(one, other, errors, own_error):
+    """The line below the pictures: the errors of two samplers and, where seeds and reference permit it, their ratio."""
+    rms = {name: float(np.sqrt(np.mean(np.square(errors[name])))) for name in (one, other)}
+    text = f"Error after a blur of 2.1 pixels: {one} {rms[one]:.3g}, {other} {rms[other]:.3g}. "
+    if len(errors[one]) < SEEDS_FOR_RATIO:
+        return text + f"A ratio needs at least {SEEDS_FOR_RATIO} seeds."
+    if min(rms.values()) < REFERENCE_MARGIN * own_error:
+        return text + f"The reference's own error, {own_error:.2g}, is too large for a ratio."
+    found = ratio(errors[one], errors[other])
+    if found.low <= 1 <= found.high:
+        return text + f"No significant difference over {len(errors[one])} seeds."
+    times = sorted(max(value, 1 / value) for value in (found.low, found.value, found.high))
+    return (text + f"The error of {other if found.value > 1 else one} is {times[1]:.2f} times smaller ({times[0]:.2f} to {times[2]:.2f} "
+            f"over {len(errors[one])} seeds).")
+
+
+def html_table(head, lines):
+    rows = ["<tr>" + "".join(f"<{tag}>{html.escape(text)}</{tag}>" for text in line) + "</tr>"
+            for tag, line in (("th", head), *(("td", line) for line in lines))]
+    return f'<div class="wide" tabindex="0"><table>{"".join(rows)}</table></div>'
+
+
+def page(options, rows, pictures, reference, notes):
+    """The text of report.html. rows: of summary(); pictures: {(sampler, count): array}."""
+    samplers, name = options.samplers, scene_label(options.scene)
+    images = {key: preview(picture, options.exposure) for key, picture in pictures.items()}
+    data = {
+        "scene": name, "size": options.size, "counts": options.shown, "start": options.shown.index(options.start),
+        "reference": uri(preview(reference.picture, options.exposure)),
+        # JPEG at a quality that preserves noise.
+        "pictures": {s: [uri(images[s, n], "JPEG", quality=86, subsampling=0) for n in options.shown] for s in samplers},
+        "errors": {s: [f"{rows[s][n][ERROR]:.3g}" for n in options.shown] for s in samplers},
+        "notes": [{f"{one}|{other}": note(one, other, {s: rows[s][n]["each"] for s in samplers}, reference.own[ERROR])
+                   for one, other in itertools.combinations(samplers, 2)} for n in options.shown]}
+    errors = {(s, n): luminance_error(pictures[s, n], reference.picture) for n in options.galleries for s in samplers}
+    for n in options.galleries:
+        # A single firefly would dominate a spectrum.
+        most = max(float(np.quantile(np.abs(errors[samplers[0], n]), 0.99)), 1e-12)
+        errors.update({(s, n): np.clip(errors[s, n], -most, most) for s in samplers})
+    part = part_worth_showing(reference.picture, pictures[samplers[0], options.start])
+    parts = ["<h2>Pictures</h2>", "<p>A noisy part of the picture, enlarged; its signed luminance error, grey where it is zero, on one scale "
+             "for all samplers; that error after a blur of 2.1 pixels, on another; and the power spectrum of the error, frequency 0 in the "
+             f"middle, black at a thousandth of {samplers[0]}'s mean.</p>"]
+    for n in options.galleries:
+        shown = gallery(samplers, {s: errors[s, n] for s in samplers}, {s: images[s, n] for s in samplers}, part)
+        parts.append(f'<details{" open" * (n == options.start)}><summary>{n} sample{"s" * (n > 1)} per pixel</summary><div class="wide" tabindex="0">'
+                     f'<img class=gallery alt="parts, errors and spectra" src="{uri(shown)}"></div></details>')
+    parts += ["<h2>Plots</h2>", f'<div class="wide" tabindex="0">{plots(rows, {s: errors[s, options.galleries[-1]] for s in samplers})}</div>',
+              "<h2>Figures</h2>", html_table(header(samplers), texts(rows, options.counts)), *(f"<p>{html.escape(text)}</p>" for text in notes)]
+    text = (Path(__file__).parent / "report.html").read_text(encoding="utf-8").replace("SCENE", html.escape(name))
+    # "</" would end the script element.
+    return text.replace("DATA", json.dumps(data).replace("</", "<\\/")).replace("PARTS", "\n".join(parts))
+
+
+# ---- Figures
+
+def summary(cells, view, samplers, counts):
+    """{sampler: {count: row}}: medians over seeds, which are robust to fireflies, and under "each" the errors ERROR of every seed."""
+    def row(cell):
+        return {**{name: statistics.median(cell[name]) for name in ("seconds", *MEASURES)}, "each": cell[ERROR]}
+
+    return {label: {spp: row(cells.values[view, label, spp]) for spp in counts} for label in samplers}
+
+
+def header(samplers):
+    return ["sampler", "spp", "seconds", *MEASURES.values(), f"sigma 2.1, over {samplers[-1]}"]
+
+
+def texts(rows, counts):
+    """The table's lines; the last column is the error after sigma 2.1 over the last sampler's."""
+    *_, last = rows.values()
+    return [[label, str(spp), f"{own[spp]['seconds']:.3f}", *(f"{own[spp][name]:.5f}" for name in MEASURES),
+             f"{own[spp][ERROR] / last[spp][ERROR]:.2f}" if last[spp][ERROR] else ""] for spp in counts for label, own in rows.items()]
+
+
+def text_table(lines):
+    widths = [max(map(len, column)) for column in zip(*lines)]
+    return "".join(line[0].ljust(widths[0]) + "  " + "  ".join(c.rjust(w) for c, w in zip(line[1:], widths[1:])) + "\n" for line in lines)
+
+
+def notes_of(options, reference):
+    own = ", ".join(f"{reference.own[name]:.5f} ({MEASURES[name]})" for name in ("rmse", "rmse_1.0", "rmse_2.1"))
+    return [f"Scene {options.scene}, {options.size[0]}x{options.size[1]} pixels: medians over {options.seeds} seeds. RMSE is the root mean square "
+            "over pixels and channels of linear radiance; sigma is the Gaussian blur, in pixels, before the error is measured: what remains "
+            "visible from a distance. As displayed, pictures are exposed and clipped first. Seconds count rendering only, on one thread.",
+            f"Reference: sampler sobol, {reference.spp} samples per pixel, a different seed. Its own error is about {own}; errors close to "
+            "that are unreliable."]
+
+
+# ---- The command
+
+def parse_options(arguments):
+    parser = Parser("", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
+                    epilog="Arguments after -- are passed to the path tracer: scripts/demo my.gltf -- --env sky.exr")
+    parser.prog, parser.description = "scripts/demo", __doc__
+    parser.add_argument("scene", nargs="?", help="a built-in scene (pathtracer --list), a .gltf or .glb file, or a mesh, which scripts/to-gltf converts")
+    parser.add_argument("--samplers", type=names_of("sampler", OWN), default=SAMPLERS, metavar="A,B,...",
+                        help=f"samplers out of {', '.join(OWN)} (default {','.join(SAMPLERS)})")
+    parser.number("--spp", 64, "largest number of samples per pixel")
+    parser.add_argument("--size", type=parse_size, default=(256, 256), metavar="WxH", help="picture size (default 256x256)")
+    parser.number("--seeds", 5, "seeds over which medians are taken")
+    parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="exposure of the pictures, in stops")
+    parser.number("--reference-spp", 2048, f"samples per pixel of the reference, a multiple of {REFERENCE_PARTS}")
+    parser.number("--jobs", 2, "runs at a time, one thread each")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default out/demo, or out/demo/SCENE)")
+    parser.hidden("--pathtracer", "build/examples/pathtracer/pathtracer")
+    arguments, more = split_more(arguments)
+    options = parser.parse_args(arguments)
+    settings = {} if options.scene else DEMO
+    options.out = options.out or Path("out/demo") / (scene_label(options.scene) if options.scene else "")
+    options.scene = options.scene or "cornell"
+    counts = tuple(sorted({n for k in range(17) for n in (2**k, 3 * 2**k) if n < options.spp} | {options.spp}))
+    shown = [*[n for n in (1, 4, 16, 64, 256) if n < options.spp][-3:], options.spp]
+    vars(options).update({"more": more, "counts": counts, "shown": counts, "galleries": shown, "printed": shown,
+                          "start": shown[min(1, len(shown) - 1)], **settings})
+    if options.reference_spp % REFERENCE_PARTS:
+        parser.error(f"--reference-spp must be a multiple of {REFERENCE_PARTS}, not {options.reference_spp}")
+    if not re.fullmatch(r"[A-Za-z0-9_-]+", options.scene) and not Path(options.scene).is_file():
+        parser.error(f"file {options.scene} does not exist")
+    return options
+
+
+def run(arguments):
+    options = parse_options(arguments)
+    options.scene = scene_for(options.scene, options.out, "demo")
+    view = View(options.scene, "", *options.size, options.more, options.exposure)
+    # Try names and options with one sample before spending hours on a reference.
+    for label in options.samplers:
+        list(progressive(options.pathtracer, view.request(label, 1), [1]))
+    references = render_references(options.pathtracer, (view,), options.reference_spp)
+    tasks = [Task(view, label, seed, options.counts, seed == 0) for seed in range(options.seeds) for label in options.samplers]
+    work = Pictures(options.pathtracer, "convergence", options.counts[-1], options.jobs)
+    cells, reference = Cells(work.results(references, tasks)), references[view]
+    rows = summary(cells, view, options.samplers, options.counts)
+    pictures = {(label, spp): picture for (_, label, spp), picture in cells.pictures.items()}
+    for (label, spp), picture in pictures.items():
+        path = options.out / f"{label}_{spp}.exr"
+        write_exr(path, picture, {"sampler": label, "spp": spp, "scene": options.scene})
+        write_image(path.with_suffix(".png"), preview(picture, options.exposure))
+    notes = notes_of(options, reference)
+    fields = ("sampler", "spp", "seconds", *MEASURES)
+    write_rows(options.out / "convergence.csv", fields,
+               [{"sampler": label, "spp": spp, **{name: row[name] for name in fields[2:]}} for label, own in rows.items() for spp, row in own.items()])
+    write_text(options.out / "report.html", page(options, rows, pictures, reference, notes))
+    print(text_table([header(options.samplers), *texts(rows, options.printed)]))
+    print(*notes, sep="\n")
+    print(f"Written: {options.out}/report.html, convergence.csv, and an EXR and a PNG of each picture.")
+
+
+if __name__ == "__main__":
+    run_or_say_why(run, sys.argv[1:], "demo")

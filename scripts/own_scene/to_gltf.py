@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Converts OBJ, PLY, STL, OFF and other meshes to GLB, which the path tracer reads.
+
+trimesh reads the file; materials of an MTL become glTF's. One line says what the file has and the GLB lacks.
+"""
+
+import argparse
+import re
+import sys
+from pathlib import Path
+
+from evidence.base.command import CommandError, run_or_say_why
+from evidence.base.whole_files import written_beside
+
+GLTF = (".gltf", ".glb")
+GLASS = ("4", "6", "7", "9")  # values of illum
+TEXTURES = {"map_ke": "emissiveTexture", "norm": "normalTexture"}
+READ = {"name", "image", "ka", "kd", "ks", "ns", "ke", "ni", "tf", "tr", "d", "illum", "pr", "pm", "map_kd", "options", *TEXTURES}
+OPTIONS = re.compile(r"^(?:-\w+(?:\s+(?:[-+.\deE]+|on|off))*\s+)+")  # before the name of a texture
+
+
+def resolver_of(trimesh, path, lost):
+    """Finds the files that a mesh names, with what Windows programs write, and notes those that are missing."""
+
+    class Resolver(trimesh.resolvers.FilePathResolver):
+        def get(self, name):
+            name = re.sub(r"^[A-Za-z]:.*/", "", str(name).strip().strip('"').replace("\\", "/"))
+            try:
+                data = super().get(name)
+            except (OSError, ValueError):
+                lost.add(f"{name}, which is missing")
+                raise
+            return b"\n".join(map(plain_map, data.splitlines())) if name.lower().endswith(".mtl") else data
+
+    def plain_map(line):
+        """trimesh takes the options of map_Kd for a part of its name."""
+        words = re.match(rb"\s*map_kd\s+(.*)", line, re.I)
+        text = words[1].decode("utf-8", "replace") if words else ""
+        options = OPTIONS.match(text)
+        return b"options " + options[0].encode() + b"\nmap_kd " + text[options.end():].encode() if options else line
+
+    return Resolver(str(path))
+
+
+def transform_of(options):
+    """KHR_texture_transform of the options of an MTL's texture, whose v points up."""
+    pair = {"-s": [1.0, 1.0], "-o": [0.0, 0.0]}
+    for name, values in re.findall(r"(-[so])((?:\s+[-+.\deE]+)+)", " ".join(options)):
+        numbers = [float(v) for v in values.split()[:2]]
+        pair[name][:len(numbers)] = numbers
+    (su, sv), (u, v) = pair["-s"], pair["-o"]
+    return {"scale": [su, sv], "offset": [u, 1 - sv - v]}
+
+
+def converted(trimesh, source, own_resolver, lost):
+    """A glTF material of an MTL's, its extensions, its exact factors, and the transformation of its texture."""
+    from PIL import Image
+
+    mtl = {name: value for name, value in source.kwargs.items() if value not in (None, [])}
+    number = lambda name, default: float(mtl[name][0]) if name in mtl else default
+    lost.update(sorted(name for name in mtl if name not in READ))
+    # A texture multiplies its colour, and stands alone where that is missing.
+    colour = list(mtl.get("kd", [0.6 if source.image is None else 1.0] * 3))
+    emission = [float(v) for v in mtl.get("ke", [float("map_ke" in mtl)] * 3)]
+    cover = number("d", 1 - number("tr", 0.0))
+    glass = mtl.get("illum", ["0"])[0] in GLASS or cover < 0.5
+    if cover < 1 and not glass:
+        lost.add("d, as partial transparency")
+    shine = max(mtl.get("ks", [0.0]))
+    metal = shine > 0 and max(colour) < 0.01 and source.image is None
+    extensions = {}
+    if "pr" not in mtl and "pm" not in mtl and (shine == 0 or mtl.get("illum", ["2"])[0] in ("0", "1")):
+        extensions["KHR_materials_specular"] = {"specularFactor": 0.0}
+    if glass:
+        extensions = {"KHR_materials_transmission": {"transmissionFactor": 1.0}, "KHR_materials_ior": {"ior": number("ni", 1.5)}}
+        colour = [float(v) for v in mtl.get("tf", [])] or [1.0, 1.0, 1.0]
+    if max(emission) > 1:
+        extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": max(emission)}
+        emission = [v / max(emission) for v in emission]
+    textures = {}
+    for name, meant in TEXTURES.items():
+        if name in mtl:
+            try:
+                textures[meant] = Image.open(trimesh.util.wrap_as_stream(own_resolver.get(OPTIONS.sub("", " ".join(mtl[name])))))
+            except (OSError, ValueError):
+                continue
+    # The lobe of Blinn and Phong's exponent is as wide.
+    rough = 0.0 if glass else (2 / (float(mtl.get("ns", 0)) + 2)) ** 0.25
+    material = trimesh.visual.material.PBRMaterial(
+        baseColorFactor=[255] * 4, metallicFactor=number("pm", 1.0 if metal else 0.0),
+        roughnessFactor=number("pr", rough), emissiveFactor=emission, baseColorTexture=source.image, doubleSided=True, **textures)
+    # trimesh rounds factors to bytes.
+    factors = {"baseColorFactor": [*(mtl["ks"] if metal else colour), 1.0]}
+    return material, extensions, factors, transform_of(mtl["options"]) if "options" in mtl else None
+
+
+def convert(path, output):
+    """Writes the GLB; returns what the file has and the GLB lacks."""
+    import trimesh
+
+    lost, more = set(), {}
+    own_resolver = resolver_of(trimesh, path, lost)
+    try:
+        scene = trimesh.load_scene(str(path), resolver=own_resolver, process=False)
+    except Exception as error:  # of as many kinds as there are formats
+        raise CommandError(f"trimesh cannot read {path}: {str(error).splitlines()[0] if str(error) else type(error).__name__}") from None
+    if not any(len(getattr(mesh, "faces", ())) for mesh in scene.geometry.values()):
+        raise CommandError(f"{path} has no triangles")
+    text = path.read_bytes() if path.suffix.lower() == ".obj" else b""
+    if re.search(rb"^f(?:[ \t]+\S+){5}", text, re.M):
+        lost.add("the shape of concave polygons")
+    coloured = re.search(rb"^v(?:[ \t]+\S+){6}", text, re.M)
+    known = {}
+    for mesh in scene.geometry.values():
+        source = getattr(mesh.visual, "material", None)
+        if not isinstance(source, trimesh.visual.material.SimpleMaterial):
+            continue
+        if coloured:
+            lost.add("vertex colours of what has a material")
+        if id(source) not in known:
+            name = f"{len(known)} {source.kwargs.get('name', source.name) or ''}".strip()
+            known[id(source)], *more[name] = converted(trimesh, source, own_resolver, lost)
+            known[id(source)].name = name
+        mesh.visual = trimesh.visual.TextureVisuals(uv=mesh.visual.uv, material=known[id(source)])
+
+    def finish(tree):
+        used = set()
+        for material in tree.get("materials", []):
+            extensions, factors, transform = more.get(material.get("name"), ({}, {}, None))
+            material["pbrMetallicRoughness"].update(factors)
+            texture = material["pbrMetallicRoughness"].get("baseColorTexture")
+            if transform and texture:
+                texture["extensions"] = {"KHR_texture_transform": transform}
+                used.add("KHR_texture_transform")
+            material["extensions"] = extensions
+            used.update(extensions)
+        grey = {"pbrMetallicRoughness": {"baseColorFactor": [0.6, 0.6, 0.6, 1], "metallicFactor": 0}, "doubleSided": True,
+                "extensions": {"KHR_materials_specular": {"specularFactor": 0.0}}}
+        for primitive in (p for mesh in tree["meshes"] for p in mesh["primitives"] if "material" not in p):
+            white = {**grey, "pbrMetallicRoughness": {"metallicFactor": 0}}
+            tree.setdefault("materials", []).append(white if "COLOR_0" in primitive["attributes"] else grey)
+            primitive["material"] = len(tree["materials"]) - 1
+            used.add("KHR_materials_specular")
+        tree["extensionsUsed"] = sorted({*tree.get("extensionsUsed", []), *used})
+
+    data = trimesh.exchange.gltf.export_glb(scene, tree_postprocessor=finish)
+    if not output.is_file() or output.read_bytes() != data:  # its time tells the demo that it is the same
+        with written_beside(output) as beside:
+            beside.write_bytes(data)
+    return sorted(lost)
+
+
+def scene_for(path, folder, program):
+    """A file that the path tracer reads: this one, or its conversion in the folder, which a line names."""
+    path = Path(path)
+    if path.suffix.lower() in GLTF or not path.is_file():
+        return str(path)
+    output = Path(folder) / "scene" / f"{path.stem}.glb"  # the demo looks at the files beside it
+    lost = convert(path, output)
+    print(f"{program}: {output} is {path} as glTF" + (f", without: {', '.join(lost)}" if lost else ""), flush=True)
+    return str(output)
+
+
+def run(arguments):
+    parser = argparse.ArgumentParser(prog="scripts/to-gltf", description=__doc__.splitlines()[0])
+    parser.add_argument("file", type=Path, help="a mesh in a format that trimesh reads")
+    parser.add_argument("-o", dest="output", type=Path, metavar="OUT.glb", help="the GLB (default: FILE with the ending .glb)")
+    options = parser.parse_args(arguments)
+    if not options.file.is_file():
+        raise CommandError(f"there is no file {options.file}")
+    output = options.output or options.file.with_suffix(".glb")
+    if output.suffix.lower() != ".glb" or output.resolve() == options.file.resolve():
+        raise CommandError(f"-o takes another file named .glb, not {output}")
+    lost = convert(options.file, output)
+    print(f"to-gltf: wrote {output}" + (f", without: {', '.join(lost)}" if lost else ""))
+
+
+if __name__ == "__main__":
+    run_or_say_why(run, sys.argv[1:], "to-gltf")

@@ -1,2 +1,0 @@
-# SPDX-License-Identifier: Apache-2.0
-"""Rendering, measuring and reporting for scripts/demo and scripts/bench."""

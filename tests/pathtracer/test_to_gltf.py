@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""scripts/to-gltf: meshes of strangers become scenes, and one line says what they lose."""
+
+import subprocess
+
+import numpy as np
+import OpenEXR
+import pytest
+from own_scene import to_gltf
+from PIL import Image
+
+SQUARE = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+FACE = "usemtl a\nf 1/1 2/2 3/3 4/4\n"
+
+
+def albedo(pathtracer, folder, capsys, obj, mtl, name="s.mtl"):
+    """The mean albedo of a square that fills the picture, and what the conversion said."""
+    (folder / "s.obj").write_bytes(obj if isinstance(obj, bytes) else obj.encode())
+    (folder / name).write_text(mtl)
+    to_gltf.run([str(folder / "s.obj")])
+    view = ["--eye", "0,0,5", "--target", "0,0,0", "--fov", "22.6", "--env", "sky", "--size", "32x32", "--spp", "4"]
+    subprocess.run([pathtracer.binary, "--scene", folder / "s.glb", *view, "--quiet", "-o", folder / "s.exr"], check=True)
+    with OpenEXR.File(str(folder / "s.exr"), separate_channels=True) as file:
+        channels = file.channels()
+        return np.array([channels[f"albedo.{c}"].pixels.mean() for c in "RGB"]), capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("obj", "name"), [
+    (f"mtllib s.mtl\n{SQUARE}{FACE}", "s.mtl"), (f"mtllib my lib.mtl\n{SQUARE}{FACE}", "my lib.mtl"),
+    (f"mtllib s.mtl \n{SQUARE}{FACE}", "s.mtl"), (f"\ufeffmtllib s.mtl\n{SQUARE}{FACE}", "s.mtl"),
+    (f"mtllib s.mtl\n{SQUARE}usemtl a\nf 1/1 2/2 \\\n3/3 4/4\n", "s.mtl"), (f"mtllib .\\s.mtl\n{SQUARE}{FACE}", "s.mtl")])
+def test_obj_files_as_programs_write_them(pathtracer, tmp_path, capsys, obj, name):
+    """Blanks in and after names, a byte order mark, continued lines, backslashes."""
+    found, said = albedo(pathtracer, tmp_path, capsys, obj, "newmtl a\nKd .5 .25 .125\n", name)
+    np.testing.assert_allclose(found, [0.5, 0.25, 0.125], atol=1e-3)
+    assert said == f"to-gltf: wrote {tmp_path / 's.glb'}\n"
+
+
+@pytest.mark.parametrize("options", ["-s 2 2", "-s 2 2 1 -o 0.5 0", "-clamp on"])
+def test_options_of_textures(pathtracer, tmp_path, capsys, options):
+    """A picture whose quarters differ, as often as its scale says: the mean stays."""
+    Image.fromarray(np.array([[[255, 0, 0], [0, 0, 0]], [[0, 0, 0], [0, 255, 0]]], np.uint8).repeat(8, 0).repeat(8, 1)).save(tmp_path / "m.png")
+    found, _ = albedo(pathtracer, tmp_path, capsys, f"mtllib s.mtl\n{SQUARE}{FACE}", f"newmtl a\nmap_Kd {options} m.png\n")
+    np.testing.assert_allclose(found, [0.25, 0.25, 0], atol=0.02)
+
+
+def test_materials_of_an_mtl(tmp_path):
+    """A roughness of 0, light above 1, and glass; textures that are missing or not converted are said."""
+    (tmp_path / "s.mtl").write_text("newmtl a\nKd 1 1 1\nPr 0.000\nPm 1\nnewmtl b\nKe 3 2 1\nnewmtl c\nillum 7\nNi 1.4\nmap_Kd none.png\nmap_d d.png\n")
+    faces = "".join(f"usemtl {name}\nf 1/1 2/2 3/3\n" for name in "abc")
+    (tmp_path / "s.obj").write_text(f"mtllib s.mtl\n{SQUARE}{faces}")
+    lost = to_gltf.convert(tmp_path / "s.obj", tmp_path / "s.glb")
+    assert lost == ["map_d", "none.png, which is missing"]
+    text = (tmp_path / "s.glb").read_bytes()
+    for part in (b'"roughnessFactor":0.0', b'"emissiveStrength":3.0', b'"transmissionFactor":1.0', b'"ior":1.4'):
+        assert part in text, part
+
+
+def test_what_is_lost_and_what_is_no_mesh(tmp_path, capsys):
+    (tmp_path / "s.mtl").write_text("newmtl a\nKd 1 1 1\n")
+    (tmp_path / "s.obj").write_text("mtllib s.mtl\nv 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 1 1 0 1 0 0\nv .5 .5 0 1 0 0\nv 0 1 0 1 0 0\nusemtl a\nf 1 2 3 4 5\n")
+    to_gltf.run([str(tmp_path / "s.obj"), "-o", str(tmp_path / "b.glb")])
+    assert "without: the shape of concave polygons, vertex colours of what has a material" in capsys.readouterr().out
+    (tmp_path / "s.txt").write_text("no mesh")
+    for name, said in (("s.txt", "trimesh cannot read"), ("none.obj", "there is no file")):
+        with pytest.raises(to_gltf.CommandError, match=said):
+            to_gltf.run([str(tmp_path / name)])
