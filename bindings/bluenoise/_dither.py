@@ -61,29 +61,45 @@ def dither(
     srgb: bool = False,
     channel_offset: bool = True,
 ) -> Any:
-    """Dithers a picture to a few levels with a mask. The result has the type, dtype and shape of the picture.
+    """Dither an image to a few levels with a mask.
 
-    A value v in [0, 1] becomes ``floor(v * (levels - 1) + t) / (levels - 1)``, where t is the value of the mask, which
-    is tiled over the picture. 0 and 1 are preserved.
+    A value v in [0, 1] becomes ``floor(v * (levels - 1) + t) / (levels - 1)``, where t is the value of the mask, which is tiled over
+    the image. 0 and 1 stay. Means stay too: integers that cannot hold evenly spaced levels get the nearest ones, and dithering allows
+    for that.
 
     Parameters
     ----------
-    image
-        An array, or what NumPy makes one of, such as a tensor on the processor, of shape (height, width) or (height, width,
-        channels): uint8 or uint16, whose largest value is full scale, or floats in [0, 1]; all channels are dithered. Or a
-        Pillow picture of mode 1, L, LA, I;16, F, P, PA, RGB or RGBA: its alpha channel is preserved, mode 1 becomes L, and
-        palettes become RGB or RGBA, and transparent colours alpha.
-    levels
-        The number of levels, 2 to 256, evenly spaced from 0 to full scale.
-    mask
-        Ranks of shape (height, width), or (n,) for a row, each of 0 .. n - 1 exactly once; or the values t themselves, floats
-        in [0, 1), such as a window of ``NeuralGenerator``. With shape (channels, height, width), as from ``mask(...,
-        channels=3)``, each channel of the picture has a mask of its own, the first ones if there are more. None: the built-in 64 x 64 mask.
-    srgb
-        True if values are sRGB-encoded; local means are then preserved in linear light.
-    channel_offset
-        True to shift the mask differently for each channel, so that the errors of channels are uncorrelated. Masks with
-        channels of their own are never shifted.
+    image : array_like or PIL.Image.Image
+        Shape ``(height, width)`` or ``(height, width, channels)``: uint8 or uint16, whose largest value is full scale, or floats in
+        [0, 1]; all channels are dithered. Or a Pillow image of mode 1, L, LA, I;16, F, P, PA, RGB or RGBA: alpha stays as it is, mode 1
+        becomes L, palettes become RGB or RGBA, and transparent colours alpha.
+    levels : int, default 2
+        Number of levels, 2 to 256, evenly spaced from 0 to full scale.
+    mask : array_like, optional
+        Ranks of shape ``(height, width)``, or ``(n,)`` for a row, each once; or the values t themselves, floats in [0, 1), such as a
+        window of `NeuralGenerator`. With shape ``(channels, height, width)``, each channel of the image has a mask of its own, the
+        first ones if there are more. Defaults to the built-in mask of 64 x 64 texels.
+    srgb : bool, default False
+        Whether values are sRGB-encoded; local means then stay in linear light.
+    channel_offset : bool, default True
+        Whether to shift the mask from channel to channel, so that their errors are uncorrelated. Masks with channels of their own
+        are never shifted.
+
+    Returns
+    -------
+    ndarray or PIL.Image.Image
+        Of the type, dtype and shape of the image.
+
+    Raises
+    ------
+    ValueError
+        A number is out of range, or a shape or mode does not fit.
+    TypeError
+        The image or the mask has another dtype.
+
+    Notes
+    -----
+    Takes about ten nanoseconds per value, and memory for the result and some megabytes.
 
     Examples
     --------

@@ -314,13 +314,29 @@ def ranked(path: Path, values: npt.NDArray[Any], rank: bool, option: str) -> arg
 
 
 def load(path: PathLike, *, rank: bool = False) -> arguments.Ranks:
-    """Reads a mask from a PNG or another picture (needs Pillow), an EXR (needs OpenEXR) or an NPY file: uint32 ranks of shape
-    (height, width), (channels, height, width), or any shape that ``save`` has written as NPY.
+    """Read a mask from a PNG or another image (needs Pillow), an EXR (needs OpenEXR) or an NPY file.
 
-    Values other than ranks are ranked; the ranks are those that were saved if all texels have different values. Otherwise, as
-    in textures of 8 bits, this is ``ValueError``, unless ``rank`` is True: equal values are then ordered at random, always in the
-    same way. Channels of a texture that have one value everywhere, such as an opaque alpha, are left out. Raises ``ValueError``
-    for damaged and other files, ``FileNotFoundError`` and ``ImportError``.
+    Values other than ranks are ranked; the ranks are those that were saved if all texels have different values. Channels that have
+    one value everywhere, such as an opaque alpha, are left out.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    rank : bool, default False
+        Accept values that occur more than once, as in textures of 8 bits: equal ones are ordered at random, always in the same way.
+
+    Returns
+    -------
+    ndarray of uint32
+        Ranks of shape ``(height, width)``, ``(channels, height, width)``, or any shape that `save` has written as NPY.
+
+    Raises
+    ------
+    ValueError
+        The file is damaged, holds no mask, or has equal values and `rank` is False.
+    FileNotFoundError, ImportError
+        The file or a package is missing.
     """
     given = _path(path)
     values = load_values(given)
@@ -334,12 +350,26 @@ def load(path: PathLike, *, rank: bool = False) -> arguments.Ranks:
 
 
 def save(path: PathLike, mask: npt.ArrayLike, *, bits: int = 16) -> None:
-    """Writes a mask, ranks from ``mask``, in the format of the name: ``.npy`` keeps the ranks; ``.png`` has the values (rank +
-    0.5) / n * 2**bits, rounded down, of 8 or 16 ``bits``, and ``.exr`` (needs OpenEXR) float values in [0, 1), both with one to
-    four channels: grey, grey and alpha (EXR: R, G), RGB, RGBA. A row becomes a picture of height 1.
+    """Write a mask in the format of the file's name, atomically.
 
-    PNG of 16 bits keeps up to 65536 ranks apart, EXR 2**24. The file is replaced atomically. Raises ``ValueError`` (the name,
-    what does not fit the format, no ranks), ``OSError``, which names the file, and ``ImportError``.
+    Parameters
+    ----------
+    path : path-like
+        ``.npy`` keeps the ranks. ``.png`` has (rank + 0.5) / n * 2**bits, rounded down, ``.exr`` (needs OpenEXR) floats in [0, 1);
+        both have one to four channels: grey, grey and alpha (EXR: R and G), RGB, RGBA.
+    mask : array_like of int
+        Ranks, as from `mask`. A row becomes an image of height 1.
+    bits : {16, 8}, optional
+        Bits per channel of a PNG. 16 bits keep up to 65536 ranks apart, EXR 2**24.
+
+    Raises
+    ------
+    ValueError
+        The name has another ending, the mask does not fit the format or is none.
+    OSError
+        The file cannot be written.
+    ImportError
+        A package is missing.
     """
     given = _path(path)
     suffix = given.suffix.lower()

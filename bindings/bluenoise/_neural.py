@@ -124,10 +124,29 @@ class NeuralGenerator:
     def mask(
         self, shape: Shape, seed: Seed = 0, *, out: Optional[Ranks] = None, progress: Optional[Progress] = None
     ) -> Ranks:
-        """Makes a toroidal mask: uint32 ranks of shape (h, w), each exactly once. Any size works; quality is guaranteed
-        from 16 x 16 up. ``out`` is an array for the result: uint32, in C order. ``progress`` is called with the fraction done,
-        at last with 1; returning a true value stops with ``CancelledError``. Raises ``ValueError``, ``TypeError`` and
-        ``MemoryError``."""
+        """Make a toroidal mask.
+
+        Parameters
+        ----------
+        shape : tuple of int
+            ``(height, width)``. Any size works; quality is promised from 16 x 16 up.
+        seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
+            As for `bluenoise.mask`.
+        out : ndarray of uint32, optional
+            A C-ordered array of the result's shape, which is filled and returned.
+        progress : callable, optional
+            Called with the fraction done, at last with 1. A true return value stops the work with ``CancelledError``.
+
+        Returns
+        -------
+        ndarray of uint32
+            Ranks of shape ``(height, width)``, or ``(channels, height, width)``.
+
+        Raises
+        ------
+        ValueError, TypeError, MemoryError
+            As `bluenoise.mask`.
+        """
         extents = arguments.shape(shape, 2)
         if len(extents) != 2:
             raise ValueError(f"shape of a neural mask must be (h, w), not {extents}")
@@ -147,10 +166,30 @@ class NeuralGenerator:
         *,
         out: Optional[npt.NDArray[np.float32]] = None,
     ) -> npt.NDArray[np.float32]:
-        """A window, with its corner at (x0, y0), into an endless plane of blue noise that never repeats: float32 values in
-        [0, 1) of shape (height, width), uniform over the plane. Overlapping windows of a seed agree within 1e-5.
-        Coordinates range from -2**40 to 2**40. ``out`` is an array for the result: float32, in C order. Raises
-        ``ValueError``, ``TypeError`` and ``MemoryError``."""
+        """Compute a window into an endless plane of blue noise that never repeats.
+
+        Parameters
+        ----------
+        x0, y0 : int
+            The corner, -2**40 to 2**40.
+        width, height : int
+            Extents in texels.
+        seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
+            As for `bluenoise.mask`.
+        out : ndarray of float32, optional
+            A C-ordered array of the result's shape, which is filled and returned.
+
+        Returns
+        -------
+        ndarray of float32
+            Values in [0, 1) of shape ``(height, width)``, or ``(channels, height, width)``, uniform over the plane. Overlapping windows of
+            a seed agree within 1e-5.
+
+        Raises
+        ------
+        ValueError, TypeError, MemoryError
+            As `bluenoise.mask`.
+        """
         x0, y0, width, height = _window(x0, y0, width, height, _FARTHEST)
         values = arguments.output(out, self._shape(height, width), np.float32)
         self._core.window(x0, y0, values, arguments.seed(seed))
@@ -163,8 +202,22 @@ class NeuralGenerator:
     def noise(
         x0: int, y0: int, width: int, height: int, seed: Seed = 0
     ) -> npt.NDArray[np.float32]:
-        """The white noise that is the input for windows: float32 in [0, 1) of shape (height, width), with equal bits on
-        every machine. Use it to train networks or to run them elsewhere. Coordinates range from -2**41 to 2**41."""
+        """Compute the white noise that is the input for windows, with equal bits on every machine.
+
+        Parameters
+        ----------
+        x0, y0 : int
+            The corner, -2**41 to 2**41.
+        width, height : int
+            Extents in texels.
+        seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
+            As for `bluenoise.mask`.
+
+        Returns
+        -------
+        ndarray of float32
+            Values in [0, 1) of shape ``(height, width)``: use them to train networks or to run them elsewhere.
+        """
         _check_build()
         return _core.neural_noise(*_window(x0, y0, width, height, 2 * _FARTHEST), arguments.seed(seed))
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from . import _arguments as arguments
 from . import _core
 from ._arguments import PointsMethod, Progress, Seed
-from ._masks import mask as make_mask
+from ._masks import void_and_cluster
 
 Points = npt.NDArray[np.float64]
 
@@ -36,16 +36,16 @@ def points(
     mask: Optional[npt.ArrayLike] = None,
     jitter: Optional[bool] = None,
 ) -> Points:
-    """Makes n blue-noise points in the unit square: float64 of shape (n, 2), x and y in [0, 1).
+    """Make blue-noise points in the unit square.
 
     Equal arguments give equal points on one machine. On others, ``"mask"`` gives the same bits; the two other methods
     depend on SciPy's rounding and version.
 
     Parameters
     ----------
-    n
+    n : int
         The number of points, 0 to 2**24.
-    method
+    method : {"best-candidate", "poisson-disk", "mask"}, optional
         ``"best-candidate"``: each point is the one of some random candidates that is farthest from the points so far, so
         that the first points of a set are a set, too. Toroidal: sets tile. Time grows with n**2; 4000 points take about a
         second. Mitchell, "Spectrally optimal sampling for distribution ray tracing", 1991. Needs SciPy.
@@ -56,13 +56,14 @@ def points(
 
         ``"mask"``: the texels of a mask with the n lowest ranks, in this order, so that the first points of a set are a
         set, too. Toroidal. The fastest: milliseconds for 1024 points.
-    seed
-        An integer from 0 to 2**64 - 1, a ``numpy.random.Generator``, from which one integer is drawn, a
-        ``numpy.random.SeedSequence``, or None for fresh entropy.
-    progress
-        A function that is called with the fraction done, at last with 1. If it returns a true value, the work stops with
+    seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
+        As for `mask`.
+    progress : callable, optional
+        Called with the fraction done, at last with 1. If it returns a true value, the work stops with
         ``CancelledError``.
-    candidates, mask, jitter
+    candidates : int, optional
+    mask : array_like of int, optional
+    jitter : bool, optional
         Options of single methods. None stands for the default, in brackets here; for other methods they are errors.
 
         ``"best-candidate"``: ``candidates`` (1), the number of candidates for each point so far, 1 to 64; a point has at most
@@ -74,6 +75,11 @@ def points(
         ``"mask"``: ``mask``, ranks of shape (height, width) with at least n texels, stretched over the square; by default
         void-and-cluster with eight texels a point. ``jitter`` (True): at random places in their texels, instead of at the
         centres.
+
+    Returns
+    -------
+    ndarray of float64
+        x and y in [0, 1), of shape ``(n, 2)``.
 
     Raises
     ------
@@ -225,7 +231,7 @@ def _mask(
 ) -> Points:
     if mask is None:
         side = max(1, math.ceil(math.sqrt(_TEXELS_PER_POINT * n)))
-        ranks = make_mask((side, side), seed=seed, progress=progress)
+        ranks = void_and_cluster((side, side), seed=seed, progress=progress)
     else:
         ranks = arguments.ranks("mask", mask)
         if ranks.size < n:

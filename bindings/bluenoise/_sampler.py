@@ -121,14 +121,38 @@ class Sampler:
         pair: Optional[Literal[0, 1]] = None,
         out: Optional[npt.NDArray[np.float32]] = None,
     ) -> npt.NDArray[np.float32]:
-        """Samples at arbitrary coordinates, float32 in [0, 1) of shape (..., dims).
+        """Draw samples at arbitrary coordinates.
 
-        ``x`` and ``y`` (pixel coordinates, -2**31 to 2**31 - 1), ``index`` and ``domain`` (0 to 2**32 - 1) are integers
-        or integer arrays that broadcast against each other. ``dims`` is the number of dimensions, 1 to 4; use the pairs
-        (0, 1) and (2, 3) for two-dimensional decisions. ``pair`` draws one of them alone, in about three quarters of the
-        time: dimensions (0, 1) for 0, (2, 3) for 1, of shape (..., 2); leave ``dims`` out. ``out`` is an array for the
-        result, which is returned: float32, in C order. Large arrays take about ten nanoseconds per sample of ``"blue"``;
-        new memory for them can take longer.
+        Parameters
+        ----------
+        x, y : array_like of int
+            Pixel coordinates, -2**31 to 2**31 - 1.
+        index : array_like of int
+            Sample of the pixel, 0 to 2**32 - 1.
+        domain : array_like of int, default 0
+            The decision, 0 to 2**32 - 1; see `domain`. All four broadcast against each other.
+        dims : int, default 4
+            Number of dimensions, 1 to 4; use (0, 1) and (2, 3) for two-dimensional decisions.
+        pair : {0, 1}, optional
+            Draws dimensions (0, 1) or (2, 3) alone, in about three quarters of the time; leave `dims` out.
+        out : ndarray of float32, optional
+            A C-ordered array of the result's shape, which is filled and returned.
+
+        Returns
+        -------
+        ndarray of float32
+            Numbers in [0, 1) of shape ``(..., dims)``.
+
+        Raises
+        ------
+        ValueError
+            A number is out of range, or shapes do not fit or broadcast.
+        TypeError
+            An argument does not hold integers.
+
+        Notes
+        -----
+        Takes about ten nanoseconds per sample of ``"blue"`` in large arrays.
         """
         dims = arguments.integer("dims", dims, 1, 4)
         if pair is not None:
@@ -186,13 +210,34 @@ class Sampler:
         *,
         out: Optional[npt.NDArray[np.float32]] = None,
     ) -> npt.NDArray[np.float32]:
-        """All samples of a rectangle of pixels, float32 in [0, 1) of shape (height, width, index_count, dims).
+        """Draw all samples of a rectangle of pixels, faster than `sample` and with equal bits.
 
-        The rectangle contains pixels x0 .. x0 + width - 1 and y0 .. y0 + height - 1, with indices first_index ..
-        first_index + index_count - 1. ``dims`` is the number of dimensions, 1 to 4. ``out`` is an array for the result, which
-        is returned: float32, in C order. This is faster than ``sample`` with four dimensions, and gives equal bits. Raises
-        ``ValueError`` if an extent is zero, a range exceeds the last coordinate (2**31 - 1) or index (2**32 - 1) or ``out``
-        does not fit, and ``MemoryError`` if the array is too large.
+        Parameters
+        ----------
+        x0, y0 : int
+            First column and row, -2**31 to 2**31 - 1.
+        width, height : int
+            Extents in pixels, at least 1.
+        first_index, index_count : int
+            Samples ``first_index`` to ``first_index + index_count - 1`` of each pixel.
+        domain : int, default 0
+            The decision; see `domain`.
+        dims : int, default 4
+            Number of dimensions, 1 to 4.
+        out : ndarray of float32, optional
+            A C-ordered array of the result's shape, which is filled and returned.
+
+        Returns
+        -------
+        ndarray of float32
+            Numbers in [0, 1) of shape ``(height, width, index_count, dims)``.
+
+        Raises
+        ------
+        ValueError
+            An extent is zero, or a range exceeds the last coordinate or index, or `out` does not fit.
+        MemoryError
+            The array is too large.
         """
         x0 = arguments.integer("x0", x0, *arguments.INT32)
         y0 = arguments.integer("y0", y0, *arguments.INT32)
@@ -221,10 +266,27 @@ class Sampler:
         return self._core.seed_words()
 
     def qmc(self, d: int, *, pixel: tuple[int, int] = (0, 0)) -> SamplerEngine:
-        """A ``scipy.stats.qmc.QMCEngine`` with d dimensions that returns the samples of pixel (x, y) in index order, float64 in (0, 1):
-        all 32 bits, each in the middle of its interval, so that integrals have no bias.
-        Dimensions 4k .. 4k + 3 are those of ``bluenoise.domain(k)``, so each group of sixteen belongs to one family. After 2**32
-        points it raises ``ValueError``. Needs SciPy (else ``ImportError``)."""
+        """Make a `scipy.stats.qmc.QMCEngine` of the samples of one pixel, in index order.
+
+        Parameters
+        ----------
+        d : int
+            Number of dimensions. Dimensions 4k to 4k + 3 are those of ``bluenoise.domain(k)``, so each group of sixteen belongs to
+            one family.
+        pixel : tuple of int, default (0, 0)
+            x and y.
+
+        Returns
+        -------
+        scipy.stats.qmc.QMCEngine
+            It returns float64 in (0, 1): all 32 bits, each in the middle of its interval, so that integrals have no bias. After
+            2**32 points it raises ``ValueError``.
+
+        Raises
+        ------
+        ImportError
+            SciPy is missing.
+        """
         try:
             from ._qmc import SamplerEngine
         except ModuleNotFoundError as error:
@@ -269,13 +331,25 @@ def domain(*keys: npt.ArrayLike) -> Union[int, npt.NDArray[np.uint32]]: ...
 
 
 def domain(*keys: Any) -> Any:
-    """The domain for a path of keys from the root, each from 0 to 2**32 - 1: an integer from 0 to 2**32 - 1 for
-    ``Sampler.sample`` and ``Sampler.block``. Arrays of keys broadcast, and give an array of domains, uint32, for
-    ``Sampler.sample``.
+    """Name a decision by a path of keys from the root.
 
-    A domain identifies one decision of a light path; samples of different domains are independent. Domains that differ only
-    in their last key, within an aligned group of four (0 to 3, 4 to 7, ...), form a family, which "blue" stratifies
-    jointly. Without keys, this is the root, 0. ``Path`` chooses the domains of a path for you.
+    Samples of different domains are independent. Domains that differ only in their last key, within an aligned group of four (0 to
+    3, 4 to 7, ...), form a family, which ``"blue"`` stratifies jointly. `PathSampler` chooses the domains of a path for you.
+
+    Parameters
+    ----------
+    *keys : array_like of int
+        Each from 0 to 2**32 - 1; arrays broadcast. Without keys, the result is the root, 0.
+
+    Returns
+    -------
+    int or ndarray of uint32
+        For `Sampler.sample` and `Sampler.block`.
+
+    Raises
+    ------
+    ValueError
+        A key is out of range, or keys do not broadcast.
     """
     found: Any = 0
     for key in keys:
@@ -290,8 +364,13 @@ def domain(*keys: Any) -> Any:
 
 
 def tables() -> npt.NDArray[np.uint32]:
-    """The tables of ``"blue"``, the same for every seed, as one flat uint32 array of 46.5 KiB: what shaders read, with the
-    seed of ``Sampler.seed_words``. ``bn/bn_draw.glsl`` describes the contents, docs/shaders.md how to draw."""
+    """Return the tables of ``"blue"``, the same for every seed: what shaders read.
+
+    Returns
+    -------
+    ndarray of uint32
+        46.5 KiB, flat. ``bn/bn_draw.glsl`` describes the contents, docs/shaders.md how to draw with them.
+    """
     return _core.tables()
 
 

@@ -18,11 +18,11 @@ import numpy.typing as npt
 from . import _arguments as arguments
 from . import _core, _files
 from ._arguments import Progress
-from ._glsl import TEXTS
 from ._masks import _BUILTIN_SIZES, anneal, builtin
 from ._measure import dithering_error
 from ._sampler import Sampler, tables
 
+TEXTS = Path(__file__).parent / "pack"  # shaders and licences, installed with the package
 FORMATS = ("png", "exr", "ktx2")
 SIZES = tuple(size for size in _BUILTIN_SIZES if _core.builtin_mask_exists(size))
 CHANNELS = (1, 2, 4)

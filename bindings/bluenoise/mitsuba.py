@@ -22,7 +22,6 @@ from __future__ import annotations
 import copy
 import math
 import weakref
-from types import SimpleNamespace
 from typing import Any, Optional
 
 try:
@@ -31,7 +30,7 @@ try:
 except ImportError as error:
     raise ImportError(f"the sampler needs Mitsuba 3; run pip install 'libbn[mitsuba]' ({error})") from None
 
-from . import _glsl
+from . import _drjit
 from ._path import PathSampler, RaySampler
 from ._sampler import Sampler, tables
 
@@ -49,10 +48,8 @@ class _Lanes:
     recorded loops capture their contents instead of carrying them along."""
 
     def __init__(self, words: Any, seed: Any, frame: Any, x: Any, y: Any) -> None:
-        # For the types of this variant.
-        self.text = _glsl.functions(mi.UInt32, dr.select, dr.brev)
-        self.words, self.seed, self.x, self.y = words, SimpleNamespace(x=seed[0], y=seed[1]), x, y
-        self.path = SimpleNamespace(domain=self.text.bn_path_stream_domain(frame))
+        self.words, self.seed, self.x, self.y = words, seed, x, y
+        self.stream = _drjit.stream_domain(frame)
 
     def at_index(self, index: Any, last: int) -> _Lanes:
         """The same lanes at other indices, the largest of which is `last`."""
@@ -60,13 +57,10 @@ class _Lanes:
         self.index, self.rounds = index, max(0, -(-(last.bit_length() - 8) // 4))
         return self
 
-    def word(self, at: Any) -> Any:
-        return dr.gather(mi.UInt32, self.words, at)
-
     def draw(self, domain: Any, pair: Any) -> tuple[Any, Any]:
-        """A pair of a domain, 0 to 3."""
-        bits = self.text.bn_draw_blue_pair_bits(self, self.seed, self.x, self.y, self.index, domain, pair)
-        return mi.Float(bits.x >> 8) * 2.0**-24, mi.Float(bits.y >> 8) * 2.0**-24
+        """Pair 0 or 1 of a domain."""
+        first, second = _drjit.pair_bits(self.words, self.seed, self.x, self.y, self.index, self.rounds, domain, pair)
+        return mi.Float(first >> 8) * 2.0**-24, mi.Float(second >> 8) * 2.0**-24
 
 
 class _Film:
@@ -204,7 +198,7 @@ def _vectorised(common: Any) -> Any:
         def next_2d(self, active: Any = True) -> Any:
             lanes = self._seeded()
             half = self._pairs & 1
-            first, second = lanes.draw(lanes.text.bn_path_ray_domain(lanes.path, self._pairs >> 1), half)
+            first, second = lanes.draw(_drjit.ray_domain(lanes.stream, self._pairs >> 1), half)
             self._pairs += 1
             self._singles = dr.select(half == 0, self._singles, mi.UInt32(0))  # the next ray begins
             return mi.Point2f(first, second)
@@ -212,8 +206,8 @@ def _vectorised(common: Any) -> Any:
         def next_1d(self, active: Any = True) -> Any:
             lanes = self._seeded()
             k = self._singles
-            ray = lanes.text.bn_path_ray_domain(lanes.path, self._pairs >> 1)
-            first, second = lanes.draw(lanes.text.bn_ray_1d_domain(ray, k), lanes.text.bn_ray_1d_pair(k))
+            ray = _drjit.ray_domain(lanes.stream, self._pairs >> 1)
+            first, second = lanes.draw(_drjit.single_domain(ray, k), k >> 1 & 1)
             number = dr.select((k & 1) == 0, first, second)
             self._singles += 1
             return number

@@ -3,8 +3,7 @@
  * files check and convert all arguments, so their types and ranges are valid here. */
 #include "core.hpp"
 
-/* All state is immutable or local to a call, so the module does not need the GIL. */
-PYBIND11_MODULE(_core, module, pybind11::mod_gil_not_used()) {
+PYBIND11_MODULE(_core, module) {
     module.doc() = "libbn on NumPy arrays; use the package bluenoise.";
     module.attr("__version__") = bn_version_string();
     bluenoise::bind_errors(module);

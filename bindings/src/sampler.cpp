@@ -2,7 +2,10 @@
  * Samplers and domains. */
 #include "core.hpp"
 
+#include <bn/bn_choose.h>
 #include <bn/bn_path.h>
+
+#include <cstring>
 
 namespace bluenoise {
 
@@ -99,6 +102,22 @@ UInt32s tables() {
     return UInt32s(static_cast<py::ssize_t>(count), words);
 }
 
+/* What was chosen, in the upper half, and the bits of the rest of the number. */
+uint64_t packed(uint32_t chosen, float rest) {
+    uint32_t bits;
+    std::memcpy(&bits, &rest, sizeof bits);
+    return uint64_t{chosen} << 32 | bits;
+}
+
+py::object choose_cdf(const Floats &cdf, const Floats &u) {
+    const float *table = cdf.data();
+    const auto count = static_cast<uint32_t>(cdf.size());
+    return py::vectorize([table, count](float number) {
+        const uint32_t index = bn_choose_cdf(table, count, &number);
+        return packed(index, number);
+    })(u);
+}
+
 } // namespace
 
 void bind_sampler(py::module_ &module) {
@@ -123,6 +142,15 @@ void bind_sampler(py::module_ &module) {
         .def("seed_words", &Sampler::seed_words);
     module.def("tables", &tables);
     /* These take numbers or arrays, which broadcast. */
+    module.def("choose", py::vectorize([](float probability, float u) {
+                   const auto chosen = static_cast<uint32_t>(bn_choose(probability, &u));
+                   return packed(chosen, u);
+               }));
+    module.def("choose_u32", py::vectorize([](uint32_t count, float u) {
+                   const uint32_t index = bn_choose_u32(count, &u);
+                   return packed(index, u);
+               }));
+    module.def("choose_cdf", &choose_cdf);
     module.def("domain_child", py::vectorize(&bn_domain_child), py::arg("domain"), py::arg("key"));
     module.def("stream_domain", py::vectorize(&bn_path_stream_domain));
     module.def("path_ray_domain", py::vectorize([](uint32_t domain, uint32_t ray) {

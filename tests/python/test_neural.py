@@ -289,3 +289,17 @@ def test_builtin_windows_show_one_uniform_plane(builtin):
         np.testing.assert_allclose(part, plane[y0 - 20 : y0 + 81, x0 + 300 : x0 + 450], atol=1e-5)
     far = builtin.window(2**40 - 64, -(2**40), 64, 64, seed=6)
     assert 0.4 < far.mean() < 0.6
+
+
+@pytest.mark.skipif(importlib.util.find_spec("onnxruntime") is None, reason="no package onnxruntime")
+@pytest.mark.parametrize("model", [None, ONE])
+def test_the_listing_of_the_page_on_masks_goes_from_a_model_to_samples(model):
+    page = (Path(__file__).resolve().parents[2] / "docs/masks.md").read_text(encoding="utf-8")
+    (listing,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    y, x = np.mgrid[:64, :64]
+    space = {"bluenoise": bluenoise, "model": model, "x": x, "y": y}
+    exec(listing, space)
+    first = space["u"][..., 0]
+    assert (np.argsort(first, axis=None, kind="stable") != np.arange(4096)).any()
+    # The first number of each pixel is its rank, scrambled by one key for all.
+    assert len(np.unique((first * 4096).astype(int))) == 4096
