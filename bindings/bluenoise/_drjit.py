@@ -57,7 +57,7 @@ def pair_bits(words: Any, seed: tuple[Any, Any], x: Any, y: Any, index: Any, rou
     family = (family ^ family >> 16) * 0xD35A2D97 + seed[1]
     column = (x ^ (0 - (family >> 31))) + (start >> 26)
     row = (y ^ (0 - (family >> 19 & 1))) + (family >> 20)
-    shuffle = (column >> 6) + (row >> 6) * 0x9E3779B9 + family
+    shuffle = (column >> 6) + (row >> 6) * 0x9E3779B1 + family
     shuffle = (shuffle ^ shuffle >> 16) * 0x21F0AAAD
     shuffle ^= shuffle >> 15
     at = (row & 63) << 6 | column & 63
@@ -65,7 +65,7 @@ def pair_bits(words: Any, seed: tuple[Any, Any], x: Any, y: Any, index: Any, rou
     block = _BLOCKS + (((at & 0xF00) >> 2) + (at & 0x3C) + member) * 2
     keys = shuffle * (member * 0x0BD794D6 + 0xD35A2D97)
     keys ^= keys >> 16
-    low = (_hash(x + y * 0x9E3779B9) ^ keys) * 0x21F0AAAD
+    low = (_hash(x + y * 0x9E3779B1) ^ keys) * 0x21F0AAAD
 
     # The digits of the index.
     t = ((index & 255) >> 1) - 1
