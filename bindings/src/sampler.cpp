@@ -172,7 +172,7 @@ void bind_sampler(py::module_ &module) {
                                               uint32_t index, uint32_t domain, uint32_t k) {
                    const bn_path path = {static_cast<uint32_t>(x), static_cast<uint32_t>(y), index,
                                          domain};
-                   return bn_draw_float(bn_loop_bits({seed0, seed1}, path, domain, k));
+                   return bn_draw_float(bn_loop_later_bits({seed0, seed1}, path, domain, k));
                }));
 }
 

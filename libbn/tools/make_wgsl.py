@@ -19,7 +19,8 @@ SOURCES = {"bn_draw.glsl": ["bn_draw.wgsl"], "bn_path.glsl": ["bn_path.wgsl"],
 # What the texts find defined, as they would in bn_draw.hlsl or bn_choose.h.
 DEFINED = {"BN_FUNCTION", "BN_TABLE", "BN_ANY", "BN_REVERSE_BITS", "bn_uint4", "BN_FLOAT4", "BN_CHOOSE_U", "BN_CHOOSE_LIMIT"}
 TYPES = {"BN_UINT": "u32", "BN_FLOAT2": "vec2f", "BN_FLOAT4": "vec4f", "bn_uint2": "vec2u", "bn_uint4": "vec4u",
-         "float": "f32", "BN_BOOL": "bool", "bn_blue_pixel": "bn_blue_pixel", "bn_path": "bn_path"}
+         "float": "f32", "BN_BOOL": "bool", "bn_blue_pixel": "bn_blue_pixel", "bn_path": "bn_path", "bn_ray": "bn_ray",
+         "bn_split": "bn_split", "bn_loop": "bn_loop"}
 REPLACEMENTS = {
     r"\b(BN_FUNCTION|BN_TABLE|BN_PASS_TABLE) ": "", r"\bBN_CHOOSE_TABLE ": "BN_UINT first, ", r"\bBN_FALSE\b": "false",
     r"\bbn_draw_domain_child\b": "bn_domain_child", r"\bBN_REVERSE_BITS\(": "reverseBits(", r"\bBN_TO_UINT\(": "u32(",
@@ -88,7 +89,7 @@ def variables(line: str, assigned: set) -> str:
 def function(head: str, body: str) -> str:
     """`head` is all before the brace, `body` what is between the braces, both with GLSL's types."""
     kind, name, listed = re.match(r"(\w+) (\w+)\((.*)\)", head).groups()
-    assigned = set(re.findall(r"^ *(?:for \()?(\w+)(?:\.\w+)? [-+*^&|<>]*= ", body, re.M))
+    assigned = set(re.findall(r"^ *(?:for \()?(\w+)(?:\.\w+)* [-+*^&|<>]*= ", body, re.M))
     parameters, first = [], []
     for each in listed.split(", "):
         if each == "BN_CHOOSE_U":
@@ -106,8 +107,8 @@ def function(head: str, body: str) -> str:
 def structure(found: re.Match) -> str:
     """Each member on a line, with its type behind it."""
     lines = []
-    for names, comment in re.findall(r"^ *BN_UINT (.*?);(?: +(/\*.*))?$", found[2], re.M):
-        lines += [f"    {name}: u32," for name in names.split(", ")]
+    for kind, names, comment in re.findall(r"^ *(\w+) (.*?);(?: +(/\*.*))?$", found[2], re.M):
+        lines += [f"    {name}: {TYPES[kind]}," for name in names.split(", ")]
         lines[-1] += f" {comment}" if comment else ""
     return found[1] + "\n".join(lines) + "\n}"
 

@@ -27,7 +27,7 @@ void answer(out uint result[16]) {
         v = bn_draw_white_pair_bits(seed, x, y, index, domain, pair);
         w = bn_draw_white_2d(seed, x, y, index, domain, pair);
     }
-    result[0] = domain;
+    result[0] = 0u;
     result[1] = bits.x;
     result[2] = bits.y;
     result[3] = bits.z;
@@ -60,6 +60,28 @@ void answer(out uint result[16]) {
         + 19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray, k) + 23u * bn_ray_1d_pair(k)
         + 25u * bn_ray_2d_domain(ray, k) + 27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray, k) + 31u * split
         + 33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain + 41u * last.index
-        + 43u * last.domain + 45u * bn_loop_bits(seed, branch, bn_ray_loop_domain(ray, k), k)
-        + 47u * bn_ray_child_domain(ray, k);
+        + 43u * last.domain + 45u * bn_loop_later_bits(seed, branch, bn_ray_loop_domain(ray, k), k)
+        + 47u * bn_ray_child_domain(ray, k) + 49u * domain;
+
+#ifndef NO_PATH_DRAWS
+    bn_ray object = bn_path_ray(path, CASE(12u));
+    bn_ray part = bn_ray_child(object, k);
+    bn_split ways = bn_ray_draw_split(object, k, count);
+    if (count == 0u) ways = bn_ray_draw_split_from(object, k, index);
+    bn_path way = bn_split_path(ways, k);
+    bn_loop walk = bn_ray_draw_loop(object, k);
+    vec4 all = bn_ray_draw(seed, part);
+    vec4 four = bn_ray_draw_4d(seed, object, k);
+    vec2 direction = bn_ray_draw_direction(seed, object);
+    vec2 light = bn_ray_draw_end_light(seed, object);
+    vec2 two = bn_ray_draw_2d(seed, object, k);
+    vec2 first = bn_path_first_light(seed, path, count, k);
+    vec2 time = bn_path_time_wavelength(seed, path);
+    result[0] = 49u * way.index + 51u * way.domain + 53u * floatBitsToUint(direction.x) + 55u * floatBitsToUint(direction.y)
+        + 57u * floatBitsToUint(light.x) + 59u * floatBitsToUint(light.y) + 61u * floatBitsToUint(all.x)
+        + 63u * floatBitsToUint(all.w) + 65u * floatBitsToUint(four.y) + 67u * floatBitsToUint(four.z)
+        + 69u * floatBitsToUint(two.x) + 71u * floatBitsToUint(two.y) + 73u * floatBitsToUint(bn_ray_draw_1d(seed, object, k))
+        + 75u * floatBitsToUint(first.x) + 77u * floatBitsToUint(first.y) + 79u * floatBitsToUint(time.x)
+        + 81u * floatBitsToUint(time.y) + 83u * floatBitsToUint(bn_loop_draw_1d(seed, walk, k & 15u));
+#endif
 }

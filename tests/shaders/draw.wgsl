@@ -5,6 +5,10 @@
 @group(0) @binding(2) var<storage, read> cases: array<u32>;
 @group(0) @binding(3) var<storage, read_write> results: array<u32>;
 
+fn words_of(factor: u32, v: vec2f) -> u32 {
+    return factor * bitcast<u32>(v.x) + (factor + 2u) * bitcast<u32>(v.y);
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let at = 16u * id.x;
@@ -41,7 +45,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             w = bn_draw_white_2d(seed, x, y, index, domain, pair);
         }
     }
-    results[at] = domain;
     for (var d = 0u; d < 4u; d++) {
         results[at + 1u + d] = bits[d];
         results[at + 5u + d] = bitcast<u32>(draw[d]);
@@ -69,7 +72,22 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray, k) + 23u * bn_ray_1d_pair(k) +
         25u * bn_ray_2d_domain(ray, k) + 27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray, k) + 31u * split +
         33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain + 41u * last.index +
-        43u * last.domain + 45u * bn_loop_bits(seed, branch, bn_ray_loop_domain(ray, k), k) +
-        47u * bn_ray_child_domain(ray, k);
+        43u * last.domain + 45u * bn_loop_later_bits(seed, branch, bn_ray_loop_domain(ray, k), k) +
+        47u * bn_ray_child_domain(ray, k) + 49u * domain;
+    let object = bn_path_ray(path, cases[at + 12u]);
+    let part = bn_ray_child(object, k);
+    var ways = bn_ray_draw_split(object, k, branches);
+    if (branches == 0u) {
+        ways = bn_ray_draw_split_from(object, k, index);
+    }
+    let way = bn_split_path(ways, k);
+    let all = bn_ray_draw(seed, part);
+    let four = bn_ray_draw_4d(seed, object, k);
+    results[at] = 49u * way.index + 51u * way.domain + words_of(53u, bn_ray_draw_direction(seed, object)) +
+        words_of(57u, bn_ray_draw_end_light(seed, object)) + 61u * bitcast<u32>(all.x) + 63u * bitcast<u32>(all.w) +
+        65u * bitcast<u32>(four.y) + 67u * bitcast<u32>(four.z) + words_of(69u, bn_ray_draw_2d(seed, object, k)) +
+        73u * bitcast<u32>(bn_ray_draw_1d(seed, object, k)) + words_of(75u, bn_path_first_light(seed, path, branches, k)) +
+        words_of(79u, bn_path_time_wavelength(seed, path)) +
+        83u * bitcast<u32>(bn_loop_draw_1d(seed, bn_ray_draw_loop(object, k), k & 15u));
     results[at + 15u] = v.x + 3u * v.y + 5u * bitcast<u32>(w.x) + 7u * bitcast<u32>(w.y) + path_words;
 }

@@ -35,6 +35,15 @@ static const float *cdf;
 #define bn_draw_blue_4d(...) bn_draw_blue_4d(words, __VA_ARGS__)
 #define bn_draw_blue_pair_bits(...) bn_draw_blue_pair_bits(words, __VA_ARGS__)
 #define bn_draw_blue_2d(...) bn_draw_blue_2d(words, __VA_ARGS__)
+#define bn_ray_draw(...) bn_ray_draw(words, __VA_ARGS__)
+#define bn_ray_draw_direction(...) bn_ray_draw_direction(words, __VA_ARGS__)
+#define bn_ray_draw_end_light(...) bn_ray_draw_end_light(words, __VA_ARGS__)
+#define bn_ray_draw_1d(...) bn_ray_draw_1d(words, __VA_ARGS__)
+#define bn_ray_draw_2d(...) bn_ray_draw_2d(words, __VA_ARGS__)
+#define bn_ray_draw_4d(...) bn_ray_draw_4d(words, __VA_ARGS__)
+#define bn_path_first_light(...) bn_path_first_light(words, __VA_ARGS__)
+#define bn_path_time_wavelength(...) bn_path_time_wavelength(words, __VA_ARGS__)
+#define bn_loop_draw_1d(...) bn_loop_draw_1d(words, __VA_ARGS__)
 #define bn_choose_cdf(first, ...) bn_choose_cdf(cdf + (first), __VA_ARGS__)
 #endif
 

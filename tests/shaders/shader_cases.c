@@ -6,10 +6,11 @@
  *     cases.bin     [cases][16]: kind + 4 pair, x, y, index, parent, key; probability, u, count, first + 256
  *                   cdf_count; the two words of a seed; of a path, the ray, k, the branches of a split, and
  *                   the frame
- *     expected.bin  [cases][16]: the domain; the draw's bits, the same as floats; then what
- *                   bn_choose(), bn_choose_u32() and bn_choose_cdf() return, each with the u it leaves; last
- *                   v.x + 3 v.y + 5 w.x + 7 w.y, v the bits of the pair drawn alone, w those of its floats, plus
- *                   all words of a path, each times another odd number: path_words()
+ *     expected.bin  [cases][16]: what the objects of a path draw: drawn_words(); the draw's bits, the same as
+ *                   floats; then what bn_choose(), bn_choose_u32() and bn_choose_cdf() return, each with the
+ *                   u it leaves; last v.x + 3 v.y + 5 w.x + 7 w.y, v the bits of the pair drawn alone, w those of
+ *                   its floats, plus the domain and all words of a path, each times another odd number:
+ *                   path_words()
  *     asked.bin     [ASKED_CASES][8] for examples/web/package: x, y, index, bounce, effect, two words of a
  *                   seed, zero
  *     random0.bin   [ASKED_CASES][16]: what rand1() to rand4() must draw, ten floats, and six zeros; in
@@ -110,9 +111,36 @@ static void draw(uint64_t seed, uint32_t at, uint32_t *record, uint32_t *expecte
     expected[15] = v.x + 3u * v.y + 5u * bits_of(u[0]) + 7u * bits_of(u[1]);
 }
 
-/* All that bn_path.glsl gives, for sample `index` of the pixel. Numbers 4 and later of a loop are
- * those of bn_loop, and the domains those from which the objects of bn_path.h draw. */
-static uint32_t path_words(uint32_t *record) {
+static uint32_t words_of(uint32_t factor, const float v[2]) {
+    return factor * bits_of(v[0]) + (factor + 2) * bits_of(v[1]);
+}
+
+/* What bn_path.h draws with the names that shaders have too. */
+static uint32_t drawn_words(const bn_path *path, const uint32_t seed[2], uint32_t number,
+                            uint32_t k, uint32_t count, const bn_path *branch) {
+    float u[4], first[2], time[2], direction[2], light[2], four[4], pair[2], one = 0;
+    bn_sampler sampler = bn_sampler_make(0);
+    const bn_ray ray = bn_path_ray(path, number), part = bn_ray_child(&ray, k);
+    memcpy(sampler.seed, seed, sizeof sampler.seed);
+    bn_loop loop = bn_ray_draw_loop(&sampler, &ray, k);
+    bn_ray_draw(&sampler, &part, u);
+    bn_ray_draw_direction(&sampler, &ray, direction);
+    bn_ray_draw_end_light(&sampler, &ray, light);
+    bn_ray_draw_2d(&sampler, &ray, k, pair);
+    bn_ray_draw_4d(&sampler, &ray, k, four);
+    bn_path_first_light(&sampler, path, count, k, first);
+    bn_path_time_wavelength(&sampler, path, time);
+    for (uint32_t i = 0; i <= (k & 15u); ++i) one = bn_loop_next_1d(&loop);
+    return 49u * branch->index + 51u * branch->domain + words_of(53u, direction) +
+           words_of(57u, light) + 61u * bits_of(u[0]) + 63u * bits_of(u[3]) +
+           65u * bits_of(four[1]) + 67u * bits_of(four[2]) + words_of(69u, pair) +
+           73u * bits_of(bn_ray_draw_1d(&sampler, &ray, k)) + words_of(75u, first) +
+           words_of(79u, time) + 83u * bits_of(one);
+}
+
+/* All that bn_path.glsl gives, for sample `index` of the pixel. The domains are those from which the
+ * objects of bn_path.h draw. */
+static uint32_t path_words(uint32_t *record, uint32_t *expected) {
     const bn_uint2 seed = {record[10], record[11]};
     const uint32_t number = random_size() >> 4, k = random_size() >> 4;
     const uint32_t count = random_u32() % 8u == 0 ? 0
@@ -130,14 +158,16 @@ static uint32_t path_words(uint32_t *record) {
         count > 0 ? bn_ray_next_split(&ray, count) : bn_ray_next_split_from(&ray, path.index);
     const bn_path branch = bn_split_path(&split, k);
     const bn_path last = bn_path_branch(branch, split.domain, count, count);
+    const uint32_t domain = expected[0];
+    expected[0] = drawn_words(&path, record + 10, number, k, count, &branch);
     return 9u * path.x + 11u * path.y + 13u * path.index + 15u * path.domain + 17u * ray.domain +
            19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray.domain, k) +
            23u * bn_ray_1d_pair(k) + 25u * bn_ray_2d_domain(ray.domain, k) +
            27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray.domain, k) + 31u * split.domain +
            33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain +
            41u * last.index + 43u * last.domain +
-           45u * bn_loop_bits(seed, branch, bn_ray_loop_domain(ray.domain, k), k) +
-           47u * bn_ray_child(&ray, k).domain;
+           45u * bn_loop_later_bits(seed, branch, bn_ray_loop_domain(ray.domain, k), k) +
+           47u * bn_ray_child(&ray, k).domain + 49u * domain;
 }
 
 /* ---- What rngInit(), rngNextBounce() and rand1() to rand4() of examples/web/package must draw */
@@ -231,7 +261,7 @@ int main(int count, char **arguments) {
         for (uint32_t at = 0; at < CASES; ++at) {
             draw(seeds[seed], at, records[seed][at], expected[seed][at]);
             choose(cdf, records[seed][at], expected[seed][at]);
-            expected[seed][at][15] += path_words(records[seed][at]);
+            expected[seed][at][15] += path_words(records[seed][at], expected[seed][at]);
         }
     }
     put(arguments[1], "words.bin", bn_tables(NULL, NULL), BN_WORD_COUNT * sizeof(uint32_t));

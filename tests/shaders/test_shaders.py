@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from conftest import GLSLANG, HERE, INCLUDE, need, need_module, need_opengl, need_wgpu, run
 
-RESULTS = ["domain", *(f"bits {d}" for d in range(4)), *(f"float {d}" for d in range(4)), "bn_choose", "what it left",
+RESULTS = ["draws of a path", *(f"bits {d}" for d in range(4)), *(f"float {d}" for d in range(4)), "bn_choose", "what it left",
            "bn_choose_u32", "what it left", "bn_choose_cdf", "what it left", "pair or path"]
 
 
-def compare(run_shader, code, cases):
+def compare(run_shader, code, cases, first=0):
     for asked, expected in zip(cases.asked, cases.expected):
         result = run_shader(code, [cases.words.tobytes(), cases.cdf.tobytes(), asked.tobytes()], asked.nbytes, len(asked))
-        different = np.argwhere(np.frombuffer(result, "<u4").reshape(expected.shape) != expected)
+        different = np.argwhere((np.frombuffer(result, "<u4").reshape(expected.shape) != expected)[:, first:])
         assert len(different) == 0, (
-            f"{len(different)} words differ, first {RESULTS[different[0][1]]} of case {asked[different[0][0]]}")
+            f"{len(different)} words differ, first {RESULTS[first + different[0][1]]} of case {asked[different[0][0]]}")
 
 
 def with_texts(source):
@@ -78,8 +78,9 @@ def test_glsl_with_textures(cases, version):
                     "cases": (4096, "u4", buffers[2])}
         return devices.run_fragments(code, textures, 4096, result_size)
 
-    source = (HERE / "draw.frag").read_text().replace("#version 300 es", f"#version {version}")
-    compare(run_fragments, with_texts(source), cases)
+    # With textures, Mesa takes many minutes to compile all draws of a path.
+    source = (HERE / "draw.frag").read_text().replace("#version 300 es", f"#version {version}\n#define NO_PATH_DRAWS")
+    compare(run_fragments, with_texts(source), cases, first=1)
 
 
 def test_hlsl(cases, tmp_path):

@@ -1,19 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Which domain each decision of a path draws from, in the common subset of GLSL, HLSL, Metal, CUDA
- * and C. bn_path.h compiles this text as C and CUDA, bn_path.hlsl and bn_path.metal as their
- * languages; libbn/tools/make_wgsl.py writes bn_path.wgsl from it. bn_path.h explains the layout,
- * docs/paths.md how to use it.
+ * The decisions of a path, in the common subset of GLSL, HLSL, Metal, CUDA and C: bn_path.h explains
+ * them and compiles the first part of this text as C and CUDA, bn_path.hlsl and bn_path.metal compile all
+ * of it, and libbn/tools/make_wgsl.py writes bn_path.wgsl from it.
  *
- * In a shader, include this file after bn_draw.glsl:
+ * Include it after bn_draw.glsl. Names and numbers are those of C, except that a shader keeps no
+ * counters: it numbers the splits, loops and further decisions of a ray itself, from 0u on.
  *
  *     bn_path path = bn_path_start(uint(pixel.x), uint(pixel.y), index, 0u);
- *     uint ray = bn_path_ray_domain(path, depth);
- *     vec4 u = bn_draw_blue_4d(seed, path.x, path.y, path.index, ray);
- *     vec2 v = bn_draw_blue_2d(seed, path.x, path.y, path.index, bn_ray_2d_domain(ray, 0u),
- *                               bn_ray_2d_pair(0u));
+ *     bn_ray ray = bn_path_ray(path, depth);
+ *     vec4 u = bn_ray_draw(seed, ray);
+ *     vec2 probe = bn_ray_draw_2d(seed, ray, 0u);
  *
- * What the C functions count, a shader numbers itself: the first further pair of a ray is 0u, the
- * next 1u, and so on. */
+ * The draws are those of BLUE. For SOBOL and WHITE, pass the domains below to bn_draw_sobol_4d() and its
+ * relatives. */
 #ifndef BN_PATH_GLSL
 #define BN_PATH_GLSL
 
@@ -126,14 +125,140 @@ BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, B
 
 /* ---- Loops */
 
-/* Number k of a loop, 32 bits, from the domain of the loop. Numbers 0 to 3 are those that WHITE draws
- * from it; the next four are those of the same hash a step further. */
-BN_FUNCTION BN_UINT bn_loop_bits(bn_uint2 seed, bn_path path, BN_UINT domain, BN_UINT k) {
+/* Number k of a loop, 32 bits, from the domain of the loop, for k of 4 and more: WHITE, four numbers from each
+ * step of its counter. Numbers 0 to 3 are the sampler's. */
+BN_FUNCTION BN_UINT bn_loop_later_bits(bn_uint2 seed, bn_path path, BN_UINT domain, BN_UINT k) {
     bn_uint4 v =
         bn_draw_white_bits(seed, path.x, path.y, path.index, domain + (k >> 2u) * 0x9e3779b9u);
     BN_UINT odd = 0u - (k & 1u), upper = 0u - (k >> 1u & 1u);
     BN_UINT low = v.x ^ ((v.x ^ v.y) & odd);
     return low ^ ((low ^ v.z ^ ((v.z ^ v.w) & odd)) & upper);
 }
+
+/* ---- The objects of bn_path.h for shaders, with draws of BLUE */
+
+#ifdef BN_FLOAT4
+BN_FUNCTION BN_FLOAT4 bn_path_draw_4d(BN_TABLE bn_uint2 seed, bn_path path, BN_UINT domain) {
+    return bn_draw_blue_4d(BN_PASS_TABLE seed, path.x, path.y, path.index, domain);
+}
+
+BN_FUNCTION BN_FLOAT2 bn_path_draw_2d(BN_TABLE bn_uint2 seed, bn_path path, BN_UINT domain,
+                                      BN_UINT pair) {
+    return bn_draw_blue_2d(BN_PASS_TABLE seed, path.x, path.y, path.index, domain, pair);
+}
+
+/* The light at the end of ray 0 where it is apart: after a lens, or point k of `count`. */
+BN_FUNCTION BN_FLOAT2 bn_path_first_light(BN_TABLE bn_uint2 seed, bn_path path, BN_UINT count,
+                                          BN_UINT k) {
+    bn_path one = path;
+    if (count > 1u) one.index = path.index * count;
+    one.index += k;
+    return bn_path_draw_2d(BN_PASS_TABLE seed, one, bn_path_camera_domain(path), 0u);
+}
+
+/* x: the time in the shutter's interval, y: the place in the spectrum. */
+BN_FUNCTION BN_FLOAT2 bn_path_time_wavelength(BN_TABLE bn_uint2 seed, bn_path path) {
+    return bn_path_draw_2d(BN_PASS_TABLE seed, path, bn_path_camera_domain(path), 1u);
+}
+
+struct bn_ray {
+    bn_path path;
+    BN_UINT domain;
+};
+
+BN_FUNCTION bn_ray bn_path_ray(bn_path path, BN_UINT number) {
+    bn_ray ray;
+    ray.path = path;
+    ray.domain = bn_path_ray_domain(path, number);
+    return ray;
+}
+
+/* A part of a ray that has a key, such as a primitive. */
+BN_FUNCTION bn_ray bn_ray_child(bn_ray ray, BN_UINT key) {
+    bn_ray child = ray;
+    child.domain = bn_ray_child_domain(ray.domain, key);
+    return child;
+}
+
+/* xy: where the ray goes, zw: the light at its end. */
+BN_FUNCTION BN_FLOAT4 bn_ray_draw(BN_TABLE bn_uint2 seed, bn_ray ray) {
+    return bn_path_draw_4d(BN_PASS_TABLE seed, ray.path, ray.domain);
+}
+
+BN_FUNCTION BN_FLOAT2 bn_ray_draw_direction(BN_TABLE bn_uint2 seed, bn_ray ray) {
+    return bn_path_draw_2d(BN_PASS_TABLE seed, ray.path, ray.domain, 0u);
+}
+
+BN_FUNCTION BN_FLOAT2 bn_ray_draw_end_light(BN_TABLE bn_uint2 seed, bn_ray ray) {
+    return bn_path_draw_2d(BN_PASS_TABLE seed, ray.path, ray.domain, 1u);
+}
+
+/* Further decisions: number, pair and four k. */
+BN_FUNCTION float bn_ray_draw_1d(BN_TABLE bn_uint2 seed, bn_ray ray, BN_UINT k) {
+    BN_UINT domain = bn_ray_1d_domain(ray.domain, k);
+    BN_FLOAT2 pair = bn_path_draw_2d(BN_PASS_TABLE seed, ray.path, domain, bn_ray_1d_pair(k));
+    if ((k & 1u) != 0u) return pair.y;
+    return pair.x;
+}
+
+BN_FUNCTION BN_FLOAT2 bn_ray_draw_2d(BN_TABLE bn_uint2 seed, bn_ray ray, BN_UINT k) {
+    BN_UINT domain = bn_ray_2d_domain(ray.domain, k);
+    return bn_path_draw_2d(BN_PASS_TABLE seed, ray.path, domain, bn_ray_2d_pair(k));
+}
+
+BN_FUNCTION BN_FLOAT4 bn_ray_draw_4d(BN_TABLE bn_uint2 seed, bn_ray ray, BN_UINT k) {
+    return bn_path_draw_4d(BN_PASS_TABLE seed, ray.path, bn_ray_4d_domain(ray.domain, k));
+}
+
+struct bn_split {
+    bn_path path;
+    BN_UINT domain, count;
+};
+
+/* Split k of a ray, into `count` branches; 0 counts as 1. */
+BN_FUNCTION bn_split bn_ray_draw_split(bn_ray ray, BN_UINT k, BN_UINT count) {
+    bn_split split;
+    split.path = ray.path;
+    split.domain = bn_ray_split_domain(ray.domain, k);
+    split.count = count;
+    if (count == 0u) split.count = 1u;
+    return split;
+}
+
+/* Split k of a ray, into any number of branches, after `first` of the pixel's earlier samples. */
+BN_FUNCTION bn_split bn_ray_draw_split_from(bn_ray ray, BN_UINT k, BN_UINT first) {
+    bn_split split = bn_ray_draw_split(ray, k, 1u);
+    split.path.index = first;
+    split.count = 0u;
+    return split;
+}
+
+/* Branch k, a path of its own. */
+BN_FUNCTION bn_path bn_split_path(bn_split split, BN_UINT k) {
+    return bn_path_branch(split.path, split.domain, split.count, k);
+}
+
+struct bn_loop {
+    bn_path path;
+    BN_UINT domain;
+};
+
+/* Loop k of a ray. */
+BN_FUNCTION bn_loop bn_ray_draw_loop(bn_ray ray, BN_UINT k) {
+    bn_loop walk;
+    walk.path = ray.path;
+    walk.domain = bn_ray_loop_domain(ray.domain, k);
+    return walk;
+}
+
+/* Number k of a loop: what call k + 1 of bn_loop_next_1d() returns in C. */
+BN_FUNCTION float bn_loop_draw_1d(BN_TABLE bn_uint2 seed, bn_loop walk, BN_UINT k) {
+    float scale = 1.0f / 16777216.0f;
+    if (k > 3u) return float(bn_loop_later_bits(seed, walk.path, walk.domain, k) >> 8u) * scale;
+    BN_FLOAT2 pair = bn_path_draw_2d(BN_PASS_TABLE seed, walk.path, walk.domain, k >> 1u);
+    if ((k & 1u) != 0u) return pair.y;
+    return pair.x;
+}
+#endif
 
 #endif

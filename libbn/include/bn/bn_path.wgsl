@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Which domain each decision of a path draws from, in WGSL: bn_path.glsl, translated by
- * libbn/tools/make_wgsl.py. Put this text beside that of bn_draw.wgsl. bn_path.h explains the layout.
+ * The decisions of a path in WGSL: bn_path.glsl, translated by libbn/tools/make_wgsl.py. Put this text
+ * beside that of bn_draw.wgsl. bn_path.h explains the decisions.
  *
  *     let path = bn_path_start(u32(pixel.x), u32(pixel.y), index, 0u);
- *     let ray = bn_path_ray_domain(path, depth);
- *     let u: vec4f = bn_draw_blue_4d(seed, path.x, path.y, path.index, ray); */
+ *     let u: vec4f = bn_ray_draw(seed, bn_path_ray(path, depth)); */
 
 /* Keys that no ray, no decision and no count reaches. */
 const BN_PATH_CAMERA_KEY = 3u; /* in place of ray 3, which moves up: what only the camera draws */
@@ -118,12 +117,145 @@ fn bn_path_branch(path: bn_path, split: u32, count: u32, k: u32) -> bn_path {
 
 /* ---- Loops */
 
-/* Number k of a loop, 32 bits, from the domain of the loop. Numbers 0 to 3 are those that WHITE draws
- * from it; the next four are those of the same hash a step further. */
-fn bn_loop_bits(seed: vec2u, path: bn_path, domain: u32, k: u32) -> u32 {
+/* Number k of a loop, 32 bits, from the domain of the loop, for k of 4 and more: WHITE, four numbers from each
+ * step of its counter. Numbers 0 to 3 are the sampler's. */
+fn bn_loop_later_bits(seed: vec2u, path: bn_path, domain: u32, k: u32) -> u32 {
     let v = bn_draw_white_bits(seed, path.x, path.y, path.index, domain + (k >> 2u) * 0x9e3779b9u);
     let odd = 0u - (k & 1u);
     let upper = 0u - ((k >> 1u) & 1u);
     let low = v.x ^ ((v.x ^ v.y) & odd);
     return low ^ ((low ^ v.z ^ ((v.z ^ v.w) & odd)) & upper);
+}
+
+/* ---- The objects of bn_path.h for shaders, with draws of BLUE */
+
+fn bn_path_draw_4d(seed: vec2u, path: bn_path, domain: u32) -> vec4f {
+    return bn_draw_blue_4d(seed, path.x, path.y, path.index, domain);
+}
+
+fn bn_path_draw_2d(seed: vec2u, path: bn_path, domain: u32, pair: u32) -> vec2f {
+    return bn_draw_blue_2d(seed, path.x, path.y, path.index, domain, pair);
+}
+
+/* The light at the end of ray 0 where it is apart: after a lens, or point k of `count`. */
+fn bn_path_first_light(seed: vec2u, path: bn_path, count: u32, k: u32) -> vec2f {
+    var one = path;
+    if (count > 1u) {
+        one.index = path.index * count;
+    }
+    one.index += k;
+    return bn_path_draw_2d(seed, one, bn_path_camera_domain(path), 0u);
+}
+
+/* x: the time in the shutter's interval, y: the place in the spectrum. */
+fn bn_path_time_wavelength(seed: vec2u, path: bn_path) -> vec2f {
+    return bn_path_draw_2d(seed, path, bn_path_camera_domain(path), 1u);
+}
+
+struct bn_ray {
+    path: bn_path,
+    domain: u32,
+}
+
+fn bn_path_ray(path: bn_path, number: u32) -> bn_ray {
+    var ray: bn_ray;
+    ray.path = path;
+    ray.domain = bn_path_ray_domain(path, number);
+    return ray;
+}
+
+/* A part of a ray that has a key, such as a primitive. */
+fn bn_ray_child(ray: bn_ray, key: u32) -> bn_ray {
+    var child = ray;
+    child.domain = bn_ray_child_domain(ray.domain, key);
+    return child;
+}
+
+/* xy: where the ray goes, zw: the light at its end. */
+fn bn_ray_draw(seed: vec2u, ray: bn_ray) -> vec4f {
+    return bn_path_draw_4d(seed, ray.path, ray.domain);
+}
+
+fn bn_ray_draw_direction(seed: vec2u, ray: bn_ray) -> vec2f {
+    return bn_path_draw_2d(seed, ray.path, ray.domain, 0u);
+}
+
+fn bn_ray_draw_end_light(seed: vec2u, ray: bn_ray) -> vec2f {
+    return bn_path_draw_2d(seed, ray.path, ray.domain, 1u);
+}
+
+/* Further decisions: number, pair and four k. */
+fn bn_ray_draw_1d(seed: vec2u, ray: bn_ray, k: u32) -> f32 {
+    let domain = bn_ray_1d_domain(ray.domain, k);
+    let pair = bn_path_draw_2d(seed, ray.path, domain, bn_ray_1d_pair(k));
+    if ((k & 1u) != 0u) {
+        return pair.y;
+    }
+    return pair.x;
+}
+
+fn bn_ray_draw_2d(seed: vec2u, ray: bn_ray, k: u32) -> vec2f {
+    let domain = bn_ray_2d_domain(ray.domain, k);
+    return bn_path_draw_2d(seed, ray.path, domain, bn_ray_2d_pair(k));
+}
+
+fn bn_ray_draw_4d(seed: vec2u, ray: bn_ray, k: u32) -> vec4f {
+    return bn_path_draw_4d(seed, ray.path, bn_ray_4d_domain(ray.domain, k));
+}
+
+struct bn_split {
+    path: bn_path,
+    domain: u32,
+    count: u32,
+}
+
+/* Split k of a ray, into `count` branches; 0 counts as 1. */
+fn bn_ray_draw_split(ray: bn_ray, k: u32, count: u32) -> bn_split {
+    var split: bn_split;
+    split.path = ray.path;
+    split.domain = bn_ray_split_domain(ray.domain, k);
+    split.count = count;
+    if (count == 0u) {
+        split.count = 1u;
+    }
+    return split;
+}
+
+/* Split k of a ray, into any number of branches, after `first` of the pixel's earlier samples. */
+fn bn_ray_draw_split_from(ray: bn_ray, k: u32, first: u32) -> bn_split {
+    var split = bn_ray_draw_split(ray, k, 1u);
+    split.path.index = first;
+    split.count = 0u;
+    return split;
+}
+
+/* Branch k, a path of its own. */
+fn bn_split_path(split: bn_split, k: u32) -> bn_path {
+    return bn_path_branch(split.path, split.domain, split.count, k);
+}
+
+struct bn_loop {
+    path: bn_path,
+    domain: u32,
+}
+
+/* Loop k of a ray. */
+fn bn_ray_draw_loop(ray: bn_ray, k: u32) -> bn_loop {
+    var walk: bn_loop;
+    walk.path = ray.path;
+    walk.domain = bn_ray_loop_domain(ray.domain, k);
+    return walk;
+}
+
+/* Number k of a loop: what call k + 1 of bn_loop_next_1d() returns in C. */
+fn bn_loop_draw_1d(seed: vec2u, walk: bn_loop, k: u32) -> f32 {
+    let scale = 1.0f / 16777216.0f;
+    if (k > 3u) {
+        return f32(bn_loop_later_bits(seed, walk.path, walk.domain, k) >> 8u) * scale;
+    }
+    let pair = bn_path_draw_2d(seed, walk.path, walk.domain, k >> 1u);
+    if ((k & 1u) != 0u) {
+        return pair.y;
+    }
+    return pair.x;
 }
