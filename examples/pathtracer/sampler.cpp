@@ -84,7 +84,7 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
     std::vector<uint32_t> ranks;
     uint32_t width = NEURAL_EXTENT, height = NEURAL_EXTENT;
     if (!settings.mask.empty()) {
-        if (chosen->kind != BN_SAMPLER_MASK)
+        if (chosen->type != BN_SAMPLER_MASK)
             throw Error("--mask goes with --sampler mask, not with '", settings.name, "'");
         if (settings.mask == "neural") {
             ranks = make_neural_mask(settings);
@@ -98,9 +98,9 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
         const bn::Sampler library =
             !ranks.empty()
                 ? bn::Sampler::from_mask(bn_mask_u32(ranks.data(), width, height), settings.seed)
-            : chosen->kind == BN_SAMPLER_ZORDER
+            : chosen->type == BN_SAMPLER_ZORDER
                 ? bn::Sampler::zorder(spp, settings.seed)
-                : bn::Sampler(static_cast<bn::Type>(chosen->kind), settings.seed);
+                : bn::Sampler(static_cast<bn::Type>(chosen->type), settings.seed);
         return std::make_unique<Sampler>(
             Sampler{library, std::move(ranks), chosen->peer ? chosen->peer(settings.seed) : nullptr,
                     chosen->is_pcg ? std::optional(settings.seed) : std::nullopt});

@@ -38,7 +38,7 @@ using SamplerPointer = std::unique_ptr<const Sampler>;
 struct SamplerEntry {
     const char *name;
     const char *summary;
-    int32_t kind;                                 // BN_SAMPLER_..., for libbn's samplers
+    int32_t type;                                 // BN_SAMPLER_..., for libbn's samplers
     PeerPointer (*peer)(uint64_t seed) = nullptr; // creates a sampler that is not libbn's
     bool is_pcg = false;
 };

@@ -14,13 +14,13 @@ function evenly(values) {
 
 /* choose(count) is called when somebody picks a count in the plot. */
 function makeErrors(names, choose) {
-  const kinds = Object.keys(names), plot = document.getElementById("plot"), list = document.getElementById("values");
+  const types = Object.keys(names), plot = document.getElementById("plot"), list = document.getElementById("values");
   const cells = {};
-  for (const kind of kinds) {
+  for (const type of types) {
     const both = document.createElement("div"), name = document.createElement("dt"), value = document.createElement("dd");
-    both.className = kind;
-    name.textContent = names[kind];
-    cells[kind] = value;
+    both.className = type;
+    name.textContent = names[type];
+    cells[type] = value;
     both.append(name, value);
     list.append(both);
   }
@@ -43,8 +43,8 @@ function makeErrors(names, choose) {
     /* Forgets the errors; they are measured anew, step by step. */
     restart(tracer) {
       for (const {run} of running) run.return();
-      steps = Object.fromEntries(kinds.map(kind => [kind, []]));
-      running = tracer ? kinds.map(kind => ({kind, run: tracer.errors(kind, BLUR_OF_ERRORS)})) : [];
+      steps = Object.fromEntries(types.map(type => [type, []]));
+      running = tracer ? types.map(type => ({type, run: tracer.errors(type, BLUR_OF_ERRORS)})) : [];
       drawn = "";
       errors.show(shown);
     },
@@ -53,25 +53,25 @@ function makeErrors(names, choose) {
     step() {
       if (errors.done) return;
       const next = running.shift();
-      steps[next.kind].push(next.run.next().value);
-      if (steps[next.kind].length < STEPS) running.push(next);
+      steps[next.type].push(next.run.next().value);
+      if (steps[next.type].length < STEPS) running.push(next);
       else next.run.return();
       errors.show(shown);
     },
 
     show(count) {
-      const known = kinds.map(kind => (steps[kind] || []).length).join();
+      const known = types.map(type => (steps[type] || []).length).join();
       if (Math.min(count, STEPS) === shown && known === drawn) return;
       shown = Math.min(count, STEPS);
       drawn = known;
-      const values = kinds.map(kind => steps[kind] && steps[kind][shown - 1]);
+      const values = types.map(type => steps[type] && steps[type][shown - 1]);
       const texts = values.every(value => value !== undefined) ? evenly(values) : values.map(() => "\u2026");
-      kinds.forEach((kind, i) => { cells[kind].textContent = texts[i]; });
+      types.forEach((type, i) => { cells[type].textContent = texts[i]; });
       errors.draw();
     },
 
     draw() {
-      const all = kinds.flatMap(kind => steps[kind] || []).filter(value => value > 0);
+      const all = types.flatMap(type => steps[type] || []).filter(value => value > 0);
       plot.setAttribute("height", height);
       plot.setAttribute("viewBox", `0 0 ${width()} ${height}`);
       plot.replaceChildren();
@@ -90,10 +90,10 @@ function makeErrors(names, choose) {
         plot.append(part("line", {class: "grid", x1: margin.left, x2: end, y1: down(tick), y2: down(tick)}));
         plot.append(part("text", {x: margin.left - 6, y: down(tick) + 4, "text-anchor": "end"}, tick));
       }
-      for (const kind of kinds) {
-        const points = steps[kind].map((value, i) => [across(i + 1), down(value)]);
-        plot.append(part("polyline", {class: kind, points: points.map(point => point.join(",")).join(" ")}));
-        for (const [i, [x, y]] of points.entries()) plot.append(part("circle", {class: kind, cx: x, cy: y, r: i + 1 === shown ? 4.5 : 2.2}));
+      for (const type of types) {
+        const points = steps[type].map((value, i) => [across(i + 1), down(value)]);
+        plot.append(part("polyline", {class: type, points: points.map(point => point.join(",")).join(" ")}));
+        for (const [i, [x, y]] of points.entries()) plot.append(part("circle", {class: type, cx: x, cy: y, r: i + 1 === shown ? 4.5 : 2.2}));
       }
     },
   };

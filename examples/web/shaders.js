@@ -35,7 +35,7 @@ ${BN_PATH_GLSL}
  *
  * A room, through whose front wall the camera looks, with a lamp on the ceiling, a block, a matte ball and a mirror ball. Each ray of a path has
  * one domain, bn_path_ray_domain(): (0,1) of it say where the ray goes, (2,3) which point on the lamp is tried where it ends. */
-const sampleFragment = kind => `${DRAWS}
+const sampleFragment = type => `${DRAWS}
 uniform usampler2D sums;
 uniform uvec2 size;
 uniform uint index, run;
@@ -172,7 +172,7 @@ vec3 history(vec2 at, float distance, out float count) {
 }
 
 vec3 light_along(bn_path path, out vec3 first, out vec2 place) {
-  vec4 u = bn_draw_${kind}_4d(SEED, path.x, path.y, path.index, bn_path_ray_domain(path, 0u));
+  vec4 u = bn_draw_${type}_4d(SEED, path.x, path.y, path.index, bn_path_ray_domain(path, 0u));
   vec2 on_film = (2.0 * (vec2(path.x, path.y) + u.xy) - vec2(size)) / vec2(size);
   vec3 from = camera, to = normalize(vec3(on_film.x * ROOM.x, 0.5 * (on_film.y + 1.0) * ROOM.y, ROOM.z) - camera);
   place = u.xy;
@@ -192,7 +192,7 @@ vec3 light_along(bn_path path, out vec3 first, out vec2 place) {
       sees_lamp = false;
     }
     if (ray == 4u) break;
-    u = bn_draw_${kind}_4d(SEED, path.x, path.y, path.index, bn_path_ray_domain(path, ray));
+    u = bn_draw_${type}_4d(SEED, path.x, path.y, path.index, bn_path_ray_domain(path, ray));
     to = s.kind == GLOSS ? reflect(to, s.normal) : scattered(s.normal, u.xy);
   }
   return light;

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { KINDS = 5 }; /* of samplers: BN_SAMPLER_BLUE is 0 */
+enum { TYPES = 5 }; /* of samplers: BN_SAMPLER_BLUE is 0 */
 
 static inline bn_sampler make_sampler(int32_t type, uint32_t samples_per_pixel, uint64_t seed) {
     bn_sampler sampler;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Notices a change of any bit of any draw, choice or path: hashes of 4,096 draws of every kind, at
+ * Notices a change of any bit of any draw, choice or path: hashes of 4,096 draws of every type, at
  * ordinary and extreme arguments, must equal draw_hashes.txt. --print prints that file. Built for the
  * library's functions, for the inline ones, with SSE2 and without, and for those with -ffast-math; the
  * tests of Python and Rust compare with the same file. */

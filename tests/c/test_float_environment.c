@@ -19,7 +19,7 @@ static uint64_t mixed(uint64_t hash, const void *data, size_t size) {
 }
 
 /* Hashes of results: everything that computes, once. */
-enum { VOID_AND_CLUSTER = KINDS, RELAX, ANNEAL, VECTORS, RANKS, DITHER, RESULTS };
+enum { VOID_AND_CLUSTER = TYPES, RELAX, ANNEAL, VECTORS, RANKS, DITHER, RESULTS };
 
 static void compute(uint64_t hash[RESULTS]) {
     enum { DRAWS = 2000, MANY = 70000 };
@@ -28,8 +28,8 @@ static void compute(uint64_t hash[RESULTS]) {
     static int32_t x[DRAWS], y[DRAWS];
     static uint32_t index[DRAWS], domain[DRAWS];
     memset(hash, 0, RESULTS * sizeof *hash);
-    for (int32_t kind = 0; kind < KINDS; ++kind) {
-        const bn_sampler s = make_sampler(kind, 0, 9);
+    for (int32_t type = 0; type < TYPES; ++type) {
+        const bn_sampler s = make_sampler(type, 0, 9);
         for (uint32_t i = 0; i < DRAWS; ++i) {
             float u[4];
             x[i] = (int32_t)(i * 2654435761u);
@@ -37,7 +37,7 @@ static void compute(uint64_t hash[RESULTS]) {
             index[i] = i * i;
             domain[i] = i;
             bn_sample_4d(&s, x[i], y[i], index[i], domain[i], u);
-            hash[kind] = mixed(hash[kind], u, sizeof u);
+            hash[type] = mixed(hash[type], u, sizeof u);
         }
         bn_wavefront w = bn_wavefront_default();
         w.count = DRAWS;
@@ -48,7 +48,7 @@ static void compute(uint64_t hash[RESULTS]) {
         for (int d = 0; d < 4; ++d) w.out[d] = &many[0][d];
         w.stride = 4;
         CHECK(bn_sample_wavefront(&s, &w) == BN_SUCCESS);
-        hash[kind] = mixed(hash[kind], many, sizeof many);
+        hash[type] = mixed(hash[type], many, sizeof many);
     }
     bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
     for (uint32_t i = 0; i < 4; ++i) {

@@ -107,9 +107,9 @@ static int shared(void) {
     return equal;
 }
 
-static void no_two_decisions_share_a_number(int32_t kind) {
+static void no_two_decisions_share_a_number(int32_t type) {
     static const int32_t x[PLACES] = {0, 70001, -5, 640}, y[PLACES] = {0, 3, -40000, 481};
-    const bn_sampler sampler = make_sampler(kind, 64, 7);
+    const bn_sampler sampler = make_sampler(type, 64, 7);
     int most = 0;
     for (uint32_t trial = 0; trial < 300; ++trial) {
         const uint32_t index = random_below(300), frame = random_below(3), begin = random_state;
@@ -213,7 +213,7 @@ static void a_choice_and_a_pair_meet_in_all_quarters(void) {
 
 int main(void) {
     CHECK(sizeof(bn_path) == 16);
-    for (int32_t kind = 0; kind < KINDS; ++kind) no_two_decisions_share_a_number(kind);
+    for (int32_t type = 0; type < TYPES; ++type) no_two_decisions_share_a_number(type);
     the_next_ray_does_not_care();
     a_split_is_one_sequence();
     a_choice_and_a_pair_meet_in_all_quarters();

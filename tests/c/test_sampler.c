@@ -27,7 +27,7 @@ static void test_making(void) {
     uint16_t narrow[6] = {3, 1, 0, 5, 4, 2};
     bn_mask mask = bn_mask_u32(ranks, 3, 2), other = bn_mask_u16(narrow, 3, 2);
     for (int32_t type = -3; type < 9; ++type) {
-        if (type < 0 || type >= KINDS) CHECK(bn_sampler_init(&sampler, type, 5) == invalid);
+        if (type < 0 || type >= TYPES) CHECK(bn_sampler_init(&sampler, type, 5) == invalid);
     }
     CHECK(bn_sampler_init_mask(&sampler, NULL, 0) == invalid);
     ranks[0] = 6;
@@ -71,8 +71,8 @@ static void test_forms(void) {
     static const int32_t coordinates[] = {0, 1, -1, 127, 128, 4095, 4096, INT32_MAX, INT32_MIN};
     static const uint32_t indices[] = {0, 1, 2, 255, 256, 257, 65535, 65536, 1u << 31, UINT32_MAX};
     enum { NC = sizeof coordinates / sizeof *coordinates, NI = sizeof indices / sizeof *indices };
-    for (int32_t kind = 0; kind < KINDS; ++kind) {
-        const bn_sampler s = make_sampler(kind, kind == BN_SAMPLER_ZORDER ? 16 : 0, 5);
+    for (int32_t type = 0; type < TYPES; ++type) {
+        const bn_sampler s = make_sampler(type, type == BN_SAMPLER_ZORDER ? 16 : 0, 5);
         for (int i = 0; i < NC * NC * NI; ++i) {
             int32_t x = coordinates[i % NC], y = coordinates[i / NC % NC];
             uint32_t index = indices[i / NC / NC], domain = bn_domain_child(7, (uint32_t)i);
@@ -144,10 +144,10 @@ static int is_net(const bn_sampler *s, int32_t x, int32_t y, uint32_t domain, in
 /* Every power-of-two prefix, and every aligned block later on, is a (0,m,2)-net in both pairs.
  * test_pole_order.c has the nets of BLUE in four dimensions. */
 static void test_nets(void) {
-    static const int32_t kinds[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL, BN_SAMPLER_ZORDER,
+    static const int32_t types[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL, BN_SAMPLER_ZORDER,
                                     BN_SAMPLER_MASK};
     for (int k = 0; k < 4; ++k) {
-        const bn_sampler s = make_sampler(kinds[k], 64, 3);
+        const bn_sampler s = make_sampler(types[k], 64, 3);
         for (int pixel = 0; pixel < 24; ++pixel) {
             int32_t x = (int32_t)random_u32(), y = (int32_t)random_u32();
             uint32_t domain = random_u32();
@@ -201,7 +201,7 @@ static void test_nets_of_squares(void) {
     }
 }
 
-/* The first sample of kind MASK is the mask: its values, seen through every domain's shift. */
+/* The first sample of type MASK is the mask: its values, seen through every domain's shift. */
 static void test_mask_values(void) {
     enum { W = 6, H = 4, COUNT = W * H };
     uint32_t ranks[COUNT];

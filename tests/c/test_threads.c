@@ -13,7 +13,7 @@ enum { THREADS = 4, SIZE = 24, SAMPLES = 320, MASK = 32 };
 typedef struct job {
     const bn_sampler *samplers;
     uint32_t number; /* of the thread: decides the order of its draws */
-    uint64_t hash[KINDS];
+    uint64_t hash[TYPES];
     uint32_t cluster[MASK * MASK], relaxed[MASK * MASK];
     int failures;
 } job;
@@ -32,21 +32,21 @@ static void *work(void *argument) {
         j->failures = 1;
         return NULL;
     }
-    for (int kind = 0; kind < KINDS; ++kind) {
-        const bn_sampler *s = &j->samplers[kind];
+    for (int type = 0; type < TYPES; ++type) {
+        const bn_sampler *s = &j->samplers[type];
         for (uint32_t k = 0; k < SIZE * SAMPLES; ++k) {
             uint32_t at = (k * strides[j->number] + 77u * j->number) % (SIZE * SAMPLES);
             uint32_t u[4], domain = bn_domain_child(at % 7u, 3u);
             int32_t x = (int32_t)(at % SIZE) - 5;
             bn_sample_4d_u32(s, x, -x, at / SIZE, domain, u);
-            for (uint32_t d = 0; d < 4; ++d) j->hash[kind] += mixed(at * 4u + d, u[d]);
+            for (uint32_t d = 0; d < 4; ++d) j->hash[type] += mixed(at * 4u + d, u[d]);
         }
         j->failures += bn_sample_block(s, -5, 9, SIZE, 1, 0, 300, 2u, block,
                                        (size_t)SIZE * 300 * 4) != BN_SUCCESS;
         for (size_t i = 0; i < (size_t)SIZE * 300 * 4; ++i) {
             uint32_t bits;
             memcpy(&bits, &block[i], sizeof bits);
-            j->hash[kind] += mixed(i, bits);
+            j->hash[type] += mixed(i, bits);
         }
     }
     free(block);
@@ -59,10 +59,10 @@ static void *work(void *argument) {
 
 int main(void) {
     static job jobs[THREADS + 1];
-    bn_sampler samplers[KINDS];
+    bn_sampler samplers[TYPES];
     pthread_t threads[THREADS];
-    for (int32_t kind = 0; kind < KINDS; ++kind) {
-        samplers[kind] = make_sampler(kind, 0, 4);
+    for (int32_t type = 0; type < TYPES; ++type) {
+        samplers[type] = make_sampler(type, 0, 4);
     }
     for (uint32_t i = 0; i <= THREADS; ++i) {
         jobs[i].samplers = samplers;

@@ -23,11 +23,11 @@ static int is(const char *name) {
 
 const bn_sampler *sampler(void) {
     if (mistake != NULL) return &made;
-    const int32_t kinds[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL, BN_SAMPLER_WHITE};
+    const int32_t types[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL, BN_SAMPLER_WHITE};
     mistake = setting("MISTAKE", "none");
     layout = setting("LAYOUT", "next ray");
     bn_sampler_init(&made,
-                    kinds[is("sobol")   ? 1
+                    types[is("sobol")   ? 1
                           : is("white") ? 2
                                         : 0],
                     strtoull(setting("SEED", "0"), NULL, 10));

@@ -71,7 +71,7 @@ int main(void) {
 
 
 def test_a_program_that_draws_has_no_other_data_in_it(static_library, tmp_path):
-    """The tables of the draws, and the mask of 64 x 64 texels, which the kind MASK takes by default."""
+    """The tables of the draws, and the mask of 64 x 64 texels, which the sampler type MASK takes by default."""
     (tmp_path / "draws.c").write_text(DRAWS)
     static_library.compile(tmp_path / "draws.c", tmp_path / "draws")
     run(tmp_path / "draws")

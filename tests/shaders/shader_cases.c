@@ -3,7 +3,7 @@
  *
  *     words.bin     [BN_WORD_COUNT]: of bn_tables()
  *     cdf.bin       [CDF]: tables of cumulative weights
- *     cases.bin     [cases][16]: kind + 4 pair, x, y, index, parent, key; probability, u, count, first + 256
+ *     cases.bin     [cases][16]: type + 4 pair, x, y, index, parent, key; probability, u, count, first + 256
  *                   cdf_count; the two words of a seed; of a path, the ray, k, the branches of a split, and
  *                   the frame
  *     expected.bin  [cases][16]: what the objects of a path draw: drawn_words(); the draw's bits, the same as
@@ -22,7 +22,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { SEEDS = 3, SHADER_KINDS = 3, CDF = 64, RECORD = 16, RANDOM_CASES = 1 << 14 };
+enum { SEEDS = 3, SHADER_TYPES = 3, CDF = 64, RECORD = 16, RANDOM_CASES = 1 << 14 };
 
 static const uint64_t seeds[SEEDS] = {0, 1, UINT64_MAX};
 static const int32_t coordinates[] = {0, 5, -1, 127, 128, -129, INT32_MAX, INT32_MIN};
@@ -32,7 +32,7 @@ enum {
     COORDINATES = sizeof coordinates / sizeof *coordinates,
     INDICES = sizeof indices / sizeof *indices,
     EDGE_CASES = COORDINATES * COORDINATES * INDICES,
-    CASES = SHADER_KINDS * (EDGE_CASES + RANDOM_CASES)
+    CASES = SHADER_TYPES * (EDGE_CASES + RANDOM_CASES)
 };
 
 static uint32_t random_state = 1;
@@ -84,14 +84,14 @@ static void choose(const float *cdf, uint32_t *record, uint32_t *expected) {
 
 static void draw(uint64_t seed, uint32_t at, uint32_t *record, uint32_t *expected) {
     bn_sampler sampler;
-    bn_sampler_init(&sampler, (int32_t)(at % SHADER_KINDS), seed);
+    bn_sampler_init(&sampler, (int32_t)(at % SHADER_TYPES), seed);
     const uint32_t pair = random_u32() >> 30;
     bn_sampler_seed(&sampler, record + 10);
-    const uint32_t edge = at / SHADER_KINDS;
+    const uint32_t edge = at / SHADER_TYPES;
     const int far = edge < EDGE_CASES;
     const int32_t x = far ? coordinates[edge % COORDINATES] : (int32_t)random_u32();
     const int32_t y = far ? coordinates[edge / COORDINATES % COORDINATES] : (int32_t)random_size();
-    record[0] = at % SHADER_KINDS | pair << 2;
+    record[0] = at % SHADER_TYPES | pair << 2;
     record[1] = (uint32_t)x;
     record[2] = (uint32_t)y;
     record[3] = far ? indices[edge / COORDINATES / COORDINATES] : random_size();
@@ -103,7 +103,7 @@ static void draw(uint64_t seed, uint32_t at, uint32_t *record, uint32_t *expecte
     bn_sample_4d(&sampler, x, y, record[3], expected[0], u);
     for (int d = 0; d < 4; ++d) expected[5 + d] = bits_of(u[d]);
     bn_uint2 v = {expected[1 + 2 * (pair & 1u)], expected[2 + 2 * (pair & 1u)]};
-    if (at % SHADER_KINDS == BN_SAMPLER_BLUE) {
+    if (at % SHADER_TYPES == BN_SAMPLER_BLUE) {
         v = bn_draw_blue_pair_bits(bn_tables(NULL, NULL), bn_draw_seed(&sampler), record[1],
                                    record[2], record[3], expected[0], pair);
     }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Wavefronts and blocks are bit-equal to single draws and write nothing else: every kind, number
+ * Wavefronts and blocks are bit-equal to single draws and write nothing else: every type, number
  * of dimensions and count up to several vectors, arrays that begin anywhere, and arguments from one
  * end of their range to the other. The environment variable BN_SIMD chooses the instruction set. */
 #include "../c/check.h"
@@ -78,9 +78,9 @@ static void compare(const bn_sampler *sampler, size_t count, size_t offset, uint
 }
 
 static void test_bits(void) {
-    for (int32_t kind = 0; kind < KINDS; ++kind) {
+    for (int32_t type = 0; type < TYPES; ++type) {
         for (uint64_t seed = 0; seed < 2; ++seed) {
-            const bn_sampler sampler = make_sampler(kind, seed == 0 ? 0 : 5, seed);
+            const bn_sampler sampler = make_sampler(type, seed == 0 ? 0 : 5, seed);
             for (size_t count = 0; count <= MOST; ++count) {
                 for (uint32_t what = 1; what < FORMS; ++what) {
                     for (int range = 0; range < RANGES; ++range) {
@@ -106,8 +106,8 @@ static void test_wavefronts(void) {
         domain[i] = number(ANY);
         depth[i] = (uint32_t)(i % 9 == 8 ? (1 << 28) - 1 : i % 9);
     }
-    for (int32_t kind = 0; kind < KINDS; ++kind) {
-        const bn_sampler s = make_sampler(kind, 0, 3);
+    for (int32_t type = 0; type < TYPES; ++type) {
+        const bn_sampler s = make_sampler(type, 0, 3);
         for (uint32_t what = 0; what < 128; ++what) {
             bn_wavefront w = bn_wavefront_default();
             int wrong = 0;
@@ -164,9 +164,9 @@ static void test_blocks(void) {
                                       256, 1021, 65531, (1u << 20), (1u << 31) - 4};
     static const uint32_t counts[] = {1, 2, 3, 7, 8, 9, 17, 41, LONGEST};
     float *out = malloc(W * H * LONGEST * 4 * sizeof *out);
-    for (int32_t kind = 0; kind < KINDS; ++kind) {
+    for (int32_t type = 0; type < TYPES; ++type) {
         for (uint64_t seed = 0; seed < 12; ++seed) {
-            const bn_sampler s = make_sampler(kind, seed == 1 ? 1 : 0, seed);
+            const bn_sampler s = make_sampler(type, seed == 1 ? 1 : 0, seed);
             for (size_t f = 0; f <= sizeof firsts / sizeof *firsts; ++f) {
                 for (size_t c = 0; c < sizeof counts / sizeof *counts; ++c) {
                     uint32_t n = counts[c], domain = bn_domain_child((uint32_t)seed, (uint32_t)f);
@@ -186,9 +186,9 @@ static void test_blocks(void) {
             }
         }
     }
-    for (int32_t kind = 0; kind < KINDS;
-         ++kind) { /* a single draw, and one more than are drawn at a time */
-        const bn_sampler s = make_sampler(kind, 0, 7);
+    for (int32_t type = 0; type < TYPES;
+         ++type) { /* a single draw, and one more than are drawn at a time */
+        const bn_sampler s = make_sampler(type, 0, 7);
         for (uint32_t n = 1; n <= 257; n += 256) {
             float u[4];
             for (uint32_t i = 0; i < 4 * n; ++i) out[i] = -1;
@@ -216,8 +216,8 @@ static void test_vector_draws_are_used(void) {
     const char *set = getenv("BN_SIMD");
     const int narrow = set != NULL && strcmp(set, "scalar") == 0;
     const int used = __builtin_cpu_supports("avx2") && !narrow;
-    for (int32_t kind = BN_SAMPLER_SOBOL; kind <= BN_SAMPLER_WHITE; ++kind) {
-        const bn_sampler s = make_sampler(kind, 0, 0);
+    for (int32_t type = BN_SAMPLER_SOBOL; type <= BN_SAMPLER_WHITE; ++type) {
+        const bn_sampler s = make_sampler(type, 0, 0);
         vector_draws = 0;
         CHECK(bn_sample_block(&s, 0, 0, W, H, 0, N, 1, out, W * H * N * 4) == BN_SUCCESS);
         CHECK(vector_draws == (used ? W * H * N : 0));

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The kind MASK. The mask gives the first sample of every pixel, with one lookup per dimension, each
+ * The sampler type MASK. The mask gives the first sample of every pixel, with one lookup per dimension, each
  * at a different shift. The other samples come from an Owen-scrambled Sobol' (0, 2)-sequence that
  * begins at zero, with the mask's value added as a digital shift (XOR), which preserves the nets of a
  * pixel. The usual Cranley-Patterson rotation (1976) destroys them, and is worse than no mask from
  * about 4 samples on. */
-#include "sampler/kinds.h"
+#include "sampler/types.h"
 
 /* Named here, and not asked of bn_builtin_mask(), so that a program that draws has no other mask in
  * it. */

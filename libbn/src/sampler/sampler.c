@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Samplers, and their draws one by one. BLUE, SOBOL and WHITE have their text in bn_draw.glsl. */
 #include "base/check.h"
-#include "sampler/kinds.h"
+#include "sampler/types.h"
 
 static void draw_sobol(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                        uint32_t domain, uint32_t pairs, uint32_t out[4]) {
@@ -26,19 +26,19 @@ static void draw_white(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t
     out[3] = v.w;
 }
 
-const bn_kind bn_kinds[] = {
+const bn_sampler_row bn_sampler_types[] = {
     [BN_SAMPLER_BLUE] = {NULL, 1, 0},         [BN_SAMPLER_SOBOL] = {draw_sobol, 1, 1},
     [BN_SAMPLER_WHITE] = {draw_white, 1, 1},  [BN_SAMPLER_ZORDER] = {bn_draw_zorder, 0, 0},
     [BN_SAMPLER_MASK] = {bn_draw_mask, 0, 0},
 };
 
-enum { KINDS = sizeof bn_kinds / sizeof *bn_kinds };
+enum { TYPES = sizeof bn_sampler_types / sizeof *bn_sampler_types };
 
 /* ---- Draws. The inline ones call these for all types but BLUE. */
 
 void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                       uint32_t domain, uint32_t out[4]) {
-    const bn_draw_bits draw = bn_kinds[sampler->type].draw;
+    const bn_draw_bits draw = bn_sampler_types[sampler->type].draw;
     if (draw != NULL) {
         draw(sampler, x, y, index, domain, 3, out);
     } else {
@@ -48,7 +48,7 @@ void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t 
 
 void bn_sample_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index, uint32_t domain,
                   float out[4]) {
-    const bn_draw_bits draw = bn_kinds[sampler->type].draw;
+    const bn_draw_bits draw = bn_sampler_types[sampler->type].draw;
     if (draw != NULL) {
         uint32_t bits[4];
         draw(sampler, x, y, index, domain, 3, bits);
@@ -60,7 +60,7 @@ void bn_sample_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t inde
 
 void bn_sample_2d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index, uint32_t domain,
                   uint32_t pair, float out[2]) {
-    const bn_draw_bits draw = bn_kinds[sampler->type].draw;
+    const bn_draw_bits draw = bn_sampler_types[sampler->type].draw;
     if (draw != NULL) {
         uint32_t bits[4];
         pair &= 1u;
@@ -83,7 +83,7 @@ float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t ind
 _Static_assert(sizeof(bn_sampler) <= 48, "bn.h says: at most 48 bytes");
 
 bn_result bn_sampler_init(bn_sampler *sampler, bn_sampler_type type, uint64_t seed) {
-    if (sampler == NULL || type < 0 || type >= KINDS) return BN_ERROR_INVALID_ARGUMENT;
+    if (sampler == NULL || type < 0 || type >= TYPES) return BN_ERROR_INVALID_ARGUMENT;
     *sampler = bn_sampler_make(seed);
     sampler->type = type;
     return BN_SUCCESS;

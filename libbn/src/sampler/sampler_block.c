@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Blocks of draws. BLUE shares the work that depends on the pixel alone among its indices. SOBOL and
  * WHITE have little to share, and are drawn as lanes of a wavefront where that is faster. */
-#include "sampler/kinds.h"
+#include "sampler/types.h"
 
 static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t first,
                        uint32_t count, uint32_t domain, float *out) {
@@ -75,7 +75,7 @@ bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uin
     }
 
     const int in_lanes =
-        bn_kinds[sampler->type].blocks_in_lanes && bn_simd_get()->draw_many != NULL;
+        bn_sampler_types[sampler->type].blocks_in_lanes && bn_simd_get()->draw_many != NULL;
     lane_buffer l;
     l.count = 0;
     for (uint32_t row = 0; row < height; ++row) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The constant tables of the draws. data/blue.u32 is compiled in as bn_tables_7. */
-#include "sampler/kinds.h"
+#include "sampler/types.h"
 
 const uint32_t *bn_tables(size_t *count, uint32_t *version) {
     if (count != NULL) *count = BN_WORD_COUNT;

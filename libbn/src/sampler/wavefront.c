@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Draws for the lanes of wavefronts. simd/draws.h draws several at a time. */
 #include "base/options.h"
-#include "sampler/kinds.h"
+#include "sampler/types.h"
 #include <bn/bn_path.h>
 #include <string.h>
 
@@ -25,7 +25,7 @@ static void draw_single(const bn_sampler *sampler, uint32_t pair, uint32_t dimen
 static void draw_any(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
                      const bn_draw_lanes *lanes, float *out) {
     const bn_simd *simd = bn_simd_get();
-    if (simd->draw_many != NULL && bn_kinds[sampler->type].in_lanes) {
+    if (simd->draw_many != NULL && bn_sampler_types[sampler->type].in_lanes) {
         simd->draw_many(sampler, pair, dimensions, lanes, out);
     } else {
         draw_single(sampler, pair, dimensions, lanes, out);

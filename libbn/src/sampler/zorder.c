@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The kind ZORDER: Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling
+ * The sampler type ZORDER: Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling
  * Error via Hierarchical Ordering of Pixels", 2020. Along a Morton curve with scrambled digits, the
  * pixels of a 4096 x 4096 tile own consecutive blocks of 2^k points of one Owen-scrambled Sobol'
  * sequence. Indices from 2^k on continue a pixel's block, scrambled differently in each pixel. The
@@ -7,7 +7,7 @@
  * et al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025), so that all four numbers are
  * stratified together. Each domain has a curve and orders of its own: numbers of different domains
  * are independent, as those of different dimensions are in the method's paper. */
-#include "sampler/kinds.h"
+#include "sampler/types.h"
 
 enum { BN_MORTON_BITS = 12 };
 

@@ -51,9 +51,9 @@ BN_INLINE bn_uint2 half_row_at(const uint32_t *words, bn_u32v at) {
 /* What is drawn: a pair, by its number, dimension 0, or three or four dimensions. */
 enum { ONE = 2, WIDE };
 
-/* Draws a multiple of BN_U32_LANES lanes. `kind` and `form` are constants, so that what they do not
+/* Draws a multiple of BN_U32_LANES lanes. `type` and `form` are constants, so that what they do not
  * need falls away. */
-BN_INLINE void draw_loop(const bn_sampler *sampler, int32_t kind, int form, uint32_t dimensions,
+BN_INLINE void draw_loop(const bn_sampler *sampler, int32_t type, int form, uint32_t dimensions,
                          const bn_draw_lanes *lanes, float *out) {
     const uint32_t *words = bn_tables_7;
     const bn_u32v zero = {0};
@@ -63,16 +63,16 @@ BN_INLINE void draw_loop(const bn_sampler *sampler, int32_t kind, int form, uint
         const bn_u32v index = u32_load(lanes->index + i), domain = u32_load(lanes->domain + i);
         if (form == WIDE) {
             const bn_uint4 v =
-                kind == BN_SAMPLER_BLUE    ? bn_draw_blue_bits(words, seed, x, y, index, domain)
-                : kind == BN_SAMPLER_SOBOL ? bn_draw_sobol_bits(seed, x, y, index, domain)
+                type == BN_SAMPLER_BLUE    ? bn_draw_blue_bits(words, seed, x, y, index, domain)
+                : type == BN_SAMPLER_SOBOL ? bn_draw_sobol_bits(seed, x, y, index, domain)
                                            : bn_draw_white_bits(seed, x, y, index, domain);
             bn_u32v all[4] = {v.x, v.y, v.z, v.w};
             u32_store_wide(all, dimensions, out);
         } else {
             const bn_u32v pair = x * 0u + (form == ONE ? 0u : (uint32_t)form);
-            const bn_uint2 v = kind == BN_SAMPLER_BLUE
+            const bn_uint2 v = type == BN_SAMPLER_BLUE
                                    ? bn_draw_blue_pair_bits(words, seed, x, y, index, domain, pair)
-                               : kind == BN_SAMPLER_SOBOL
+                               : type == BN_SAMPLER_SOBOL
                                    ? bn_draw_sobol_pair_bits(seed, x, y, index, domain, pair)
                                    : bn_draw_white_pair_bits(seed, x, y, index, domain, pair);
             if (form == ONE) {
@@ -84,27 +84,27 @@ BN_INLINE void draw_loop(const bn_sampler *sampler, int32_t kind, int form, uint
     }
 }
 
-BN_INLINE void draw_kind(const bn_sampler *sampler, int32_t kind, uint32_t pair,
+BN_INLINE void draw_type(const bn_sampler *sampler, int32_t type, uint32_t pair,
                          uint32_t dimensions, const bn_draw_lanes *lanes, float *out) {
     if (dimensions > 2) {
-        draw_loop(sampler, kind, WIDE, dimensions, lanes, out);
+        draw_loop(sampler, type, WIDE, dimensions, lanes, out);
     } else if (dimensions == 1) {
-        draw_loop(sampler, kind, ONE, 1, lanes, out);
+        draw_loop(sampler, type, ONE, 1, lanes, out);
     } else if (pair == 0) {
-        draw_loop(sampler, kind, 0, 2, lanes, out);
+        draw_loop(sampler, type, 0, 2, lanes, out);
     } else {
-        draw_loop(sampler, kind, 1, 2, lanes, out);
+        draw_loop(sampler, type, 1, 2, lanes, out);
     }
 }
 
 static void draw_whole(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
                        const bn_draw_lanes *lanes, float *out) {
     if (sampler->type == BN_SAMPLER_BLUE) {
-        draw_kind(sampler, BN_SAMPLER_BLUE, pair, dimensions, lanes, out);
+        draw_type(sampler, BN_SAMPLER_BLUE, pair, dimensions, lanes, out);
     } else if (sampler->type == BN_SAMPLER_SOBOL) {
-        draw_kind(sampler, BN_SAMPLER_SOBOL, pair, dimensions, lanes, out);
+        draw_type(sampler, BN_SAMPLER_SOBOL, pair, dimensions, lanes, out);
     } else {
-        draw_kind(sampler, BN_SAMPLER_WHITE, pair, dimensions, lanes, out);
+        draw_type(sampler, BN_SAMPLER_WHITE, pair, dimensions, lanes, out);
     }
 }
 

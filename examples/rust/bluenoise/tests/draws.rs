@@ -8,9 +8,9 @@ use bluenoise_sys as sys;
 struct C(sys::bn_sampler);
 
 impl C {
-    fn new(kind: i32, seed: u64) -> C {
+    fn new(ty: i32, seed: u64) -> C {
         let mut c = C(unsafe { sys::bn_rs_sampler_make(seed) });
-        assert_eq!(unsafe { sys::bn_sampler_init(&mut c.0, kind, seed) }, sys::BN_SUCCESS);
+        assert_eq!(unsafe { sys::bn_sampler_init(&mut c.0, ty, seed) }, sys::BN_SUCCESS);
         c
     }
 
@@ -25,7 +25,7 @@ fn child(domain: u32, key: u32) -> u32 {
     unsafe { sys::bn_domain_child(domain, key) }
 }
 
-const KINDS: [(Type, i32); 5] = [
+const TYPES: [(Type, i32); 5] = [
     (Type::Blue, sys::BN_SAMPLER_BLUE),
     (Type::Sobol, sys::BN_SAMPLER_SOBOL),
     (Type::White, sys::BN_SAMPLER_WHITE),
@@ -37,8 +37,8 @@ const PLACES: [(i32, i32, u32); 5] =
 
 #[test]
 fn samples_are_those_of_c() {
-    for (kind, number) in KINDS {
-        let (safe, c) = (Sampler::with_type(kind, 9).unwrap(), C::new(number, 9));
+    for (ty, number) in TYPES {
+        let (safe, c) = (Sampler::with_type(ty, 9).unwrap(), C::new(number, 9));
         for (x, y, index) in PLACES {
             let domain = Domain::ROOT.child(6).child(index);
             assert_eq!(domain.0, child(child(0, 6), index));
@@ -58,8 +58,8 @@ fn samples_are_those_of_c() {
 // What the example `draws` prints, tests/install compares with C: all that rays count.
 #[test]
 fn paths_are_those_of_c_and_explicit_counters_those_of_the_calls() {
-    for (kind, number) in KINDS {
-        let (safe, c) = (Sampler::with_type(kind, 2).unwrap(), C::new(number, 2));
+    for (ty, number) in TYPES {
+        let (safe, c) = (Sampler::with_type(ty, 2).unwrap(), C::new(number, 2));
         for (x, y, index) in PLACES {
             for stream in [0, 7] {
                 let parent = if stream == 0 { 0 } else { child(child(0, 0x8000_0000), stream) };

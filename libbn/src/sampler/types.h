@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What each kind of sampler does, by its number. A new kind is a row of bn_kinds and its file. */
-#ifndef BN_KINDS_H
-#define BN_KINDS_H
+ * What each sampler type does, by its number. A new type is a row of bn_sampler_types and its file. */
+#ifndef BN_TYPES_H
+#define BN_TYPES_H
 
 #include "simd/simd.h"
 #include <bn/bn_draw.h>
@@ -10,13 +10,13 @@
 typedef void (*bn_draw_bits)(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                              uint32_t domain, uint32_t pairs, uint32_t out[4]);
 
-typedef struct bn_kind {
+typedef struct bn_sampler_row {
     bn_draw_bits draw;   /* NULL for BLUE, which bn_draw.h draws inline */
     int in_lanes;        /* whether bn_simd has it */
     int blocks_in_lanes; /* whether many indices of a pixel are drawn as lanes, too */
-} bn_kind;
+} bn_sampler_row;
 
-extern const bn_kind bn_kinds[];
+extern const bn_sampler_row bn_sampler_types[];
 
 void bn_draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                     uint32_t domain, uint32_t pairs, uint32_t out[4]);
