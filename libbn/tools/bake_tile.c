@@ -89,6 +89,10 @@ static void pack_digits(const uint32_t v[4], uint32_t out[2]) {
     out[1] = v[2] >> 16 | (v[3] & 0xffff0000u);
 }
 
+static void add_digits(uint32_t v[4], const uint32_t packed[2]) {
+    for (int k = 0; k < 4; ++k) v[k] ^= (k & 1) ? packed[k / 2] & 0xffff0000u : packed[k / 2] << 16;
+}
+
 /* Where the points of the lowest eight bits of an index are, and those of four later bits. */
 static uint32_t points_at(uint32_t member, uint32_t index) {
     return BN_POINTS_AT + ((bn_reverse_bits(index) >> 24) * MEMBERS + member) * 4u;
@@ -125,6 +129,28 @@ void bake_table_pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]) {
         for (uint32_t i = 0; i < 6u * 16u; ++i) {
             pole_index_point(v, (i & 15u) << (8u + i / 16u * 4u),
                              words + later_at(a, i / 16u, i & 15u));
+        }
+    }
+}
+
+void bake_table_unpack_vectors(bake_table *table, const uint32_t words[BN_WORD_COUNT]) {
+    memset(table->member, 0, sizeof table->member);
+    for (uint32_t a = 0; a < MEMBERS; ++a) {
+        pole_vectors *v = &table->member[a];
+        for (uint32_t i = 0; i < 8; ++i) {
+            memcpy(v->index[i], words + points_at(a, 1u << i), sizeof v->index[i]);
+        }
+        for (uint32_t i = 0; i < 24; ++i) {
+            memcpy(v->index[8 + i], words + later_at(a, i / 4, 1u << i % 4), sizeof v->index[i]);
+        }
+        for (uint32_t i = 0; i < 4; ++i) {
+            add_digits(v->label[i], words + BN_PLACES_AT + (a * 16u + (1u << i)) * 2u);
+        }
+        /* Of the blocks in the first row and the first column, by what they differ from the first one. */
+        for (uint32_t i = 0; i < 8; ++i) {
+            const uint32_t block = (i & 1 ? 16u : 1u) << i / 2;
+            add_digits(v->label[4 + i], words + BN_BLOCKS_AT + a * 2u);
+            add_digits(v->label[4 + i], words + BN_BLOCKS_AT + (block * MEMBERS + a) * 2u);
         }
     }
 }

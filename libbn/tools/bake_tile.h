@@ -64,6 +64,8 @@ void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, uint64_t within, in
 
 /* The words of bn_tables(). */
 void bake_table_pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]);
+/* The vectors of such words, in some basis of each level of the quadtree. */
+void bake_table_unpack_vectors(bake_table *table, const uint32_t words[BN_WORD_COUNT]);
 
 /* Coordinates of the first `count` samples of a label in one pair, XORed with a key: random digits
  * of a domain in a copy of the tile, and of a pixel from the seventeenth on. */
@@ -147,11 +149,11 @@ void bake_kernel_add(bake_kernel *kernel, int axes, double narrow, double weight
 typedef void bake_stage(bake_table *table, const bake_options *options, int member, int number);
 
 bake_stage bake_start;   /* vectors and labels to begin with */
-bake_stage bake_vectors; /* the vectors of a member, for all energies at once */
+bake_stage bake_vectors; /* the vectors of a member; from part BAKE_VECTOR_PARTS on, once more */
 bake_stage bake_blocks;  /* the quadtree down to blocks of 4 x 4 pixels, for all members */
 bake_stage bake_labels;  /* the quadtree inside these blocks */
 bake_stage bake_finish;  /* lower digits, which no search looks at */
-enum { BAKE_VECTOR_PARTS = 8, BAKE_LABEL_PARTS = 6 };
+enum { BAKE_VECTOR_PARTS = 8, BAKE_AGAIN_PARTS = 2, BAKE_LABEL_PARTS = 6 };
 
 /* Errors of smooth functions in single pixels: the mean of logarithms of ratios to Sobol', and a
  * penalty on those above it. */

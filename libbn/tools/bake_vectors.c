@@ -52,7 +52,8 @@ typedef struct {
 typedef struct {
     integrand_set set[SETS];
     const uint16_t *label;
-    int member;
+    const double *count_weight;
+    int member, others; /* with how many other members there are products */
     bake_smooth_judge *smooth;
     double blurred[KINDS][COUNTS], narrow[KINDS][COUNTS], raw[KINDS][COUNTS];
 } vector_judge;
@@ -140,7 +141,7 @@ static void moving_edge_make(edge *e, bake_random *r) {
 
 static const int PERIODS[EACH] = {0, 64, 0, 32, 0, 64, 0, 21};
 
-static void integrand_make(integrand *f, bake_random *r, int which, int member) {
+static void integrand_make(integrand *f, bake_random *r, int which, int member, int others) {
     for (int k = 0; k < 2; ++k) edge_make(&f->plane[k], r, 2, PERIODS[which]);
     edge_make(&f->other, r, 2, PERIODS[which]);
     f->third = which % 4 == 3 ? 3 : 2;
@@ -150,7 +151,8 @@ static void integrand_make(integrand *f, bake_random *r, int which, int member) 
         edge_make(&f->space, r, 3, PERIODS[(which + 1) % EACH]);
     }
     f->below = (int16_t)(32768 * (0.25 + 0.5 * bake_random_double(r)));
-    f->earlier = member > 0 ? (int)bake_random_below(r, (uint32_t)member) : 0;
+    f->earlier = others > 0 ? (int)bake_random_below(r, (uint32_t)others) : 0;
+    if (f->earlier >= member) ++f->earlier;
     f->pair = which & 1;
     f->earlier_pair = which >> 1 & 1;
 }
@@ -398,7 +400,8 @@ static void judge_steps(vector_judge *j, const integrand_set *s, const coordinat
 
 static const double KIND_WEIGHT[KINDS] = {1, 1, 1.6, 0.7, 0.6, 2.0, 1.3, 0.6};
 static const double RAW_WEIGHT[KINDS] = {0.35, 0.35, 0.4, 0.2, 0.2, 0.5, 0, 0};
-static const double COUNT_WEIGHT[COUNTS] = {1.25, 1.05, 1, 1, 1, 0.75, 0.95};
+static const double COUNT_WEIGHT[2][COUNTS] = {{1.25, 1.05, 1, 1, 1, 0.75, 0.95},
+                                               {1.15, 1, 1, 1.1, 1, 1, 1.35}};
 
 /* The mean logarithm of errors. */
 static double judge_vectors(vector_judge *j, const pole_vectors *v) {
@@ -418,11 +421,11 @@ static double judge_vectors(vector_judge *j, const pole_vectors *v) {
         judge_steps(j, &j->set[s], (const uint16_t(*)[PIXELS])at, (const uint16_t(*)[4])sample);
     }
     for (int kind = 0; kind < KINDS; ++kind) {
-        if (kind == MEMBER ? j->member == 0 : kind == STEP && j->member != 0) continue;
+        if (kind == MEMBER ? j->others == 0 : kind == STEP && j->member != 0) continue;
         for (int l = 0; l < COUNTS; ++l) {
             double e = log(j->blurred[kind][l] + 0.06 * j->narrow[kind][l]) / 2;
             if (kind < STEP) e += RAW_WEIGHT[kind] * log(j->raw[kind][l]) / 2;
-            sum += KIND_WEIGHT[kind] * COUNT_WEIGHT[l] * e;
+            sum += KIND_WEIGHT[kind] * j->count_weight[l] * e;
         }
         weights += KIND_WEIGHT[kind] * COUNTS;
     }
@@ -465,9 +468,11 @@ static void move(pole_vectors *v, bake_random *r, int member) {
     }
 }
 
-static void judge_begin(vector_judge *j, const bake_table *table, int member, bake_random *r) {
+static void judge_begin(vector_judge *j, const bake_table *table, int member, int others,
+                        bake_random *r) {
     static coordinates at;
     j->member = member;
+    j->others = others;
     j->label = table->label[member];
     for (int s = 0; s < SETS; ++s) {
         integrand_set *set = &j->set[s];
@@ -480,8 +485,8 @@ static void judge_begin(vector_judge *j, const bake_table *table, int member, ba
         for (int k = 0; k < EACH; ++k) {
             integrand *f = &set->f[k];
             uint16_t key[4], sample[SAMPLES][4];
-            integrand_make(f, r, k, member);
-            if (member == 0) continue;
+            integrand_make(f, r, k, member, others);
+            if (others == 0) continue;
             const pole_vectors *v = &table->member[f->earlier];
             for (int d = 0; d < 4; ++d) key[d] = (uint16_t)bake_random_bits(r);
             label_coordinates(at, v, table->label[f->earlier], key);
@@ -507,9 +512,13 @@ static void judge_end(vector_judge *j) {
 
 void bake_vectors(bake_table *table, const bake_options *options, int member, int part) {
     enum { SMOOTH_WEIGHT_PERCENT = 22, START_MOVES = 400 };
+    const int again = part >= BAKE_VECTOR_PARTS, others = again ? MEMBERS - 1 : member;
+    const int last =
+        part + 1 == BAKE_VECTOR_PARTS || part + 1 == BAKE_VECTOR_PARTS + BAKE_AGAIN_PARTS;
     vector_judge *j = bake_allocate(1, sizeof *j);
-    bake_random r = bake_random_make(options->seed, 2, (uint64_t)member);
-    judge_begin(j, table, member, &r);
+    bake_random r = bake_random_make(options->seed, 2, (uint64_t)(member + again * MEMBERS));
+    judge_begin(j, table, member, others, &r);
+    j->count_weight = COUNT_WEIGHT[again];
     r = bake_random_make(options->seed, 3, (uint64_t)(member * 64 + part));
     pole_vectors now = table->member[member], best;
     for (int i = 0; i < START_MOVES && part == 0; ++i) move(&now, &r, member);
@@ -518,13 +527,16 @@ void bake_vectors(bake_table *table, const bake_options *options, int member, in
     const int trials = bake_count(options, 1600, 2);
     for (int trial = 0; trial < trials; ++trial) {
         const double done = (part + (double)trial / trials) / BAKE_VECTOR_PARTS;
-        const double limit = energy - 0.012 * pow(0.008, done) * log(1 - bake_random_double(&r));
+        const double heat = again ? 0.0004 : 0.012 * pow(0.008, done);
+        const double limit = energy - heat * log(1 - bake_random_double(&r));
         pole_vectors v = now;
         for (uint32_t n = trial > 0 ? 1 + bake_random_below(&r, 3) : 0; n > 0; --n) {
             move(&v, &r, member);
         }
         double e = 0.01 * SMOOTH_WEIGHT_PERCENT * bake_smooth_energy(j->smooth, &v);
-        for (int a = 0; a < member; ++a) e += 0.05 * clash(&table->member[a], &v);
+        for (int a = 0; a <= others; ++a) {
+            if (a != member) e += 0.05 * clash(&table->member[a], &v);
+        }
         e += judge_vectors(j, &v);
         if (e <= limit) {
             now = v;
@@ -537,7 +549,7 @@ void bake_vectors(bake_table *table, const bake_options *options, int member, in
         if (trial % 16 == 0) options->progress((double)trial / trials);
     }
     /* The last part ends with the best, the others with where the annealing is. */
-    table->member[member] = part + 1 < BAKE_VECTOR_PARTS ? now : best;
+    table->member[member] = last ? best : now;
 
     judge_end(j);
 }

@@ -4,7 +4,8 @@
  * Samples and pixels are in pole order (pole_order.h). Of what that leaves open, three stages choose:
  * the vectors of each member of a family (bake_vectors.c), the quadtree down to blocks of 4 x 4 pixels
  * (bake_blocks.c) and inside them (bake_labels.c), so that errors of neighbouring pixels cancel. All
- * moves keep the nets. Twenty-five minutes on one core.
+ * moves keep the nets. Half an hour on one core. Vectors decide nearly all of the errors, the quadtree
+ * how visible its own pattern is: --vectors searches another quadtree in five minutes.
  *
  * The table depends on the seed and the effort alone, not on interruptions; cosines, logarithms and
  * exponentials come from the C library, so another one may give another table of the same quality.
@@ -17,13 +18,19 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { PATH_SIZE = 4096, PARTS = (BAKE_VECTOR_PARTS + BAKE_LABEL_PARTS) * MEMBERS + 3 };
+enum {
+    PATH_SIZE = 4096,
+    VECTORS_END = 1 + (BAKE_VECTOR_PARTS + BAKE_AGAIN_PARTS) * MEMBERS,
+    PARTS = (BAKE_VECTOR_PARTS + BAKE_AGAIN_PARTS + BAKE_LABEL_PARTS) * MEMBERS + 3
+};
 
 static const char usage[] =
-    "usage: bn_bake_sampler [--seed N] [--effort SCALE] [--stop-after PARTS] -o FILE\n"
+    "usage: bn_bake_sampler [--seed N] [--effort SCALE] [--vectors TABLE] [--stop-after PARTS] -o "
+    "FILE\n"
     "  -o FILE             makes a table of the sampler blue\n"
     "  --seed N            (1)\n"
-    "  --effort SCALE      of the search, from 0 to 100 (1: some twenty-five minutes)\n"
+    "  --effort SCALE      of the search, from 0 to 100 (1: half an hour)\n"
+    "  --vectors TABLE     takes the vectors from this table, and searches the quadtree alone\n"
     "  --stop-after PARTS  ends after this many of the parts of the work\n"
     "Progress is kept in FILE.progress after every part; the same command goes on from there.\n";
 
@@ -63,6 +70,21 @@ static int write_table(const bake_table *table, const char *path) {
     return write_file(path, NULL, bytes, sizeof bytes);
 }
 
+static int read_table(const char *path, uint32_t words[BN_WORD_COUNT]) {
+    static unsigned char bytes[4 * BN_WORD_COUNT];
+    FILE *file = fopen(path, "rb");
+    if (file == NULL) return !fail("read", path);
+    const int whole = fread(bytes, sizeof bytes, 1, file) == 1 && fgetc(file) == EOF;
+    fclose(file);
+    if (!whole) {
+        fprintf(stderr, "bn_bake_sampler: %s is no table of %zu bytes\n", path, sizeof bytes);
+        return 0;
+    }
+    memset(words, 0, BN_WORD_COUNT * sizeof *words);
+    for (size_t i = 0; i < sizeof bytes; ++i) words[i / 4] |= (uint32_t)bytes[i] << (8 * (i % 4));
+    return 1;
+}
+
 /* How many parts of the same work are done, with the table they left; 0 when there is none. */
 static int read_progress(bake_table *table, const char *path, const char *signature) {
     FILE *file = fopen(path, "rb");
@@ -100,6 +122,10 @@ static void make_plan(void) {
         plan[n++] =
             (part){"vectors", bake_vectors, k / BAKE_VECTOR_PARTS, k % BAKE_VECTOR_PARTS, 33};
     }
+    for (int k = 0; k < MEMBERS * BAKE_AGAIN_PARTS; ++k) {
+        plan[n++] = (part){"vectors again", bake_vectors, k / BAKE_AGAIN_PARTS,
+                           BAKE_VECTOR_PARTS + k % BAKE_AGAIN_PARTS, 45};
+    }
     plan[n++] = (part){"blocks", bake_blocks, 0, 0, 40};
     for (int k = 0; k < MEMBERS * BAKE_LABEL_PARTS; ++k) {
         plan[n++] = (part){"labels", bake_labels, k / BAKE_LABEL_PARTS, k % BAKE_LABEL_PARTS, 12};
@@ -136,22 +162,34 @@ static void show_progress(double share) {
 
 /* ---- Command line ---- */
 
-static int make(const char *output, bake_options *options, int stop_after) {
+static int make(const char *output, const char *vectors, bake_options *options, int stop_after) {
     static bake_table table;
+    static uint32_t words[BN_WORD_COUNT];
+    uint64_t hash = 0;
     char progress[PATH_SIZE], signature[128], line[160];
     if (!path_beside(progress, output, ".progress.part") ||
         !path_beside(progress, output, ".progress")) {
         fprintf(stderr, "bn_bake_sampler: the name of FILE is too long\n");
         return 1;
     }
-    snprintf(signature, sizeof signature, "blue seed %llu effort %.17g parts ",
-             (unsigned long long)options->seed, options->effort);
+    if (vectors != NULL) {
+        if (!read_table(vectors, words)) return 1;
+        for (uint32_t i = 0; i < BN_WORD_COUNT; ++i) hash = bake_mix(hash ^ words[i]);
+    }
+    snprintf(signature, sizeof signature, "blue seed %llu effort %.17g vectors %016llx parts ",
+             (unsigned long long)options->seed, options->effort, (unsigned long long)hash);
     int done = read_progress(&table, progress, signature);
     make_plan();
     here.started = now();
     for (int i = 0; i < done; ++i) here.cost_before += plan[i].cost;
     if (done > 0 && isatty(2)) fprintf(stderr, "going on after part %d of %d\n", done, PARTS);
     options->progress = show_progress;
+    if (vectors != NULL && done == 0) {
+        bake_start(&table, options, 0, 0);
+        bake_table_unpack_vectors(&table, words);
+        here.cost_before = 0;
+        for (done = 0; done < VECTORS_END; ++done) here.cost_before += plan[done].cost;
+    }
     for (int i = done; i < PARTS && i < stop_after; ++i) {
         here.index = i;
         show_progress(0);
@@ -168,7 +206,7 @@ static int make(const char *output, bake_options *options, int stop_after) {
 
 int main(int argc, char **argv) {
     bake_options options = {.seed = 1, .effort = 1};
-    const char *output = NULL;
+    const char *output = NULL, *vectors = NULL;
     int stop_after = PARTS, good = argc % 2 == 1;
     for (int i = 1; good && i < argc; i += 2) {
         const char *name = argv[i], *value = argv[i + 1];
@@ -177,6 +215,8 @@ int main(int argc, char **argv) {
         int is_number = end != value && *end == '\0' && number >= 0 && number < 4e9;
         if (strcmp(name, "-o") == 0) {
             output = value;
+        } else if (strcmp(name, "--vectors") == 0) {
+            vectors = value;
         } else if (!is_number) {
             good = 0;
         } else if (strcmp(name, "--seed") == 0) {
@@ -193,5 +233,5 @@ int main(int argc, char **argv) {
         fputs(usage, stderr);
         return 2;
     }
-    return make(output, &options, stop_after);
+    return make(output, vectors, &options, stop_after);
 }

@@ -51,6 +51,18 @@ if(first STREQUAL second)
     message(FATAL_ERROR "another seed took up the progress of the first")
 endif()
 
+# Another quadtree for the same vectors.
+run(0 ${effort} --seed 2 --vectors whole.u32 -o tree.u32)
+file(SHA256 "${FOLDER}/tree.u32" tree)
+if(tree STREQUAL whole)
+    message(FATAL_ERROR "--vectors made the same quadtree with another seed")
+endif()
+file(WRITE "${FOLDER}/short.u32" "no table")
+run(1 ${effort} --vectors short.u32 -o x.u32)
+if(NOT said MATCHES "^bn_bake_sampler: short.u32 is no table of 47616 bytes\n$")
+    message(FATAL_ERROR "not one line: ${said}")
+endif()
+
 run(2)
 run(2 --seed)
 run(2 --effort nonsense -o x.u32)
