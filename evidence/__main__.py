@@ -14,9 +14,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # benches do several things 
 
 PARTS = {
     "samplers": ("samplers", "paths", "table"),
-    "realtime": ("realtime", "moving"),
-    "masks": ("masks", "points"),
-    "renders": ("renders", "summary", "denoise", "picture"),
+    "realtime": ("realtime",),
+    "masks": ("masks",),
+    "renders": ("renders", "headline", "summary", "denoise", "picture"),
     "others": ("mitsuba", "pbrt", "cycles", "web"),
 }
 
@@ -28,8 +28,8 @@ def main(arguments):
         arguments = arguments[1:]
     part, *options = arguments
     folder = next(folder for folder, parts in PARTS.items() if part in parts)
-    module = importlib.import_module(f"evidence.{folder}.{part}")
-    run_or_say_why(module.run, options, "bench")
+    module = importlib.import_module(f"evidence.{folder}.{'renders' if part == 'headline' else part}")
+    run_or_say_why(module.headline if part == "headline" else module.run, options, "bench")
 
 
 if __name__ == "__main__":

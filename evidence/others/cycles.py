@@ -19,7 +19,7 @@ import numpy as np
 from ..base.command import Parser
 from ..base.files import sha256_of
 from ..base.tables import md_table
-from ..measure.gains import bootstrap
+from ..measure.statistics import bootstrap
 from ..renders.judge import Cells
 from ..renders.renderer import REFERENCE_SEED, RenderError
 from . import builds, other_renderer
@@ -204,10 +204,10 @@ class CyclesRun(other_renderer.OtherRun):
 # ---- The report
 
 class Report(other_renderer.OtherReport):
-    TITLE, SCENES, SPREAD, INTERVALS = "# In Cycles", SCENES, ("tabulated_sobol", "blue_noise_pure"), HEADLINE
+    TITLE, SCENES, SPREAD = "# In Cycles", SCENES, ("tabulated_sobol", "blue_noise_pure")
     INTRO = f"""Figures are error ratios, Cycles' pattern over `blue` of [examples/cycles](../../examples/cycles/README.md), at the same number of
 samples per pixel: 1.20 means that Cycles' pattern has 1.20 times the error of `blue`, less than 1 that `blue` has more. They are geometric
-means over scenes and seeds; in brackets is the 95 % interval of a bootstrap over both. Errors are root mean squares over the pixels and
+means over scenes and seeds. Errors are root mean squares over the pixels and
 channels of pictures of {SIZE[0]}x{SIZE[1]} pixels, the middle of ones {ZOOM} times as wide, after a Gaussian blur or without. *As displayed*
 clips pictures to 0..1 before the blur; *exposed and displayed* first multiplies them so that the mean luminance of the reference is
 {EXPOSED}; *raw* does neither.
@@ -224,7 +224,7 @@ empty, the reference is too noisy."""
     def adaptive_ratio(self, name, than):
         """Mean and interval, as a text, of a figure of adaptive pictures, the other's over that of `blue`."""
         scenes = []
-        for view in self.gains.views:
+        for view in self.compared.views:
             own, other = (self.cells.get(view, f"{label} {ADAPTIVE}", ADAPTIVE_SPP, name) for label in ("blue", than))
             if own and other and min(*own, *other) > 0:
                 scenes.append(np.log(other) - np.log(own))
@@ -234,8 +234,8 @@ empty, the reference is too noisy."""
         early = [spp for spp in self.counts if spp < PREVIEW_SPP]
         found = {"Stopped early": [
             f"As a preview shows them: told {PREVIEW_SPP} samples, of which so many have been taken. `blue` is not told.", "",
-            *(line for measure in HEADLINE for line in (f"{name_of(measure).capitalize()}:", "", self.ratios(self.gains, measure, early, TOLD), ""))]}
-        samples = {label: [np.mean(own) for view in self.gains.views if (own := self.cells.get(view, f"{label} {ADAPTIVE}", ADAPTIVE_SPP, "samples"))]
+            *(line for measure in HEADLINE for line in (f"{name_of(measure).capitalize()}:", "", self.ratios(self.compared, measure, early, TOLD), ""))]}
+        samples = {label: [np.mean(own) for view in self.compared.views if (own := self.cells.get(view, f"{label} {ADAPTIVE}", ADAPTIVE_SPP, "samples"))]
                    for label in self.samplers}
         if any(samples.values()):
             found["Adaptive sampling"] = [
@@ -252,8 +252,8 @@ empty, the reference is too noisy."""
         counts = [n for n in (1, 4, 16, 64) if n in self.counts]
 
         def of(than, measure=HEADLINE[0], most=math.inf):
-            return ", ".join(value.partition(" ")[0] for value in (
-                gain.text() if gain else "?" for gain in (self.gains.gain("blue", spp, measure, than) for spp in counts if spp < most)))
+            found = (self.compared.over(than, spp, measure) for spp in counts if spp < most)
+            return ", ".join(f"{own.value:.2f}" if own else "?" for own in found)
 
         said = {than: f"{of(than)} times{{}} (raw {of(than, HEADLINE[1])})" for than in NAMES}
         samples, error = (self.adaptive_ratio(name, "tabulated_sobol") for name in ("samples", HEADLINE[0]))

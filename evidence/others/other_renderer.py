@@ -19,10 +19,9 @@ from ..base.contact_sheet import before_and_after
 from ..base.files import read_exr, write_image, write_text
 from ..base.progress import Progress, in_parallel
 from ..base.tables import md_table, update_table
-from ..measure import gains
-from ..measure.gains import Gains
+from ..measure import compare
+from ..measure.compare import MARKED, Comparison
 from ..measure.image_error import LUMINANCE, SIGMAS, blurred, displayed, displayed_rmse, rmse
-from ..measure.ratios import by_scene
 from ..renders.judge import Reference, Run
 from ..renders.renderer import REFERENCE_SEED, RenderError
 
@@ -185,32 +184,28 @@ class OtherReport:
     options: of finish_options(); references: {view: Reference}; samplers: that were compared, blue the last, after the one that times
     are relative to, the first. thans: {what blue is compared with: its name}; sets: {title: scenes} over which figures are."""
 
-    INTERVALS = MEASURES
-
     def __init__(self, options, cells, references, samplers, thans, sets):
         self.options, self.cells, self.references, self.counts = options, cells, references, options.counts
         self.samplers, self.thans, self.sets = tuple(samplers), thans, {}
         for title, scenes in sets.items():
-            own = Gains(cells, {view: reference for view, reference in references.items() if view.scene in scenes}, self.samplers)
-            own.peers = self.samplers[:-1]
+            own = Comparison(cells, {view: reference for view, reference in references.items() if view.scene in scenes}, self.samplers, "blue")
             if own.views:
                 self.sets[title] = own
-        self.title, self.gains = next(iter(self.sets.items()))
+        self.title, self.compared = next(iter(self.sets.items()))
 
     def name(self, label):
         return self.thans.get(label, f"`{label}`")
 
     def ratios(self, own, measure, counts=None, thans=None):
-        """One row per sampler: its error over blue's, with intervals for measures of INTERVALS."""
-        return gains.table("error over `blue`'s, at spp", counts or self.counts, {
-            name: functools.partial(lambda than, spp: own.gain("blue", spp, measure, than), than) for than, name in (thans or self.thans).items()},
-            gains.Gain.text if measure in self.INTERVALS else gains.value_text)
+        """One row per sampler: its error over blue's."""
+        return compare.table("error over `blue`'s, at spp", counts or self.counts, {
+            name: functools.partial(own.over, than, measure=measure) for than, name in (thans or self.thans).items()})
 
     def summary(self, thans=None):
         """The table of the guide, over the first set: as displayed, and in brackets raw."""
-        views, rows = self.gains.views, []
+        views, rows = self.compared.views, []
         for than, name in (thans or self.thans).items():
-            found = [[self.gains.gain("blue", spp, measure, than) for measure in HEADLINE] for spp in self.counts]
+            found = [[self.compared.over(than, spp, measure) for measure in HEADLINE] for spp in self.counts]
             rows.append([name, *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
         scenes = len({view.scene for view in views})
         crops = f"; crops: {len(views)}" if len(views) > scenes else ""
@@ -220,11 +215,11 @@ class OtherReport:
     def scenes_table(self, own, measure, than):
         """One row per scene: the ratio at SPREAD_COUNTS, and its smallest and greatest over crops."""
         counts, rows = [n for n in SPREAD_COUNTS if n in self.counts], []
-        for scene, views in by_scene(own.views).items():
+        for scene, views in own.by_scene().items():
             row = [f"{scene}: {self.SCENES[scene].what}"]
             for spp in counts:
-                whole = own.gain("blue", spp, measure, than, tuple(views))
-                each = [gain.value for gain in (own.gain("blue", spp, measure, than, (view,)) for view in views) if gain]
+                whole = own.over(than, spp, measure, views)
+                each = [one.value for one in (own.over(than, spp, measure, (view,)) for view in views) if one]
                 spread = f" ({min(each):.2f} to {max(each):.2f})" if len(each) > 1 else ""
                 row.append(f"{whole.value:.2f}{spread}" if whole else "")
             rows.append(row)
@@ -253,7 +248,7 @@ class OtherReport:
             return self.references[view].own[measure] / least if least else math.nan
 
         rows = []
-        for scene, views in by_scene(self.references).items():
+        for scene, views in Comparison(self.cells, self.references, self.samplers).by_scene().items():
             shares = [np.max([share(view, measure) for view in views]) for measure in HEADLINE]
             rows.append([scene, str(self.references[views[0]].spp), *("" if math.isnan(own) else f"{own:.2f}" for own in shares)])
         return md_table(["scene", "samples", *(f"own error, {name_of(measure)}" for measure in HEADLINE)], rows)
@@ -263,11 +258,11 @@ class OtherReport:
         return {}
 
     def text(self):
-        parts = [self.TITLE, "", self.answer(), "", self.INTRO]
+        parts = [self.TITLE, "", self.answer(), "", self.INTRO, MARKED, ""]
         for title, own in self.sets.items():
             parts += [f"## {title}", ""]
             for measure in MEASURES:
-                if any(own.gain("blue", spp, measure, self.samplers[0]) for spp in self.counts):
+                if any(own.over(self.samplers[0], spp, measure) for spp in self.counts):
                     parts += [f"{name_of(measure).capitalize()}:", "", self.ratios(own, measure), ""]
         for heading, lines in self.sections().items():
             parts += [f"## {heading}", "", *lines, ""]

@@ -14,8 +14,7 @@ from pathlib import Path
 from ..base.cache import cache_folder
 from ..base.command import Parser
 from ..base.files import read_exr, sha256_of
-from ..measure import gains
-from ..measure.gains import BEST_PEER, row_of
+from ..measure import compare
 from ..renders.judge import Cells, pixels_key
 from ..renders.renderer import REFERENCE_SEED
 from . import builds, lux_scenes, other_renderer
@@ -106,11 +105,10 @@ def make_picture(work, path):
 class Report(other_renderer.OtherReport):
     """remarks: of builds.pbrt()."""
 
-    TITLE, SCENES, SPREAD = "# In pbrt-v4", SCENES, ("zsobol", BEST_PEER)
+    TITLE, SCENES, SPREAD = "# In pbrt-v4", SCENES, ("zsobol", "sobol")
     INTRO = f"""How the sampler of [examples/pbrt](../../examples/pbrt/README.md) compares with pbrt-v4's own, in pbrt-v4. Figures are error
 ratios, pbrt's sampler over `blue`, at the same `--spp`: 1.20 means that pbrt's sampler has 1.20 times the
-error of `blue`, less than 1 that `blue` has more. They are geometric means over scenes, crops and seeds; in brackets is the 95 %
-interval of a bootstrap over all three.
+error of `blue`, less than 1 that `blue` has more. They are geometric means over scenes, crops and seeds.
 
 Errors are root mean squares over the pixels and channels of crops of {CROP[0]}x{CROP[1]} pixels from pictures of {WIDTH}x{HEIGHT}, after
 a Gaussian blur or without. *As displayed* clips pictures to 0..1 before the blur; *exposed and displayed* first multiplies them so
@@ -119,8 +117,7 @@ or tuned by these crops, nor by any of LuxCoreRender's scenes. Two other crops o
 is apart. A path has four random wavelengths, which `blue` spreads evenly. Where light is even, nothing else is noisy. So all of
 LuxCoreRender's crops are shown once more with the same wavelengths in all samples (pbrt's option `disablewavelengthjitter`).
 
-`zsobol` rounds counts down to powers of two: at 3 and 6 it takes 2 and 4 samples. `sobol` is one sequence over the whole picture. *Best
-of pbrt's* is the best of those here over the crops that count, chosen at each count afterwards.
+`zsobol` rounds counts down to powers of two: at 3 and 6 it takes 2 and 4 samples. `sobol` is one sequence over the whole picture.
 """
     METHOD = f"""pbrt-v4 is at commit `{builds.PBRT_COMMIT[:8]}`. Its film has its neutral sensor (`cie1931`) and a box filter one pixel wide, the integrator
 is `volpath`. `--spp` and `--seed` set counts and seeds, other options of samplers are pbrt's defaults. `sobol` keeps the positions in the
@@ -133,21 +130,15 @@ counts where the error of `blue` is at least three times that."""
 
     def __init__(self, options, cells, references, remarks):
         self.METHOD += "".join(f" {remark}" for remark in remarks)
-        thans = {**{name: f"`{name}`" for name in SAMPLERS if name != "blue"}, BEST_PEER: "best of pbrt's"}
+        thans = {name: f"`{name}`" for name in SAMPLERS if name != "blue"}
         super().__init__(options, cells, references, SAMPLERS, thans, SETS)
 
-    def headline_rows(self):
-        """What `scripts/bench summary` reads: over the first scenes, in the form of gains.write_rows()."""
-        found = [(self.gains.gain("blue", spp, measure, than), measure.removesuffix("_0.0"), spp, "blue", "best of pbrt" if than == BEST_PEER else than)
-                 for measure in MEASURES for spp in self.counts for than in self.thans]
-        return [row_of(*row) for row in found if row[0]]
-
     def answer(self):
-        """Where blue is ahead of pbrt's default, of its global Sobol' and of the best, and where not."""
+        """Where blue is ahead of pbrt's default and of its global Sobol', and where not."""
         parts = []
         for title, own in self.sets.items():
-            found = {than: ", ".join(f"{gain.value:.2f} at {spp}" for spp in self.counts if (gain := own.gain("blue", spp, HEADLINE[0], than)))
-                     for than in ("zsobol", "sobol", BEST_PEER)}
+            found = {than: ", ".join(f"{gain.value:.2f} at {spp}" for spp in self.counts if (gain := own.over(than, spp, HEADLINE[0])))
+                     for than in ("zsobol", "sobol")}
             said = "; ".join(f"{self.name(than)} {text}" for than, text in found.items() if text)
             parts.append(f"{title}, {name_of(HEADLINE[0])}, error over `blue`'s: {said}.")
         return "\n\n".join(parts)
@@ -196,4 +187,4 @@ def run(arguments):
     cells = PbrtCells(work.results(references, tasks))
     report = Report(options, cells, references, remarks)
     if report.write("pbrt", report.summary()):
-        gains.write_rows(options.out / "pbrt_headline.csv", report.headline_rows())
+        compare.write(options.out / "pbrt.csv", report.compared.rows(options.counts, MEASURES))

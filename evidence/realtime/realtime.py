@@ -3,7 +3,7 @@
 
 In every pixel of a frame the integrand is the same: a step or a ramp in one number, a half-plane or a disc in a pair, a product of
 half-planes in four numbers. Single numbers are drawn as such (bn_ray_next_1d()). Slices of others' space-time masks are read from
-files, if you have some. It writes tables in evidence/results/realtime.md, and realtime.png.
+files, if you have some; without, the figures of an earlier run stay. It writes evidence/results/realtime.*.
 """
 
 import dataclasses
@@ -18,12 +18,11 @@ from scipy import fft, ndimage
 import bluenoise
 
 from ..base.command import CommandError, Parser
+from ..base.files import read_numbers, write_rows, write_text
 from ..base.plots import plt, save, style
-from ..base.tables import md_table, write_or_print
+from ..base.tables import md_table
 from ..measure.image_error import blurred
-from ..renders.variants import ALWAYS
 from ..renders.views import golden_powers
-from ..samplers.paths import half_planes, inside
 
 
 class Draws:
@@ -69,6 +68,17 @@ class MovedMask:
     def frame(self, frame, dimensions, seed, size):
         moved = self.still.frame(0, dimensions, seed, size) + frame * np.array(golden_powers(dimensions))
         return (moved % 1).astype(np.float32)
+
+
+class GradientNoise:
+    """Interleaved gradient noise (Jimenez, 2014), moved by 5.588238 pixels each frame; further numbers are from other places."""
+
+    def frame(self, frame, dimensions, seed, size):
+        y, x = np.mgrid[:size, :size]
+        away = np.random.default_rng([seed, 6]).integers(0, 4096, (dimensions, 2))
+        numbers = [52.9829189 * ((0.06711056 * (x + right + 5.588238 * (frame % 64)) + 0.00583715 * (y + down + 5.588238 * (frame % 64))) % 1) % 1
+                   for down, right in away]
+        return np.stack(numbers, -1).astype(np.float32)
 
 
 # ---- Slices in files
@@ -134,6 +144,7 @@ WAYS = {
     "blue": Draws("blue"),
     "blue, a new key every frame": Draws("blue", new_key=True),
     "mask + golden ratio, R2": MovedMask(),
+    "interleaved gradient noise": GradientNoise(),
 }
 # Parts of the screen that a frame draws: the pixels of frame t, in the order of a smaller picture's (x, y), and how many frames
 # make a screen.
@@ -175,7 +186,9 @@ def ramp(random):
 
 
 def half_plane(random):
-    return of_pairs(functools.partial(inside, half_planes(random, 1)[0]))
+    angle, point = random.uniform(0, 2 * np.pi), random.uniform(0.2, 0.8, 2)
+    normal = np.array([np.cos(angle), np.sin(angle)], np.float32)
+    return of_pairs(lambda u: u @ normal < np.float32(normal @ point))
 
 
 def disc(random):
@@ -277,31 +290,44 @@ def measure_parts(seeds, count):
     return result
 
 
-def over_white(result, kind, way):
-    """(OUTCOMES, FILTERS): lower is better."""
-    return result[kind, way].outcomes / result[kind, "white"].outcomes
+# ---- The page, from the rows of the CSV
 
-
-# ---- Tables and the plot
-
-SHORT = (("one frame", "sigma 1.0"), ("one frame", "sigma 2.1"), ("average, 0.1", "sigma 0.0"), ("average, 0.1", "sigma 1.0"),
+FIELDS = ("integrand", "way", "outcome", "filter", "error")
+SHOWN = (("one frame", "sigma 1.0"), ("one frame", "sigma 2.1"), ("average, 0.1", "sigma 0.0"), ("average, 0.1", "sigma 1.0"),
          ("average, 0.1", "sigma 2.1"), ("average, 0.1", "box 5x5"))
+HEADS = {"half-plane": "pairs (half-planes)", "product": "four numbers (products)", "step": "single numbers (steps)"}
+WINNERS = (("a single frame", "one frame"), ("averaged frames", "average, 0.1"))
 
 
-def code(way):
-    return f"`{way}`" if way in ALWAYS else way
+def rows_of(result, ways):
+    """Errors over those of white noise."""
+    return [{"integrand": kind, "way": way, "outcome": outcome, "filter": name,
+             "error": f"{result[kind, way].outcomes[i, j] / result[kind, 'white'].outcomes[i, j]:.4f}"}
+            for kind in INTEGRANDS for way in ways for i, outcome in enumerate(OUTCOMES) for j, name in enumerate(FILTERS)]
 
 
-def short_table(result, ways, kind, first):
-    places = [(OUTCOMES.index(outcome), list(FILTERS).index(name)) for outcome, name in SHORT]
-    rows = [[code(way), *(f"{over_white(result, kind, way)[place]:.2f}" for place in places)] for way in ways]
-    return md_table([first, *(f"{outcome.replace(', 0.1', '')}, {name.replace('sigma 0.0', 'unfiltered')}" for outcome, name in SHORT)],
-                    rows)
+def in_order(rows):
+    """{way: {(integrand, outcome, filter): error over padded Sobol'}}."""
+    found = {}
+    for row in rows:
+        found.setdefault(row["way"], {})[row["integrand"], row["outcome"], row["filter"]] = float(row["error"])
+    return {way: {at: error / found["sobol"][at] for at, error in own.items()} for way, own in found.items()}
 
 
-def tables(result, ways):
-    heads = {"half-plane": "pairs (half-planes)", "product": "four numbers (products)", "step": "single numbers (steps)"}
-    return "\n\n".join(short_table(result, ways, kind, head) for kind, head in heads.items())
+def short_table(errors, kind):
+    return md_table([HEADS[kind], *(f"{outcome.replace(', 0.1', '')}, {name.replace('sigma 0.0', 'unfiltered')}" for outcome, name in SHOWN)],
+                    [[way, *(f"{own[kind, outcome, name]:.2f}" for outcome, name in SHOWN)] for way, own in errors.items() if way != "sobol"])
+
+
+def winners_table(errors):
+    """Who has the least error after sigma 1.0, and who at most 3 % more."""
+    def winner(kind, outcome):
+        values = {way: own[kind, outcome, "sigma 1.0"] for way, own in errors.items()}
+        least = min(values.values())
+        return ", ".join(f"{way} {value:.2f}" for way, value in sorted(values.items(), key=lambda item: item[1]) if value <= 1.03 * least)
+
+    return md_table(["numbers of an effect", *(name for name, _ in WINNERS)], [
+        [number, *(winner(kind, outcome) for _, outcome in WINNERS)] for number, kind in (("1", "step"), ("2", "half-plane"), ("4", "product"))], 2)
 
 
 def parts_table(result):
@@ -312,27 +338,34 @@ def parts_table(result):
         [[part, given, *(f"{own[i, names.index(name)]:.2f}" for i, name in places)] for (part, given), own in result.items()])
 
 
-def all_figures(result, ways):
-    text = []
-    for kind, (dimensions, _) in INTEGRANDS.items():
-        rows = [[way, outcome, *(f"{value:.2f}" for value in over_white(result, kind, way)[i])]
-                for i, outcome in enumerate(OUTCOMES) for way in ways if way != "white"]
-        text += [f"### {kind.capitalize()}: {dimensions} number{'s' * (dimensions > 1)}", md_table(["draws", "of", *FILTERS], rows)]
-    return "\n\n".join(text)
-
-
 def draw_plot(result, ways, path):
     names = list(ways)
     figure, axes = plt.subplots(1, 2, figsize=(10, 3.6), sharey=True)
     for axis, kind in zip(axes, ("half-plane", "step")):
         for way in names:
-            own = result[kind, way].alone[:, 1] / result[kind, "white"].outcomes[0, 1]
+            own = result[kind, way].alone[:, 1] / result[kind, "sobol"].outcomes[0, 1]
             axis.plot(own, **{**style(way, names), "marker": "", "linewidth": 1.2})
         axis.set(title=f"{kind}, after sigma 1.0", xlabel="frame", ylim=(0, 1.45))
         axis.grid(True, alpha=.25)
-    axes[0].set_ylabel("error over white noise's")
+    axes[0].set_ylabel("error of a frame over padded Sobol'")
     axes[1].legend(fontsize="x-small", loc="upper center", ncols=3)
     save(figure, path)
+
+
+def text(errors, parts, options):
+    lines = ["# One sample a frame", "", f"Printed by `{options.command}`. [realtime.md](../../docs/realtime.md) says what to call.", "",
+             "Figures are errors over padded Sobol's, smaller is better. Least error after a blur of one pixel, and what is within 3 % of it:", "", winners_table(errors), "",
+             "![The error of every frame](realtime.png)", "",
+             "- **Frames**: one frame; moving averages that have settled, in which the newest frame weighs 0.1.",
+             "- **Filters**: Gaussian blurs of sigma pixels, and box filters, over the screen.",
+             "- **Ways**: `blue`, `sobol` (padded), `white`; the built-in mask of 64x64, to which each frame adds the golden ratio, or R2 for two numbers; interleaved "
+             "gradient noise, moved by 5.588238 pixels a frame. STBN and FAST are published textures of frames, STBN of 128x128x64 (scalars and two-vectors), FAST of "
+             "128x128x32 for a Gaussian of 1.0 and an exponential average of 0.1; their rows are those of the last run with `--stbn FOLDER --fast FOLDER`, to two digits.",
+             "", "[realtime.csv](realtime.csv) has means of 8 and 32 frames, other weights and filters, ramps and discs, over white noise.", ""]
+    for kind in HEADS:
+        lines += [short_table(errors, kind), ""]
+    return "\n".join([*lines, "## Parts of the screen", "", "Where a frame draws every second or fourth pixel: half-planes, `blue` over white noise. *Average* is of the "
+                      "screen. Count the samples of a pixel, and give the screen's coordinates where the screen is filtered.", "", parts_table(parts)]) + "\n"
 
 
 # ---- The command
@@ -343,12 +376,15 @@ def run(arguments):
     parser.number("--integrands", 12, "integrands of each kind")
     add_packs(parser, PACKS)
     parser.out()
-    parser.table("evidence/results/realtime.md")
     options = parser.parse_args(arguments)
-    ways = {**WAYS, **packs_of(options)}
+    options.command = "scripts/bench realtime" + "".join(f" --{name} {value}" for name, value in (("seeds", options.seeds), ("integrands", options.integrands))
+                                                         if value != parser.get_default(name))
+    ways, path = {**WAYS, **packs_of(options)}, options.out / "realtime.csv"
     result = measure(ways, options.seeds, options.integrands)
-    if not options.print:
-        draw_plot(result, ways, options.out / "realtime.png")
-    write_or_print(options, COMMAND, tables(result, ways))
-    write_or_print(options, f"{COMMAND}: all figures", all_figures(result, ways))
-    write_or_print(options, f"{COMMAND}: parts of the screen", parts_table(measure_parts(options.seeds, options.integrands)))
+    earlier = [row for row in read_numbers(path) if row["way"] not in ways] if path.is_file() else []
+    rows = [*rows_of(result, ways), *earlier]
+    draw_plot(result, ways, options.out / "realtime.png")
+    write_rows(path, FIELDS, rows)
+    page = text(in_order(rows), measure_parts(options.seeds, options.integrands), options)
+    write_text(options.out / "realtime.md", page)
+    print(page)

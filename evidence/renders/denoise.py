@@ -13,17 +13,16 @@ import threading
 import numpy as np
 import OpenEXR
 
-from ..base import peers
 from ..base.command import Parser, package
 from ..base.files import write_text
-from ..base.plots import finish, plt, save
-from ..base.tables import md_table
-from ..measure import equal_quality, gains
-from ..measure.gains import BEST_PEER, Gains, gain_of
+from ..base.plots import finish, plt, save, style
+from ..measure import compare
+from ..measure.compare import MARKED, Comparison
 from ..measure.image_error import displayed_rmse, own_errors, relative_rmse, trimmed_relative_rmse
+from ..measure.statistics import estimate
 from . import variants, views
 from .judge import Cells, Run, Task, pictures_of, plan, render_references
-from .renders import REFERENCE_SPP
+from .renders import NAMES, REFERENCE_SPP
 
 # What the denoiser is given.
 WAYS = {
@@ -133,93 +132,70 @@ class DenoisedRun(Run):
 
 COUNTS, SEEDS = (1, 2, 4, 8, 16), 4
 LABELS = ("white", "sobol", "sobol-global", "zorder", "blue")
-SHOWN = ("relative", "displayed")
-TIME_MEASURE = f"plain:{equal_quality.MEASURE}"
 
 
 class Report:
-    """cells: judge.Cells with measures WAY:MEASURE; costs: of equal_quality.costs(), or None."""
+    """cells: judge.Cells with measures WAY:MEASURE."""
 
-    def __init__(self, options, cells, references, version, costs=None):
-        self.options, self.cells, self.references = options, cells, references
-        self.version, self.costs, self.counts, self.labels = version, costs, options.counts, options.labels
-        self.scenes = tuple(dict.fromkeys(view.scene for view in references))
-        self.gains = Gains(cells, references, options.labels)
+    def __init__(self, options, cells, references, version):
+        self.options, self.version, self.labels, self.counts = options, version, options.labels, options.counts
+        self.compared = Comparison(cells, references, options.labels)
 
-    def gain(self, way, measure, than="sobol", scene=None, label="blue"):
-        """function(count) -> Gain over all scenes or one; None if nothing was measured."""
-        views = tuple(view for view in self.references if scene in (None, view.scene))
-        return lambda spp: self.gains.gain(label, spp, f"{way}:{measure}", than, views)
+    def over(self, label, way, measure, views=None):
+        return lambda spp: self.compared.over(label, spp, f"{way}:{measure}", views)
 
-    def of_way(self, way, measure, label):
-        """function(count) -> Gain: how many times smaller the error is than with `plain`, for the same sampler."""
-        def gain(spp):
-            pairs = {view: [self.cells.get(view, label, spp, f"{name}:{measure}") for name in ("plain", way)] for view in self.references}
-            return gain_of({view: np.log(plain) - np.log(own) for view, (plain, own) in pairs.items() if plain and own and min(*plain, *own) > 0})
+    def table(self, way, measure):
+        return compare.table("error over padded Sobol'", self.counts, {
+            NAMES.get(label, label): self.over(label, way, measure) for label in self.labels if label != "sobol"})
 
-        return gain
+    def way_table(self, measure):
+        """What the ways gain over `plain`, for the same sampler."""
+        def over_plain(label, way):
+            def of(spp):
+                pairs = {view: [self.compared.cells.get(view, label, spp, f"{name}:{measure}") for name in (way, "plain")] for view in self.compared.views}
+                return estimate({view: np.log(own) - np.log(plain) for view, (own, plain) in pairs.items() if own and plain and min(*own, *plain) > 0})
+
+            return of
+
+        return compare.table("error over that of `plain`", self.counts, {f"{label}, `{way}`": over_plain(label, way) for label in ("sobol", "blue")
+                                                                       for way in list(WAYS)[1:]})
 
     def rows(self):
-        times = equal_quality.rows(self.gains, self.costs, self.counts, TIME_MEASURE) if self.costs else []
-        return [*self.gains.rows(self.counts, [f"{way}:{name}" for way in WAYS for name in MEASURES]), *times]
+        return self.compared.rows(self.counts, [f"{way}:{name}" for way in WAYS for name in MEASURES], ("plain:displayed", "plain:displayed_2.1"))
 
-    def short(self, measure):
-        """What the denoiser leaves of the advantage, in a paragraph."""
-        parts = []
-        for than in ("white", "sobol", "sobol-global", "zorder", *([BEST_PEER] if self.gains.peers else [])):
-            found = [gain for spp in self.counts if (gain := self.gain("plain", measure, than)(spp))]
-            parts.append(f"{' '.join(f'{gain.value:.2f}' for gain in found)} with {than if than == BEST_PEER else f'`{than}`'}")
-        counted = ", ".join(str(gain.views) if (gain := self.gain("plain", measure)(spp)) else "0" for spp in self.counts)
-        cells = [gain for way in WAYS for scene in self.scenes for spp in self.counts if (gain := self.gain(way, measure, "sobol", scene)(spp))]
-        return (f"After Open Image Denoise (`plain`), {MEASURES[measure]}, at {', '.join(map(str, self.counts))} samples, in {counted} of "
-                f"{len(self.references)} crops, errors over that of `blue` are {'; '.join(parts)}. By scene, count and way `sobol` errs more beyond "
-                f"doubt in {sum(gain.low > 1 for gain in cells)} cases and less in {sum(gain.high < 1 for gain in cells)}.")
+    def short(self):
+        line = ", ".join(f"{own.value:.2f} at {spp}" for spp in self.counts if (own := self.over("blue", "plain", "displayed")(spp)))
+        after = ", ".join(f"{own.value:.2f}" for spp in self.counts if (own := self.over("blue", "plain", "displayed_2.1")(spp)))
+        scenes = self.compared.by_scene()
+        found = [own for views in scenes.values() for spp in self.counts if (own := self.over("blue", "plain", "displayed", views)(spp))]
+        return (f"After Open Image Denoise, `blue` has this error over padded Sobol's, as displayed: {line} samples; after a blur of 2.1 pixels besides: {after}. "
+                f"Of {len(found)} pairs of a scene and a count it has significantly less in {sum(own.high < 1 for own in found)} and more in "
+                f"{sum(own.low > 1 for own in found)}.")
 
     def text(self):
-        options, counts = self.options, self.counts
-        parts = [
-            "# After denoising", "", f"Printed by `{options.command}` with Open Image Denoise (pyoidn {self.version}).", "",
-            self.short("displayed"), "", self.short("displayed_2.1"), "", "![sobol / blue after the denoiser](denoise.png)", "",
-            f"{len(self.references)} crops of {len(self.scenes)} built-in scenes (the set *{options.views}*, {views.SETS[options.views]}), "
-            f"{options.seeds} seed{'s' * (options.seeds > 1)} of each, against references with {options.reference_spp} samples per pixel. Crops are "
-            "denoised by themselves. Ratios are geometric means over scenes, pictures, crops and seeds, with "
-            "the 95 % interval of a bootstrap over all four. Relative RMSE divides the difference by the reference plus a tenth of its mean. A "
-            "view is excluded from ratios for which its reference is too noisy. `zorder` is told each count."
-            + (f" OpenQMC's commit is {peers.commit(options.openqmc)}." if self.gains.peers else ""), "",
-            "The denoiser is used in three ways:", "", *(f"- `{way}`: {what}." for way, what in WAYS.items()), "",
-            f"Keep directly visible light (lamps, the sky) out of the denoiser: denoise the rest and add that light afterwards, from {PRIMARY_RAYS} "
-            "primary rays, which end at the first surface. Take albedo and normal from the same rays and declare them noise-free. What that gains:", ""]
-        for measure in SHOWN:
-            parts += [gains.table(MEASURES[measure], counts, {f"{label}, `plain` / `{way}`": self.of_way(way, measure, label)
-                                                              for label in ("sobol", "blue") for way in list(WAYS)[1:]}), ""]
-        if self.costs:
-            parts += ["## Time to reach an error", "", "As in [renders.md](renders.md), for pictures from the denoiser (`plain`), without "
-                      "its own time, which is the same for all.", "",
-                      md_table(*equal_quality.table_rows(self.gains, self.costs, counts, TIME_MEASURE)), ""]
-        parts += ["## Every scene", ""]
-        for way in WAYS:
-            for measure in SHOWN:
-                rows = {scene: self.gain(way, measure, "sobol", scene) for scene in self.scenes}
-                parts += [f"### `{way}`, {MEASURES[measure]}", "", gains.table("sobol / blue", counts, {**rows, "**all**": self.gain(way, measure)}), ""]
-        parts += ["## All samplers", ""]
-        for way in WAYS:
-            for measure, name in MEASURES.items():
-                rows = {label: self.gain(way, measure, "white", None, label) for label in self.labels if label != "white"}
-                if self.gains.peers:
-                    rows[f"{BEST_PEER} / blue"] = self.gain(way, measure, BEST_PEER)
-                parts += [f"### `{way}`, {name}", "", gains.table("white / sampler", counts, rows), ""]
-        return "\n".join(parts)
+        options, crops = self.options, len(self.compared.views)
+        parts = ["# After denoising", "", f"Printed by `{options.command}` with Open Image Denoise (pyoidn {self.version}).", "", self.short(), "",
+                 "![Error over padded Sobol', after the denoiser](denoise.png)", "",
+                 f"Every figure is an error over that of padded Sobol' after the same denoiser: below 1 is better. {crops} crops of {len(self.compared.by_scene())} scenes, "
+                 f"those of [renders.md](renders.md), denoised by themselves; {options.seeds} seeds. {MARKED} [denoise.csv](denoise.csv) has intervals, scenes and more "
+                 "measures. Relative RMSE divides the difference by the reference plus a tenth of its mean.", ""]
+        for way, what in WAYS.items():
+            parts += [f"## `{way}`: {what}", ""]
+            for measure in ("displayed", "displayed_2.1", "relative"):
+                parts += [f"{MEASURES[measure]}:", "", self.table(way, measure), ""]
+        return "\n".join([*parts, "## Which way", "", f"Keep directly visible light (lamps, the sky) out of the denoiser: denoise the rest and add that light afterwards, from "
+                          f"{PRIMARY_RAYS} primary rays, which end at the first surface. Take albedo and normal from the same rays and declare them noise-free. "
+                          f"What that changes, {MEASURES['relative']}:", "", self.way_table("relative")]) + "\n"
 
     def draw(self, path):
         figure, axes = plt.subplots(1, len(WAYS), figsize=(4 * len(WAYS), 3.6), sharey=True)
         for axis, way in zip(axes, WAYS):
-            for scene in (*self.scenes, None):
-                found = {spp: gain for spp in self.counts if (gain := self.gain(way, "relative", "sobol", scene)(spp))}
-                axis.plot(list(found), [gain.value for gain in found.values()], marker="o", markersize=4, label=scene or "all",
-                          **({"color": "black", "linewidth": 2.2} if scene is None else {"linewidth": 1.2}))
+            for label in (label for label in self.labels if label != "sobol"):
+                found = {spp: own.value for spp in self.counts if (own := self.over(label, way, "displayed")(spp))}
+                axis.plot(list(found), list(found.values()), **{**style(label, self.labels), "label": NAMES[label].replace("`", "")})
             axis.axhline(1, color="0.5", linewidth=.8)
             finish(axis, way, "samples per pixel")
-        axes[0].set_ylabel("relative RMSE, sobol / blue")
+        axes[0].set_ylabel("error over padded Sobol'")
         axes[-1].legend(fontsize="small", loc="center left", bbox_to_anchor=(1.02, 0.5))
         save(figure, path)
 
@@ -248,11 +224,8 @@ def run(arguments):
     references = render_references(options.pathtracer, options.chosen, options.reference_spp)
     tasks = plan(options.chosen, options.labels, {spp: options.seeds for spp in options.counts})
     cells = Cells(work.results(references, tasks))
-    cost = None if options.no_times else equal_quality.costs(
-        options.pathtracer, work.store, views.first_of_each(options.chosen), options.labels, equal_quality.machine(), work.builds, options.retime)
-    report = Report(options, cells, {view: with_own_errors(own) for view, own in references.items()}, work.version, cost)
+    report = Report(options, cells, {view: with_own_errors(own) for view, own in references.items()}, work.version)
     report.draw(options.out / "denoise.png")
-    gains.write_rows(options.out / "denoise.csv", report.rows())
-    text = report.text()
-    write_text(options.out / "denoise.md", text)
-    print(text)
+    compare.write(options.out / "denoise.csv", report.rows())
+    write_text(options.out / "denoise.md", report.text())
+    print(report.text())

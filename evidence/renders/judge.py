@@ -9,20 +9,18 @@ a change to one sampler renders only that sampler again.
 import dataclasses
 import hashlib
 import sys
-from pathlib import Path
 
 import numpy as np
 
 from ..base.cache import Store, cache_folder
 from ..base.files import read_exr, sha256_of, write_rows
 from ..base.progress import Progress, in_parallel
-from ..measure.image_error import LUMINANCE, MEASURES, all_errors, luminance_error, own_errors, radial_spectrum
+from ..measure.image_error import LUMINANCE, MEASURES, all_errors, own_errors
 from . import variants
 from .renderer import REFERENCE_SEED, RenderError, Request, files_beside, make_reference, progressive
 from .views import View
 
-COUNTS, SEEDS = (1, 2, 3, 4, 6, 8, 16, 32, 64), 12
-SPECTRUM_COUNTS, SPECTRUM_SEEDS = (1, 4, 16, 64), 2
+COUNTS, SEEDS = (1, 2, 3, 4, 6, 8, 16, 32, 64), 4
 
 
 @dataclasses.dataclass(frozen=True)
@@ -82,14 +80,14 @@ class Builds:
             raise RenderError(f"cannot read the path tracer {program} ({error.strerror}); build it with scripts/setup") from None
 
     def key(self, view, label):
-        return pixels_key(self.store, {"pixels": [view.scene, variants.key(label), self.most_spp], "program": self._program_sha256,
-                                       "files": files_beside(view.scene)}, lambda: self._pictures(view, label))
+        return pixels_key(self.store, {"pixels": [view.file, variants.key(label), self.most_spp], "program": self._program_sha256,
+                                       "files": files_beside(view.file)}, lambda: self._pictures(view, label))
 
     def _pictures(self, view, label):
         counts = [n for n in COUNTS if n <= self.most_spp]
         for n in counts if label in variants.DECLARED else [0]:
             for spp, size in (1, (160, 144)), (n or counts[-1], (20, 18)):
-                (_, picture, _), = progressive(self.program, Request(label, spp, 1, view.scene, *size, declared=n), [spp])
+                (_, picture, _), = progressive(self.program, Request(label, spp, 1, view.file, *size, declared=n, more=view.environment), [spp])
                 yield picture
 
 
@@ -137,8 +135,6 @@ def measure(program, task, reference):
     for spp, picture, _ in pictures_of(program, task):
         rows.append({"spp": spp, **all_errors(picture, reference.picture, reference.exposure),
                      "mean": float(np.mean(picture.astype(np.float64) @ LUMINANCE))})
-        if spp in SPECTRUM_COUNTS and task.seed < SPECTRUM_SEEDS:
-            rows[-1]["spectrum"] = radial_spectrum(luminance_error(picture, reference.picture))[1].tolist()
     return rows
 
 
@@ -202,7 +198,7 @@ class Cells:
 
     def write_csv(self, path, measures=MEASURES):
         """One row per cell: root mean squares over seeds, and the median of seconds if they were measured."""
-        rows = [{"scene": Path(view.scene).stem, "view": view.name, "width": view.size[0], "height": view.size[1], "sampler": label, "spp": spp,
+        rows = [{"scene": view.scene, "view": view.name, "width": view.size[0], "height": view.size[1], "sampler": label, "spp": spp,
                  "seeds": len(cell[measures[0]]), **({"seconds": f"{np.median(cell['seconds']):.4g}"} if "seconds" in cell else {}),
                  **{name: f"{np.sqrt(np.mean(np.square(cell[name]))):.6g}" for name in measures}}
                 for (view, label, spp), cell in self.values.items()]

@@ -3,8 +3,8 @@
 
 A small picture mostly shows silhouettes, and a pixel of it sees what many pixels of a real one see. So samplers are judged
 on crops of pictures of 1280x960 pixels or more: one crop in each quarter, placed by a hash of the picture's name, before
-anything is rendered. Each set (core, tuning, held-out) has a picture of every scene, with a camera and crops of its own: the
-scene's, rotated, moved and zoomed.
+anything is rendered. Each set has a picture of every scene, with a camera and crops of its own: the scene's, rotated, moved
+and zoomed. Scenes are the path tracer's, and those of models.py.
 """
 
 import dataclasses
@@ -15,10 +15,11 @@ from pathlib import Path
 
 from ..base import peers
 from ..base.command import command_shown, names_of, parse_size, positive
-from . import variants
-from .renderer import Request
+from . import models, variants
+from .renderer import Request, scene_label
 
-SCENES = ("cornell", "penumbra", "glossy", "lens", "glass", "interior", "motion", "fog")  # new ones last: places depend on the order
+BUILT_IN = ("cornell", "penumbra", "glossy", "lens", "glass", "interior", "motion", "fog")
+SCENES = (*BUILT_IN, *models.MODELS)  # new ones last: places depend on the order
 
 # Each scene's own camera, as `pathtracer --list-cameras` prints it: eye, target, vertical angle of view in degrees.
 CAMERAS = {
@@ -30,22 +31,22 @@ CAMERAS = {
     "interior": ((1.9, 1.5, 2.6), (-0.5, 1.1, -1.6), 49.40486),
     "motion": ((0.1, 1.5, 6), (0, 0.93, 0), 25.360766),
     "fog": ((-0.6, 2, 8.8), (0, 1.2, 0), 29.684453),
+    **dict.fromkeys(models.MODELS, models.CAMERA),
 }
 # Exposure of a scene's displayed picture, in stops.
 EXPOSURES = {"cornell": 1.0, "interior": 1.0}
 
 # The box of cornell is square.
 LARGE_SIZE, LARGE_SIZES = (1280, 960), {"cornell": (1280, 1280)}
-CROP, QUICK_CROP = (96, 72), (48, 36)
-FIRST_CAMERA = 1000
+CROP, QUICK_CROP = (64, 48), (48, 36)
 TURN, SHIFT, ZOOM = 6.0, 0.04, 0.12  # at most: degrees, share of the distance to the target, share of the angle of view
 
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """A built-in scene, seen by one camera at one size."""
+    """A scene, seen by one camera at one size."""
 
-    scene: str
+    file: str  # or the name of a built-in scene
     name: str
     width: int
     height: int
@@ -53,6 +54,10 @@ class View:
     exposure: float = 0.0  # of the displayed picture, in stops
     crop: tuple = ()  # x0, y0, x1, y1 in pixels, half-open; empty: the whole picture
     lights: tuple = ()  # options of the path tracer that leave the expected picture as it is
+
+    @property
+    def scene(self):
+        return scene_label(self.file)
 
     @property
     def size(self):
@@ -67,7 +72,7 @@ class View:
 
     @property
     def label(self):
-        return f"{Path(self.scene).stem} {self.name}".strip()
+        return f"{self.scene} {self.name}".strip()
 
     @property
     def picture(self):
@@ -79,12 +84,16 @@ class View:
         return (*self.camera, *(("--crop", ",".join(map(str, self.crop))) if self.crop else ()), *self.lights)
 
     @property
+    def environment(self):
+        return self.camera[self.camera.index("--env"):][:2] if "--env" in self.camera else ()
+
+    @property
     def key(self):
         """What the pixels depend on, for a cache."""
-        return [self.scene, (self.width, self.height), self.options]
+        return [self.file, (self.width, self.height), self.options]
 
     def request(self, sampler, spp, seed=0):
-        return Request(sampler, spp, seed, self.scene, self.width, self.height, more=self.options,
+        return Request(sampler, spp, seed, self.file, self.width, self.height, more=self.options,
                        declared=spp if sampler in variants.DECLARED else 0)
 
 
@@ -125,28 +134,25 @@ def crops_of(view, size=CROP):
                          f"{view.width}x{view.height}")
     found = []
     for i in range(4):
-        digest = hashlib.sha256(f"{Path(view.scene).name} {view.name} {i}".encode()).digest()
+        digest = hashlib.sha256(f"{view.scene} {view.camera} {i}".encode()).digest()
         x = i % 2 * wide + int.from_bytes(digest[:8], "big") % (wide - size[0] + 1)
         y = i // 2 * high + int.from_bytes(digest[8:16], "big") % (high - size[1] + 1)
         found.append(dataclasses.replace(view, name=f"{view.name}-{i + 1}".strip("-"), crop=(x, y, x + size[0], y + size[1])))
     return found
 
 
-SETS = {
-    "core": "seen during development",
-    "tuning": "to choose and tune on",
-    "held-out": "never used to choose or tune",
-}
+SETS = {"development": (1000, "seen while the sampler was made"), "held-out": (2000, "not seen by any search, choice or picture")}
 SHOWN = "held-out"  # the set whose figures are in evidence/results
 
 
-def crops(name="core", scenes=SCENES, size=None, crop=CROP):
+def crops(name=SHOWN, scenes=SCENES, size=None, crop=CROP):
     """The crops of a set's large pictures; size: (width, height) of the pictures, instead of their own."""
     found = []
     for scene in scenes:
-        index = FIRST_CAMERA + len(SETS) * SCENES.index(scene) + list(SETS).index(name)
-        found += crops_of(View(scene, name, *(size or LARGE_SIZES.get(scene, LARGE_SIZE)), _camera(scene, index),
-                               EXPOSURES.get(scene, 0.0)), crop)
+        own = ("--env", "none" if models.MODELS[scene][2] else "sky") if scene in models.MODELS else ()
+        file = models.scene(scene) if own else scene
+        camera = _camera(scene, SETS[name][0] + SCENES.index(scene))
+        found += crops_of(View(file, name, *(size or LARGE_SIZES.get(scene, LARGE_SIZE)), (*camera, *own), EXPOSURES.get(scene, 0.0)), crop)
     return tuple(found)
 
 
@@ -166,7 +172,7 @@ def of(parser, options):
 def add_options(parser, reference_spp, pages):
     """Options shared by `renders` and `denoise`; of(parser, options) gives the views."""
     parser.add_argument("--views", choices=SETS, default=SHOWN, metavar="SET", help=(
-        "; ".join(f"{name}: {what}" for name, what in SETS.items()) + f" (default {SHOWN})"))
+        "; ".join(f"{name}: {what}" for name, (_, what) in SETS.items()) + f" (default {SHOWN})"))
     parser.add_argument("--scenes", type=names_of("scene", SCENES), default=SCENES, metavar="A,B,...",
                         help=f"scenes out of {', '.join(SCENES)} (default all)")
     parser.add_argument("--size", type=parse_size, metavar="WxH", help="one size for all pictures, for a trial (default "

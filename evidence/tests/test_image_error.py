@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from evidence.measure.image_error import displayed_rmse, own_errors, radial_spectrum, rmse, trimmed_relative_rmse
+from evidence.measure.image_error import blurred, displayed_rmse, own_errors, radial_spectrum, rmse, trimmed_relative_rmse
 
 
 def noise(shape, seed=1):
@@ -53,3 +53,11 @@ def test_a_reference_tells_its_own_error_by_its_halves():
     found = own_errors((halves[0] + halves[1]) / 2, halves[0])
     # 49152 numbers: five relative standard errors are 1.6 %.
     assert found["rmse"] == pytest.approx(math.sqrt(0.5), rel=0.016)
+
+
+@pytest.mark.parametrize("edge, pad", [("mirror", "symmetric"), ("toroidal", "wrap")])
+def test_blurs_go_on_beyond_the_edge(edge, pad):
+    """With the outermost pixel repeated in mirrored pictures, and from the other side in tiles: as of a padded picture."""
+    image = noise((24, 30, 3))
+    whole = blurred(np.pad(image, ((12, 12), (12, 12), (0, 0)), pad), 2.1)[12:-12, 12:-12]
+    np.testing.assert_allclose(blurred(image, 2.1, edge), whole, rtol=0, atol=1e-12)

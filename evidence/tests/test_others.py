@@ -58,12 +58,12 @@ def made_of(*scenes):
 
 def test_ratios_are_over_blue():
     made = made_of("hair", "room")
-    assert {view.scene for view in made.gains.views} == {"room"} and list(made.sets) == ["Scenes of ours", "Hair"]
-    gain = made.gains.gain("blue", 6, "rmse_2.1", "zsobol")
-    assert (gain.value, gain.low, gain.high) == pytest.approx((2, 2, 2))
+    assert {view.scene for view in made.compared.views} == {"room"} and list(made.sets) == ["Scenes of ours", "Hair"]
+    own = made.compared.over("zsobol", 6, "rmse_2.1")
+    assert (own.value, own.low, own.high) == pytest.approx((2, 2, 2))
     text = made.text()
     assert "| `zsobol` |" + " 2.00 (2.00) |" * 7 in made.summary() and made.summary().startswith("Scenes of ours: 1; crops: 2; seeds: 4.")
-    assert "2.00 (2.00 to 2.00)" in text and "A remark." in text and "None" not in text and " nan" not in text and "Exposed and" in text
+    assert "| **2.00** |" in text and "A remark." in text and "None" not in text and " nan" not in text and "Exposed and" in text
     assert "| `independent` | 1.00 | 1.00 |" in made.times_table() and "| `blue` | 2.00 | 2.00 |" in made.times_table()
 
 

@@ -6,9 +6,9 @@ import pytest
 from PIL import Image
 
 from evidence.base.command import CommandError
-from evidence.base.tables import begin, update_table
-from evidence.measure.image_error import blurred
-from evidence.realtime import moving, realtime
+from evidence.base.files import write_rows
+from evidence.base.tables import update_table
+from evidence.realtime import realtime
 
 pytest.importorskip("bluenoise")
 
@@ -88,7 +88,7 @@ def test_the_orders_that_the_guide_states(result):
     one, average, blur = realtime.OUTCOMES.index("one frame"), realtime.OUTCOMES.index("average, 0.1"), 1
 
     def error(kind, way, outcome):
-        return realtime.over_white(result, kind, way)[outcome, blur]
+        return result[kind, way].outcomes[outcome, blur] / result[kind, "white"].outcomes[outcome, blur]
 
     for kind in ("half-plane", "step"):
         assert error(kind, "blue", average) < 0.75 * error(kind, "blue, a new key every frame", average)
@@ -108,98 +108,19 @@ def test_sparse_frames_count_the_samples_of_a_pixel():
         assert screen[1] < 0.6 * frame[1] and small[1] < 0.8 * frame[1] and small[0] < 0.9 * screen[0]
 
 
-# ---- Averages that follow surfaces
-
-def frame_of(light, motion=(0.0, 0.0), distance=1.0, then=1.0):
-    """A frame of a wall that moved by `motion` pixels since the one before."""
-    height, width = light.shape[:2]
-    frame = np.zeros((height, width, 13), np.float32)
-    y, x = np.mgrid[:height, :width]
-    frame[..., :3], frame[..., 8] = light.reshape(height, width, -1), 1
-    frame[..., 9], frame[..., 10], frame[..., 11], frame[..., 12] = x - motion[0], y - motion[1], distance, then
-    return frame
-
-
-def test_history_moves_with_the_surface():
-    x = np.arange(24.0)
-    ramp = np.broadcast_to(x[None, :, None], (16, 24, 3))
-    averages = moving.Accumulations()
-    averages.add(frame_of(ramp))
-    # The second frame sees the same ramp moved by 2.25 pixels: old and new agree where the surface was in view.
-    second = averages.add(frame_of(ramp - 2.25, (2.25, 0)))
-    for name in ("bilinear", "Catmull-Rom"):
-        assert np.allclose(second[name][3:-3, 5:-3], (ramp - 2.25)[3:-3, 5:-3], atol=1e-4), name
-    weights = np.array(moving.cubic(np.linspace(0, 1, 5)))
-    assert np.allclose(weights.sum(0), 1) and np.allclose(np.arange(-1, 3) @ weights, np.linspace(0, 1, 5))
-
-
-def test_weights_are_those_of_a_mean_and_then_of_a_moving_average():
-    averages, light = moving.Accumulations(("bilinear",)), np.ones((8, 8, 3))
-    found = [averages.add(frame_of(light * (t == 0)))["bilinear"][4, 4, 0] for t in range(13)]
-    assert found[:10] == pytest.approx([1 / (t + 1) for t in range(10)], rel=1e-5)
-    assert found[12] / found[11] == pytest.approx(0.9, rel=1e-5)
-
-
-def test_hidden_surfaces_have_no_history_and_sparse_frames_keep_theirs():
-    averages, light = moving.Accumulations(("bilinear",)), np.ones((8, 8, 3))
-    averages.add(frame_of(light))
-    assert np.allclose(averages.add(frame_of(0 * light, then=2.0))["bilinear"], 0)
-    sparse = 0.5 * light
-    sparse[::2] = np.nan
-    kept = averages.add(frame_of(sparse))["bilinear"]
-    assert np.allclose(kept[::2], 0) and np.allclose(kept[1::2], 0.25)
-    # Without history, a hole shows the mean of what is around.
-    assert np.allclose(averages.add(frame_of(sparse, then=2.0))["bilinear"], 0.5)
-
-
-def test_clamping_takes_history_to_what_is_around():
-    averages = moving.Accumulations(("Catmull-Rom", "Catmull-Rom, clamped"))
-    averages.add(frame_of(np.full((8, 8, 3), 5.0)))
-    after = averages.add(frame_of(np.ones((8, 8, 3))))
-    assert np.allclose(after["Catmull-Rom"], 3) and np.allclose(after["Catmull-Rom, clamped"], 1, atol=1e-4)
-
-
-needs_program = pytest.mark.skipif(not moving.PROGRAM.exists(), reason="no build with the path tracer")
-
-
-@needs_program
-def test_every_pixel_has_its_turn_and_stands_still_with_the_camera():
-    size = (16, 12)
-    for part, n in (("full", 1), ("checkerboard", 2), ("columns", 2), ("half", 4), ("quarter", 16)):
-        each = list(moving.frames("penumbra", "blue", part, first=32, size=size, phase=16))[:n]
-        drawn = sum(np.isfinite(frame[..., 0]).astype(int) for frame in each)
-        assert np.array_equal(drawn, np.ones((12, 16))), part
-        y, x = np.mgrid[:12, :16]
-        seen = each[0][..., 11] > 0
-        assert np.allclose(each[-1][seen][:, 9:11], np.stack([x, y], -1)[seen], atol=1e-3) or n == 1
-        assert np.allclose(each[-1][seen][:, 11], each[-1][seen][:, 12], rtol=1e-4) or n == 1
-
-
-@needs_program
-def test_frames_average_to_the_reference_and_slices_are_read(tmp_path):
-    size = (32, 24)
-    reference, = moving.frames("penumbra", "white", given="pixel", samples=400, first=47, size=size, phase=16)
-    draws = {"blue": "blue", "slices": str(tmp_path / "slices")}
-    moving.write_slices(tmp_path / "slices", realtime.Draws("white").frame(0, 2, 5, 64)[None])
-    for name, draw in draws.items():
-        frame, = moving.frames("penumbra", draw, given="pixel" if name == "blue" else "screen", seed=3, first=47, size=size, phase=16)
-        difference = blurred(np.clip(frame[..., :3], 0, 1) - np.clip(reference[..., :3], 0, 1), 4.0)
-        assert np.abs(difference).max() < 0.12, name
-    with pytest.raises(CommandError):
-        list(moving.frames("penumbra", str(tmp_path / "missing"), size=size, phase=16))
-
-
 # ---- Tables in pages
 
-def test_the_table_takes_its_place(tmp_path, capsys):
-    guide, end = tmp_path / "guide.md", "<!-- end of the table -->\n"
-    empty = "".join(begin(f"{realtime.COMMAND}: {name}") + end for name in ("parts of the screen", "all figures"))
-    guide.write_text(f"before\n{begin(realtime.COMMAND)}stale\n{end}{empty}after\n")
-    realtime.run(["--seeds", "1", "--integrands", "1", "--guide", str(guide), "--out", str(tmp_path)])
-    text = guide.read_text()
-    assert text.startswith("before\n") and text.endswith("after\n") and "stale" not in text
-    assert "| `white` | 1.00 | 1.00 | 1.00 |" in text and "| checkerboard |" in text
-    assert "| blue | mean of 32 |" in text and (tmp_path / "realtime.png").exists()
+def test_the_page_keeps_what_was_not_measured(tmp_path, monkeypatch):
+    monkeypatch.setattr(realtime, "SIZE", 32)
+    ways = {**realtime.WAYS, "FAST": realtime.WAYS["sobol"]}
+    result = {(kind, way): realtime.Errors(np.full((6, 5), 2.0 if way == "white" else 1.0), np.ones((1, 5))) for kind in realtime.INTEGRANDS for way in ways}
+    monkeypatch.setattr(realtime, "measure", lambda *_: result)
+    monkeypatch.setattr(realtime, "measure_parts", lambda *_: {("checkerboard", "x"): np.ones((2, 5))})
+    earlier = [row for row in realtime.rows_of(result, ways) if row["way"] == "FAST"]
+    write_rows(tmp_path / "realtime.csv", realtime.FIELDS, earlier)
+    realtime.run(["--seeds", "1", "--integrands", "1", "--out", str(tmp_path)])
+    text = (tmp_path / "realtime.md").read_text()
+    assert "| white | 2.00 | 2.00 |" in text and "| FAST | 1.00 | 1.00 |" in text and "| checkerboard |" in text and (tmp_path / "realtime.png").exists()
 
 
 def test_a_guide_without_markers_is_left_alone(tmp_path):

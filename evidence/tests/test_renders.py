@@ -9,13 +9,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from own_scene import to_gltf
 
 from evidence.__main__ import main as bench
 from evidence.base.files import read_exr
-from evidence.measure import gains
 from evidence.measure.image_error import MEASURES, displayed_rmse
-from evidence.renders import judge, renderer, renders, views
+from evidence.measure.statistics import Estimate
+from evidence.renders import judge, models, renderer, renders, summary, views
 from evidence.renders.renderer import run_pathtracer
+
+CORNELL = [(516, 560), (754, 107), (221, 981), (1051, 730)]
 
 
 @pytest.fixture(autouse=True)
@@ -51,7 +54,7 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, cache, 
     assert not set(first) & set(made) and len(first) + len(made) == 32
     text = (out / "renders.md").read_text(encoding="utf-8")
     assert text.rstrip("\n") in capsys.readouterr().out
-    assert "scripts/bench renders --size 36x34 --crop 17x16" in text and "4 crops of 17x16 pixels, out of pictures of 36x34" in text and str(tmp_path) not in text
+    assert "scripts/bench renders --size 36x34 --crop 17x16" in text and "4 crops of 17x16 pixels" in text and str(tmp_path) not in text
 
     with open(out / "pages/renders.csv", newline="", encoding="utf-8") as file:
         rows = {(row["scene"], row["view"], row["sampler"], row["spp"]): row for row in csv.DictReader(file)}
@@ -60,10 +63,8 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, cache, 
     for row in rows.values():
         assert row["seeds"] == "2" and all(float(row[name]) > 0 for name in MEASURES)
         assert float(row["rmse_2.1"]) < float(row["rmse"])
-    headline = gains.read_rows(out / "renders_headline.csv")
-    gain = headline["displayed_2.1", 4, "blue", "white"]
-    assert gain.low < gain.value < gain.high and gain.views + gain.left_out == 4
-    assert gain.text() in text
+    found = summary.read(out / "renders.csv")["displayed_2.1", "", "white", 4]
+    assert 1 < found.low < found.value < found.high and found.crops + found.left_out == 4 and found.text() in text
     for name in re.findall(r"\((renders[^)]*)\)", text):
         assert (out / name).is_file(), name
 
@@ -79,7 +80,7 @@ def test_a_change_of_one_sampler_renders_that_sampler_again(pathtracer, tmp_path
     """A path tracer with another seed for blue simulates one with another table."""
     program, made, real = tmp_path / "pathtracer", [], judge.measure
     monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
-    view = views.crops("core", ("lens",), (64, 48), (16, 17))[0]
+    view = views.crops("development", ("lens",), (64, 48), (16, 17))[0]
     tasks = judge.plan((view,), ("white", "sobol", "zorder", "blue"), {1: 1, 4: 1})
     for other in ("", "--seed 77"):
         program.write_text(f"""#!/bin/sh
@@ -93,7 +94,7 @@ case "$*" in *"--sampler blue"*) exec '{pathtracer}' "$@" {other} ;; *) exec '{p
 
 
 def test_figures_are_those_of_single_renders(pathtracer, tmp_path):
-    view = views.crops("core", ("cornell",), (64, 48), (16, 17))[0]
+    view = views.crops("development", ("cornell",), (64, 48), (16, 17))[0]
     reference = judge.render_reference(pathtracer, view, 64)
     for label in ("blue", "zorder"):
         task = judge.Task(view, label, 1, (2, 4))
@@ -106,9 +107,9 @@ def test_figures_are_those_of_single_renders(pathtracer, tmp_path):
 
 def made_up(blue, seeds=8):
     """A report on four crops of one scene: white has an error of 1, sobol 1/2, and blue the given one, with 1 % noise."""
-    rng, chosen = np.random.default_rng(11), views.crops("core", ("cornell",), (64, 64), (16, 16))
+    rng, chosen = np.random.default_rng(11), views.crops("development", ("cornell",), (64, 64), (16, 16))
     labels = ("white", "sobol", "blue")
-    options = types.SimpleNamespace(labels=labels, seeds={1: seeds, 16: seeds}, size=(64, 64), views="core", out=Path("o"),
+    options = types.SimpleNamespace(labels=labels, seeds={1: seeds, 16: seeds}, size=(64, 64), views="development", out=Path("o"),
                                     reference_spp=64, command="scripts/bench renders")
     references = {view: judge.Reference(np.ones((16, 16, 3), np.float32), dict.fromkeys(MEASURES, 1e-5), 64, 1.0, mean_error=1e-5)
                   for view in chosen}
@@ -126,20 +127,23 @@ def made_up(blue, seeds=8):
 
 def test_the_answer_comes_first_and_says_losses_and_biases():
     report = made_up(0.25)
-    assert report.text().split("\n")[4] == report.short()
-    assert "none found one" in report.short() and "none did" in report.short() and "4.0" in report.text() and "| 2.0" in report.text()
-    assert "No cell is worse" in report.worse_text() and "No cell is biased" in report.bias_text()
+    assert report.text().split("\n")[4] == report.short() and "**0.50**" in report.text() and "**2.00**" in report.text()
+    assert "more error than padded Sobol' in 0 of 6 comparisons" in report.short() and "3 tests for bias found none." in report.short()
     report = made_up(0.6)
     for cell in [cell for at, cell in report.cells.values.items() if at[1] == "sobol"]:
         cell["mean"] = [mean + 0.01 for mean in cell["mean"]]
-    assert report.worse_text().count("| worse |") == 2 * 3 and "Biased: sobol in cornell." in report.bias_text()
-    certain = sum(ratio.high < 1 for ratio in report.losses.values())
-    assert f"Of {len(report.losses)} tests for a loss to `sobol` {certain} found one, 2 of them in single pixels, without a blur; of {len(report.biases)} for a bias 1 did." in report.short()
+    assert "in 6 of 6 comparisons (scene, count and blur), 2 of them without a blur (cornell 6)" in report.short()
+    assert "3 tests for bias found 1: sobol in cornell." in report.short()
+
+
+def test_tables_of_the_readme():
+    found = {(summary.TO_WHITE, "", "blue", 16): Estimate(0.3, 0.2, 0.4), (summary.HEADLINE, "", "blue", 4): Estimate(0.7, 0.6, 0.8)}
+    assert summary.short_table(found).splitlines()[2:] == ["| **`blue`** | **4.8** | no | no |"] and "| **0.70** |" in summary.table(found)
 
 
 # ---- Views
 
-@pytest.mark.parametrize("scene", views.SCENES)
+@pytest.mark.parametrize("scene", views.BUILT_IN)
 def test_cameras_are_those_of_the_scenes(pathtracer, scene):
     listed = subprocess.run([pathtracer, "--scene", scene, "--list-cameras"], check=True, capture_output=True, text=True).stdout
     words = listed.split()
@@ -149,13 +153,13 @@ def test_cameras_are_those_of_the_scenes(pathtracer, scene):
 
 
 def test_sets_share_no_camera():
-    cameras = [{view.camera for view in views.crops(name)} for name in views.SETS]
-    assert all(len(own) == len(views.SCENES) for own in cameras) and len(set().union(*cameras)) == len(views.SETS) * len(views.SCENES)
+    cameras = [{view.camera for view in views.crops(name, views.BUILT_IN)} for name in views.SETS]
+    assert all(len(own) == len(views.BUILT_IN) for own in cameras) and len(set().union(*cameras)) == len(views.SETS) * len(views.BUILT_IN)
 
 
 def test_crops_are_real_sizes_one_in_each_quarter():
     for name in views.SETS:
-        for scene in views.SCENES:
+        for scene in views.BUILT_IN:
             own = views.crops(name, (scene,))
             assert len(own) == 4 and len({view.picture for view in own}) == 1
             assert own[0].width >= 1280 and own[0].height >= 960
@@ -163,5 +167,17 @@ def test_crops_are_real_sizes_one_in_each_quarter():
                 (x0, y0, x1, y1), (wide, high) = view.crop, (view.width // 2, view.height // 2)
                 assert view.size == (x1 - x0, y1 - y0) == views.CROP and view.pixels == views.CROP[0] * views.CROP[1]
                 assert i % 2 * wide <= x0 < x1 <= (i % 2 + 1) * wide and i // 2 * high <= y0 < y1 <= (i // 2 + 1) * high
-    # Placed by names alone: these bounds must stay, or results of other versions are of other places.
-    assert [view.crop[:2] for view in views.crops("held-out", ("cornell",))] == [(209, 16), (1067, 47), (330, 747), (896, 725)]
+    # Placed by names and cameras: these bounds must stay, or results of other versions are of other places.
+    assert [view.crop[:2] for view in views.crops("held-out", ("cornell",))] == CORNELL
+
+
+def test_models_stand_on_a_floor_in_the_light(pathtracer, tmp_path):
+    (tmp_path / "m.obj").write_text("v 0 5 0\nv 40 5 0\nv 0 5 20\nf 1 3 2\n")
+    to_gltf.convert(tmp_path / "m.obj", tmp_path / "m.glb")
+    for in_room, light, dark in ((True, "none", "none"), (False, "sky", "none")):
+        (tmp_path / "s.glb").write_bytes(models.stage((tmp_path / "m.glb").read_bytes(), [(0, 5, 0), (40, 5, 20)], in_room))
+        means = []
+        for sky in (light, dark):
+            view = views.View(str(tmp_path / "s.glb"), "", 32, 24, ("--eye", "0,1.5,0.01", "--target", "0,0,0", "--fov", "60", "--env", sky))
+            means.append(np.mean(judge.render_reference(pathtracer, view, 32).picture))
+        assert means[0] > 0.05 and (means[1] == 0 or in_room)

@@ -8,7 +8,7 @@ import pytest
 from conftest import ROOT
 
 from evidence.base import peers
-from evidence.samplers import samplers, screen_space
+from evidence.samplers import samplers, table
 
 
 @pytest.fixture
@@ -19,25 +19,24 @@ def program(pathtracer):
     return folder / "bench_samplers"
 
 
-def test_every_figure_is_measured(program):
-    rows = samplers.measure_all(program, ("sobol", "zorder", "blue"), (1, 2), 2)
-    assert {row["figure"] for row in rows} == set(samplers.FIGURES) and {row["spp"] for row in rows} == {1, 2}
-    for figure in samplers.FIGURES:
-        # In the pixel blue is about as good as sobol, or a little better.
-        assert 0.9 < samplers.ratios(rows, "blue", figure, 0.0)[2] < 1.03
-        for name, most in (("blue", 0.8), ("zorder", 0.95)):
-            blurred = samplers.ratios(rows, name, figure, 2.1)
-            assert all(0.1 < ratio < most for ratio in blurred.values()), (figure, name)
+def test_every_row_is_measured_over_padded_sobol(monkeypatch):
+    monkeypatch.setattr(table, "COUNTS", (1, 4))
+    monkeypatch.setattr(samplers, "COUNTS", (1, 4))
+    monkeypatch.setattr(table.measure, "__defaults__", ((1, 4), False))
+    ways = {name: table.of_library(name) for name in ("white", "sobol", "zorder", "blue")}
+    rows = {(row["row"], row["sampler"], row["spp"]): float(row["value"]) for row in samplers.measure_all(ways, 1)}
+    for row in samplers.ROWS:
+        assert rows[row, "sobol", 4] == 1 and 0.3 < rows[row, "blue", 4] < (1.1 if row.endswith("pixels") else 0.95), row
+    assert 5 < rows[samplers.PEAKS, "white", 1] < 7 and rows[samplers.PEAKS, "blue", 1] < 8
 
 
-def test_samples_are_uniform_and_differ(program, pathtracer):
+def test_peers_draw_uniform_numbers_that_differ(program, pathtracer):
     drawn = []
-    for name in ("white", "sobol", "sobol4d", "zorder", *peers.listed(pathtracer)):
-        for samples in screen_space.draws(program, name, 2):
-            assert samples.min() >= 0 and samples.max() < 1
-            # Of 2 * 16384 independent numbers the mean scatters by 0.0016; there are 16 domains and 6 places with 4 dimensions.
-            np.testing.assert_allclose(samples.mean(axis=(2, 3, 4)), 0.5, atol=0.0075)
-            drawn.append(samples[:2].tobytes())
+    for name in peers.listed(pathtracer):
+        numbers = [samplers.of_openqmc(program, name)(1, 2, member) for member in range(4)]
+        assert np.min(numbers) >= 0 and np.max(numbers) < 1 and np.shape(numbers) == (4, 64, 64, 2, 4)
+        np.testing.assert_allclose(np.mean(numbers, (1, 2, 3)), 0.5, atol=0.02)
+        drawn += [each.tobytes() for each in numbers]
     assert len(set(drawn)) == len(drawn)
 
 

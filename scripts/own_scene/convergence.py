@@ -26,7 +26,7 @@ from evidence.base.command import Parser, names_of, parse_size, run_or_say_why, 
 from evidence.base.contact_sheet import enlarged_part, grey, preview, sheet
 from evidence.base.files import write_exr, write_image, write_rows, write_text
 from evidence.base.plots import plain_numbers, style
-from evidence.measure.gains import REFERENCE_MARGIN
+from evidence.measure.compare import REFERENCE_MARGIN
 from evidence.measure.image_error import (
     LUMINANCE,
     SIGMAS,
@@ -37,7 +37,7 @@ from evidence.measure.image_error import (
     radial_spectrum,
     spectrum_image,
 )
-from evidence.measure.ratios import ratio
+from evidence.measure.statistics import ratio
 from evidence.renders.judge import Cells, Run, Task, pictures_of, render_references
 from evidence.renders.renderer import REFERENCE_PARTS, progressive, scene_label
 from evidence.renders.variants import OWN

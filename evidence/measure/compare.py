@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Errors of samplers over that of a base, by default padded Sobol': over scenes, pictures, crops and seeds, with intervals."""
+
+import math
+
+import numpy as np
+
+from ..base import files
+from ..base.peers import PEERS
+from ..base.tables import md_table
+from .statistics import estimate, samples_to_error
+
+# A ratio counts only where the smaller error is at least this many times the reference's own error,
+REFERENCE_MARGIN = 3.0
+# and white noise at one sample differs from the reference by this much, as displayed: not in an empty sky.
+VISIBLE = 1e-3
+BEST_PEER = "best of OpenQMC"
+FIELDS = ("measure", "scene", "sampler", "spp", "error", "low", "high", "scenes", "crops", "left_out")
+MARKED = "Bold: the 95 % interval excludes 1."
+
+
+class Comparison:
+    """cells: judge.Cells; references: {view: judge.Reference}."""
+
+    def __init__(self, cells, references, labels, base="sobol"):
+        self.cells, self.references, self.labels, self.base = cells, references, labels, base
+        self.views = tuple(view for view in references if self._is_noisy(view))
+        self._found = {}  # shared by tables, plots and rows
+
+    def _is_noisy(self, view):
+        errors = self.cells.get(view, "white", 1, "displayed")
+        return not errors or math.sqrt(np.mean(np.square(errors))) >= VISIBLE
+
+    def logs(self, view, label, spp, measure, base):
+        """Log error ratios, one per seed; None if one was not measured or has no error, as where only lights are visible."""
+        own, other = self.cells.get(view, label, spp, measure), self.cells.get(view, base, spp, measure)
+        count = min(len(own or ()), len(other or ()))
+        if not count or min(*own[:count], *other[:count]) <= 0:
+            return None
+        return np.log(own[:count]) - np.log(other[:count])
+
+    def is_judged(self, view, labels, spp, measure):
+        """Whether the reference is accurate enough for these errors."""
+        least = min(math.sqrt(np.mean(np.square(self.cells.get(view, label, spp, measure)))) for label in labels)
+        return least >= REFERENCE_MARGIN * self.references[view].own.get(measure, 0.0)
+
+    def logs_of(self, label, spp, measure, views=None, base=None):
+        """({view: logs}, how many views are left out)."""
+        base = base or self.base
+        found = {view: self.logs(view, label, spp, measure, base) for view in views or self.views}
+        found = {view: logs for view, logs in found.items() if logs is not None}
+        judged = {view: logs for view, logs in found.items() if self.is_judged(view, (label, base), spp, measure)}
+        return judged, len(found) - len(judged)
+
+    def over(self, label, spp, measure, views=None, base=None):
+        """The Estimate of a sampler's error over that of the base; None where nothing was measured."""
+        if label == BEST_PEER:
+            label = self.best(spp, measure)
+        key = label, spp, measure, views, base
+        if key not in self._found:
+            self._found[key] = estimate(*self.logs_of(*key)) if label else None
+        return self._found[key]
+
+    def best(self, spp, measure, labels=PEERS):
+        """The sampler with the least mean error, over the views in which all were measured."""
+        found = {label: self.over(label, spp, measure) for label in labels if label in self.labels}
+        found = {label: own.value for label, own in found.items() if own}
+        return min(found, key=found.get) if found else None
+
+    def by_scene(self):
+        scenes = {}
+        for view in self.views:
+            scenes.setdefault(view.scene, []).append(view)
+        return {scene: tuple(views) for scene, views in scenes.items()}
+
+    def samples_for(self, label, spp, measure, counts, cost=None):
+        """How many samples of a sampler have the error of the base at `spp`, over spp: an Estimate over the views in which it is
+        reached. cost: {(scene, sampler): time of a sample}, for times in place of samples."""
+        found = {}
+        for view in self.views:
+            own = [self.cells.get(view, label, n, measure) for n in counts]
+            wanted = self.cells.get(view, self.base, spp, measure)
+            if wanted and all(own) and min(map(min, own)) > 0 and self.is_judged(view, (self.base,), spp, measure):
+                at = samples_to_error(counts, [math.exp(np.mean(np.log(values))) for values in own], math.exp(np.mean(np.log(wanted))))
+                factor = cost[view.scene, label] / cost[view.scene, self.base] if cost else 1
+                if not math.isnan(at):
+                    found[view] = [math.log(factor * at / spp)]
+        return estimate(found, len(self.views) - len(found))
+
+    def rows(self, counts, measures, by_scene=()):
+        """Dicts with FIELDS: over all scenes, and for the measures of by_scene each scene alone."""
+        found = []
+        for measure in measures:
+            parts = {"": None, **(self.by_scene() if measure in by_scene else {})}
+            for (scene, views), label, spp in ((part, label, spp) for part in parts.items() for label in self.labels if label != self.base for spp in counts):
+                if own := self.over(label, spp, measure, views):
+                    found.append(row_of(own, measure, scene, label, spp))
+        return found
+
+
+def row_of(own, measure, scene, label, spp):
+    return {"measure": measure, "scene": scene, "sampler": label, "spp": spp, "error": f"{own.value:.4f}", "low": f"{own.low:.4f}",
+            "high": f"{own.high:.4f}", "scenes": own.scenes, "crops": own.crops, "left_out": own.left_out}
+
+
+def write(path, rows):
+    files.write_rows(path, FIELDS, rows)
+
+
+def table(head, counts, rows):
+    """Markdown from {name: function(count) -> Estimate or None}; names without any are left out."""
+    found = {name: [of(count) for count in counts] for name, of in rows.items()}
+    return md_table([head, *map(str, counts)], [[name, *(own.text() if own else "" for own in line)] for name, line in found.items() if any(line)])

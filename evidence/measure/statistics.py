@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Statistics of error ratios. Errors of different crops vary by factors, so means are of logarithms.
+
+A mean over scenes has a 95 % interval by a bootstrap that resamples scenes, pictures within scenes, crops within pictures and seeds
+within crops: what others of the same kind would give. Tests of one scene pool the variance over its crops.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+from scipy import stats
+
+DRAWS, SEED, LEVEL = 2000, 20_231, 0.95
+FALSE_ALARMS = 0.01  # the probability that a set of tests raises any
+
+
+@dataclasses.dataclass(frozen=True)
+class Estimate:
+    """A geometric mean with its interval."""
+
+    value: float
+    low: float
+    high: float
+    scenes: int = 1
+    crops: int = 1
+    left_out: int = 0  # crops whose reference is too noisy for this ratio
+
+    @property
+    def significant(self):
+        """Whether the interval excludes 1."""
+        return not self.low <= 1 <= self.high
+
+    def text(self):
+        return f"**{self.value:.2f}**" if self.significant else f"{self.value:.2f}"
+
+
+def mean_of(group):
+    """The mean of a list of numbers, or of the means of a list of groups."""
+    return float(np.mean([mean_of(part) if isinstance(part, (list, np.ndarray)) else part for part in group]))
+
+
+def _resampled(groups, draws, rng):
+    """`draws` times the mean of groups of groups ... of numbers, resampled at every level."""
+    level, chosen, used = [groups], np.zeros(draws, int), []
+    while isinstance(level[0], (list, np.ndarray)):
+        counts = np.array([len(part) for part in level])
+        first, own = np.cumsum(counts) - counts, counts[chosen][..., None]
+        used.append(np.arange(counts.max()) < own)
+        chosen = first[chosen][..., None] + (rng.random((*chosen.shape, counts.max())) * own).astype(int)
+        level = [part for parts in level for part in parts]
+    values = np.asarray(level, float)[chosen]
+    for mask in reversed(used):
+        values = (values * mask).sum(-1) / mask.sum(-1)
+    return values
+
+
+def bootstrap(groups, draws=DRAWS):
+    """(mean, low, high) of groups of groups ... of numbers: a mean of means, resampled at every level."""
+    low, high = np.quantile(_resampled(groups, draws, np.random.default_rng(SEED)), [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+    return mean_of(groups), float(low), float(high)
+
+
+def estimate(logs, left_out=0):
+    """The Estimate of {view: log ratios, one per seed}; None of nothing. Views of one picture are its crops."""
+    if not logs:
+        return None
+    scenes = {}
+    for view, numbers in logs.items():
+        scenes.setdefault(view.scene, {}).setdefault(getattr(view, "picture", None), []).append(numbers)
+    ends = map(math.exp, bootstrap([list(pictures.values()) for pictures in scenes.values()]))
+    return Estimate(*ends, len(scenes), len(logs), left_out)
+
+
+def ratio(above, below):
+    """The Estimate of the ratio of two lists of errors, paired by seed: Student's interval, NaN for a single seed."""
+    logs = np.log(above) - np.log(below)
+    if len(logs) < 2:
+        return Estimate(math.exp(logs[0]), math.nan, math.nan)
+    low, high = stats.ttest_1samp(logs, 0).confidence_interval(LEVEL)
+    return Estimate(*map(math.exp, (logs.mean(), low, high)))
+
+
+def chance(groups):
+    """One-sided p-value of the mean of groups of numbers, or one above it, if the true mean is at most 0: a t-test whose variance is
+    pooled over the groups. 1 where no group has two numbers."""
+    groups = [np.asarray(group, float) for group in groups]
+    freedom = sum(len(group) - 1 for group in groups)
+    if freedom < 1:
+        return 1.0
+    variance = sum(((group - group.mean()) ** 2).sum() for group in groups) / freedom
+    error = math.sqrt(variance * sum(1 / len(group) for group in groups)) / len(groups)
+    return float(stats.t.sf(np.mean([group.mean() for group in groups]) / max(error, 1e-300), freedom))
+
+
+def holm(chances):
+    """p-values adjusted for their number after Holm (1979): those at most FALSE_ALARMS raise a false alarm with that probability."""
+    order = np.argsort(chances)
+    steps = np.maximum.accumulate((len(chances) - np.arange(len(chances))) * np.asarray(chances, float)[order])
+    adjusted = np.empty(len(chances))
+    adjusted[order] = np.minimum(steps, 1)
+    return adjusted
+
+
+def chance_of_mean(values, mean, error, count):
+    """Two-sided p-value of values whose true mean is that of `count` others, which have a mean with a standard error: Welch's test."""
+    found = stats.ttest_ind_from_stats(np.mean(values), np.std(values, ddof=1), len(values), mean, error * math.sqrt(count), count, equal_var=False)
+    return float(found.pvalue)
+
+
+def samples_to_error(samples, errors, wanted):
+    """How many samples a progressive run takes to an error, by log-log interpolation between its counts; NaN beyond them."""
+    logs = np.minimum.accumulate(np.log(errors))
+    if not logs[-1] <= math.log(wanted) <= logs[0]:
+        return math.nan
+    return math.exp(np.interp(-math.log(wanted), -logs, np.log(samples)))

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes with models of others: each model stands on a floor, alone under the sky or in a room with a lamp.
+
+The models come with packages, which are downloaded and unpacked once, into ~/.cache/libbn/models: pip's gradio and Debian's
+sweethome3d-furniture and assimp-testmodels. Their licences are in the packages.
+"""
+
+import json
+import subprocess
+import sys
+import zipfile
+
+import numpy as np
+
+from ..base.cache import cache_folder
+from ..base.command import CommandError
+from ..base.whole_files import written_beside
+
+GRADIO = "gradio==6.31.0"
+DEBIAN = ("sweethome3d-furniture", "assimp-testmodels")
+FURNITURE = "usr/share/sweethome3d/furniture/{}.sh3f"
+# Name: (archive within a package or "", file, whether it stands in a room).
+MODELS = {
+    "duck": ("", "gradio/media_assets/models3d/Duck.glb", True),
+    "fox": ("", "gradio/media_assets/models3d/Fox.gltf", False),
+    "engine": ("", "usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb", True),
+    "kitchenaid": (FURNITURE.format("BlendSwap-CC-0"), "blendswap-cc-0/kitchenaid/kitchenaid.obj", False),
+    "chessboard": (FURNITURE.format("BlendSwap-CC-BY"), "blendswap-cc-by/chessboard/chessboard.obj", True),
+    "spider_plant": (FURNITURE.format("BlendSwap-CC-BY"), "blendswap-cc-by/spider_plant/spider_plant.obj", False),
+}
+CAMERA = ((1.3, 1.0, 2.0), (0, 0.35, 0), 34.0)  # of all; models are 1 wide or high
+FLOOR, WALL, LAMP = 8.0, 2.4, 0.45  # half widths
+HEIGHT = 2.6
+
+
+def run(*command, cwd):
+    try:
+        subprocess.run(command, cwd=cwd, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise CommandError(f"{' '.join(map(str, command))} failed: {getattr(error, 'stderr', None) or error}".strip()) from None
+
+
+def unpacked():
+    """The folder with the packages' files."""
+    folder = cache_folder() / "models"
+    if not (folder / "complete").exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        print(f"bench: downloading {GRADIO}, {' and '.join(DEBIAN)}, 170 MB, for their models", file=sys.stderr)
+        run(sys.executable, "-m", "pip", "download", "--no-deps", "--quiet", GRADIO, cwd=folder)
+        run("apt-get", "download", *DEBIAN, cwd=folder)
+        for package in folder.glob("*.deb"):
+            run("dpkg", "-x", package, folder, cwd=folder)
+        for archive in (next(folder.glob("gradio-*.whl")), *(folder / name for name, *_ in MODELS.values() if name)):
+            with zipfile.ZipFile(archive) as file:
+                file.extractall(folder, [name for name in file.namelist() if archive.suffix == ".sh3f" or "/models3d/" in name])
+        (folder / "complete").touch()
+    return folder
+
+
+def quad(corner, a, b):
+    """Positions of a parallelogram, seen from where a x b points."""
+    corner, a, b = (np.array(v, float) for v in (corner, a, b))
+    return np.array([corner, corner + a, corner + a + b, corner + b])
+
+
+def surroundings(in_room):
+    """[(positions, colour, emission)]."""
+    if not in_room:
+        return [(quad((-FLOOR, 0, FLOOR), (2 * FLOOR, 0, 0), (0, 0, -2 * FLOOR)), (0.5, 0.5, 0.5), 0)]
+    w, h = 2 * WALL, HEIGHT
+    return [(quad((-WALL, 0, WALL), (w, 0, 0), (0, 0, -w)), (0.6, 0.6, 0.6), 0), (quad((-WALL, h, -WALL), (w, 0, 0), (0, 0, w)), (0.75, 0.75, 0.75), 0),
+            (quad((-WALL, 0, -WALL), (w, 0, 0), (0, h, 0)), (0.7, 0.7, 0.7), 0), (quad((WALL, 0, WALL), (-w, 0, 0), (0, h, 0)), (0.7, 0.7, 0.7), 0),
+            (quad((-WALL, 0, WALL), (0, 0, -w), (0, h, 0)), (0.7, 0.3, 0.2), 0), (quad((WALL, 0, -WALL), (0, 0, w), (0, h, 0)), (0.2, 0.35, 0.7), 0),
+            (quad((-LAMP, h - 0.05, -LAMP), (2 * LAMP, 0, 0), (0, 0, 2 * LAMP)), (0.8, 0.8, 0.8), 14)]
+
+
+def stage(data, bounds, in_room):
+    """The bytes of a GLB, with the model's bounding box moved to the floor and its longest side scaled to 1."""
+    length = int.from_bytes(data[12:16], "little")
+    tree, blob = json.loads(data[20:20 + length]), bytearray(data[28 + length:])
+    low, high = np.array(bounds)
+    scale = 1 / max(high - low)
+    tops = tree["scenes"][tree.get("scene", 0)]["nodes"]
+    tree["nodes"].append({"children": tops, "scale": [scale] * 3,
+                          "translation": [-scale * (low[0] + high[0]) / 2, -scale * low[1], -scale * (low[2] + high[2]) / 2]})
+    roots = [len(tree["nodes"]) - 1]
+    for positions, colour, emission in surroundings(in_room):
+        accessors = []
+        for values, kind, component, target in ((positions.astype("<f4"), "VEC3", 5126, 34962), (np.array([0, 1, 2, 0, 2, 3], "<u2"), "SCALAR", 5123, 34963)):
+            blob.extend(b"\0" * (-len(blob) % 4))
+            tree["bufferViews"].append({"buffer": 0, "byteOffset": len(blob), "byteLength": values.nbytes, "target": target})
+            tree["accessors"].append({"bufferView": len(tree["bufferViews"]) - 1, "componentType": component, "count": len(values), "type": kind,
+                                      **({"min": values.min(0).tolist(), "max": values.max(0).tolist()} if kind == "VEC3" else {})})
+            blob.extend(values.tobytes())
+            accessors.append(len(tree["accessors"]) - 1)
+        extensions = {"KHR_materials_specular": {"specularFactor": 0.0}}
+        if emission:
+            extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": emission}
+        tree.setdefault("materials", []).append({"pbrMetallicRoughness": {"baseColorFactor": [*colour, 1], "metallicFactor": 0}, "extensions": extensions,
+                                                 "emissiveFactor": [1, 1, 1] if emission else [0, 0, 0]})
+        tree["meshes"].append({"primitives": [{"attributes": {"POSITION": accessors[0]}, "indices": accessors[1], "material": len(tree["materials"]) - 1}]})
+        tree["nodes"].append({"mesh": len(tree["meshes"]) - 1})
+        roots.append(len(tree["nodes"]) - 1)
+    tree["scenes"], tree["scene"] = [{"nodes": roots}], 0
+    tree["extensionsUsed"] = sorted({*tree.get("extensionsUsed", []), "KHR_materials_specular", "KHR_materials_emissive_strength"})
+    blob.extend(b"\0" * (-len(blob) % 4))
+    tree["buffers"] = [{"byteLength": len(blob)}]
+    text = json.dumps(tree).encode()
+    text += b" " * (-len(text) % 4)
+    parts = [len(text).to_bytes(4, "little"), b"JSON", text, len(blob).to_bytes(4, "little"), b"BIN\0", blob]
+    return b"glTF" + (2).to_bytes(4, "little") + (12 + sum(map(len, parts))).to_bytes(4, "little") + b"".join(parts)
+
+
+def scene(name):
+    """The path of a scene's GLB, made when needed; in a folder of its own, since the path tracer's inputs are all files beside it."""
+    path = cache_folder() / "models" / "scenes" / name / f"{name}.glb"
+    if not path.is_file():
+        import trimesh
+        from own_scene import to_gltf
+
+        model = unpacked() / MODELS[name][1]
+        plain = path.parent.parent / f"{name}.plain.glb"
+        to_gltf.convert(model, plain)
+        data = stage(plain.read_bytes(), trimesh.load_scene(str(plain)).bounds, MODELS[name][2])
+        with written_beside(path) as beside:
+            beside.write_bytes(data)
+        plain.unlink()
+    return str(path)

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Statistics against known values and SciPy's, and comparisons of samplers on errors made up."""
+
+import math
+import types
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from evidence.measure import compare, statistics
+from evidence.renders import views
+
+
+def test_a_bootstrap_is_a_mean_of_means_with_its_spread():
+    groups = [[[1.0, 3.0], [4.0]], [[5.0]]]
+    mean, low, high = statistics.bootstrap(groups)
+    assert mean == pytest.approx((3 + 5) / 2) and 1 <= low < mean < high <= 5
+    # Four crops of each of two pictures say less than eight pictures.
+    few, many = (statistics.bootstrap(made) for made in ([[[[level]] * 4 for level in (-1, 1)]], [[[[level]] for level in 4 * (-1, 1)]]))
+    assert few[2] - few[1] > 1.9 and many[2] - many[1] < 1.6
+
+
+def test_intervals_cover_what_they_are_of():
+    """200 trials over 40 scenes, which a bootstrap covers by 93 to 94 %: fewer than 178 hits have a probability of 1 in 5000."""
+    rng, hits = np.random.default_rng(5), 0
+    for _ in range(200):
+        groups = [[scene + 0.2 * rng.standard_normal(3) for _ in range(2)] for scene in rng.standard_normal(40)]
+        _, low, high = statistics.bootstrap(groups, 300)
+        hits += low <= 0 <= high
+    assert 178 <= hits < 200
+
+
+def test_holm_is_that_of_r_and_statsmodels():
+    assert statistics.holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert statistics.holm([0.5, 0.9, 0.4]) == pytest.approx([1, 1, 1])
+
+
+def test_tests_are_those_of_scipy():
+    rng = np.random.default_rng(2)
+    one, two = rng.normal(0.1, 1, 6), rng.normal(0.1, 1, 6)
+    assert statistics.chance([one]) == pytest.approx(stats.ttest_1samp(one, 0, alternative="greater").pvalue)
+    # The mean of two groups with a common variance is half the difference of one and the other's negative.
+    assert statistics.chance([one, two]) == pytest.approx(stats.ttest_ind(one, -two, alternative="greater").pvalue)
+    assert statistics.chance([one + 5, two + 5]) < 1e-3 < 0.99 < statistics.chance([one - 5, two - 5]) and statistics.chance([[1.0]]) == 1
+    many = rng.normal(0.3, 2, 40)
+    assert statistics.chance_of_mean(one, many.mean(), many.std(ddof=1) / math.sqrt(40), 40) == pytest.approx(stats.ttest_ind(one, many, equal_var=False).pvalue)
+
+
+def test_a_ratio_is_paired_by_seed():
+    found = statistics.ratio([2.0, 8.0], [1.0, 1.0])
+    # The logarithms are 1 and 3 times log 2, so their mean has the standard error log 2; t of one degree is 12.706.
+    assert found.value == pytest.approx(4) and found.high / found.value == pytest.approx(2**12.7062, rel=1e-3) and found.low * found.high == pytest.approx(16)
+    paired = statistics.ratio([1.0, 2.0, 3.0], [2.0, 4.01, 6.0])
+    assert paired.significant and not statistics.ratio([1.0, 2.0, 3.0], [6.0, 4.01, 2.0]).significant
+    assert math.isnan(statistics.ratio([3.0], [2.0]).low)
+
+
+def test_samples_to_an_error():
+    samples, errors = [1, 2, 4, 8], [1.0, 0.5, 0.25, 0.125]
+    assert statistics.samples_to_error(samples, errors, 0.25 * math.sqrt(2)) == pytest.approx(2 * math.sqrt(2))
+    assert math.isnan(statistics.samples_to_error(samples, errors, 1.1)) and math.isnan(statistics.samples_to_error(samples, errors, 0.1))
+
+
+# ---- Comparisons
+
+CROPS = [view for scene in ("lens", "glossy", "fog") for view in views.crops("development", (scene,), (64, 48), (8, 8))]
+FACTORS = {"white": 4.0, "sobol": 1.0, "blue": 0.5, "openqmc-pmjbn": 0.6, "openqmc-sobolbn": 0.7}
+SEEDS = (0.5, 1.0, 2.0)  # what all samplers' errors have in common
+
+
+def compared(own=0.0, **more):
+    def get(view, label, spp, measure):
+        factor = {**FACTORS, **more}.get(label)
+        return factor and [factor * seed * spp**-0.5 for seed in SEEDS]
+
+    references = {view: types.SimpleNamespace(own={"rmse": own}) for view in CROPS}
+    return compare.Comparison(types.SimpleNamespace(get=get), references, tuple(FACTORS))
+
+
+def test_an_error_is_over_the_base_of_the_same_seed():
+    found = compared().over("blue", 4, "rmse")
+    assert (found.value, found.low, found.high) == pytest.approx((0.5, 0.5, 0.5)) and found.significant and (found.scenes, found.crops) == (3, 12)
+    assert compared().over("white", 4, "rmse").text() == "**4.00**" and compared().over("zorder", 4, "rmse") is None
+    assert compared().over(compare.BEST_PEER, 4, "rmse").value == pytest.approx(0.6) and compared().over("blue", 1, "rmse", base="white").value == pytest.approx(1 / 8)
+
+
+def test_what_the_reference_cannot_judge_is_left_out():
+    assert compared(own=0.07).over("blue", 4, "rmse").left_out == 0
+    assert compared(own=0.12).over("blue", 4, "rmse") is None and compared(own=0.12).over("white", 4, "rmse") is not None
+    dark = compared(white=compare.VISIBLE / 4)
+    assert dark.views == () and dark.over("blue", 4, "rmse") is None
+
+
+def test_samples_that_have_the_error_of_the_base():
+    counts = (1, 2, 4, 8, 16, 64)
+    assert compared().samples_for("blue", 16, "rmse", counts).value == pytest.approx(1 / 4)
+    cost = {(scene, label): 2.0 if label == "blue" else 1.0 for scene in ("lens", "glossy", "fog") for label in FACTORS}
+    assert compared().samples_for("blue", 16, "rmse", counts, cost).value == pytest.approx(1 / 2)
+    assert compared().samples_for("white", 16, "rmse", counts) is None
+
+
+def test_rows_have_all_scenes_and_each():
+    rows = compared().rows((1, 4), ("rmse",), ("rmse",))
+    assert len(rows) == 4 * 2 * 4 and {row["scene"] for row in rows} == {"", "lens", "glossy", "fog"}
+    assert {row["error"] for row in rows if row["sampler"] == "blue"} == {"0.5000"}
