@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The examples of docs/shaders.md and docs/realtime.md compile as they stand there."""
+"""The examples of docs/shaders.md and docs/realtime.md and of the headers' comments compile as they stand there."""
 
 import os
 import re
@@ -67,3 +67,118 @@ def test_metal(tmp_path):
     (tmp_path / "a.cpp").write_text(text)
     run(os.environ.get("CXX", "c++"), "-std=c++17", "-Wall", "-Wextra", "-Werror", "-Dkernel=", "-I", tmp_path,
         "-I", INCLUDE / "bn", "-c", tmp_path / "a.cpp", "-o", tmp_path / "a.o")
+
+
+# ---- The comments of headers: paragraphs of lines that are four spaces deeper than the text
+
+SAMPLING = "uint64_t seed, int32_t x, int32_t y, uint32_t index, uint32_t depth"
+# What the listings of each header take from their surroundings.
+C_LISTINGS = {
+    "bn.h": ("", f"{SAMPLING}, uint32_t decision, uint32_t bounce"),
+    "bn_path.h": ("", f"{SAMPLING}, uint32_t max_depth, uint32_t count, const bn_sampler *sampler, bn_ray ray, uint32_t primitive"),
+    "bn_choose.h": ("""typedef struct vec3 { float x, y, z; } vec3;
+vec3 point_on_light(uint32_t, float, float), sample_coat(float, float), sample_base(float, float);
+""", f"{SAMPLING}, uint32_t domain, const bn_sampler *sampler, uint32_t light_count, float coat_probability"),
+    "neural.h": ("", "uint64_t seed, uint32_t *ranks"),
+}
+SHADER_TYPES = {"glsl": ("ivec2", "uvec2", "void main() {"), "hlsl": ("int2", "uint2", "[numthreads(1, 1, 1)] void main() {")}
+NUMBERS = "uint x = 1u, y = 2u, index = 3u, domain = 4u, depth = 5u, ray = 6u, light_count = 7u, first = 0u; float coat_probability = 0.5;"
+
+
+def paragraphs(header):
+    """The listings of a header, each paragraph of code a text."""
+    comment = (INCLUDE / "bn" / header).read_text(encoding="utf-8").partition("*/\n" if not header.endswith("hpp") else "#ifndef")[0]
+    found = re.findall(r"(?:^(?: \*|//)     .*(?: \*/)?\n?)+", comment + "\n", re.MULTILINE)
+    texts = [re.sub(r"^(?: \*|//)     ", "", each, flags=re.MULTILINE).rstrip().removesuffix("*/") for each in found]
+    code = [text for text in texts if not text.startswith(" ") and re.search(r"([;{}]|^#.*)\s*(//.*)?$", text, re.MULTILINE)]
+    assert code, f"{header} has no listing"
+    return code
+
+
+def test_every_header_has_its_listings_here():
+    tested = {*C_LISTINGS, "bn.hpp", *(f"bn_{name}.{language}" for name in ("draw", "path", "choose")
+                                       for language in ("glsl", "hlsl", "metal", "wgsl")), "bn_choose_cdf.wgsl"}
+    assert {path.name for path in (INCLUDE / "bn").iterdir()} - tested == {"bn_draw.h", "bn_device.h"}
+
+
+@pytest.mark.parametrize("header", C_LISTINGS)
+def test_listings_of_c_headers(tmp_path, header):
+    before, parameters = C_LISTINGS[header]
+    texts = paragraphs(header)
+    if header == "bn.h":  # the one comment with code that is not the first
+        texts += [re.sub(r"^ \*     ", "", each, flags=re.MULTILINE) for each in re.findall(
+            r"(?:^ \*     uint32_t .*\n)+", (INCLUDE / "bn" / header).read_text(), re.MULTILINE)]
+    nested = "{\n".join(re.sub(r"^#.*\n", "", text, flags=re.MULTILINE) + "\n" for text in texts) + "}" * (len(texts) - 1)
+    (tmp_path / "a.c").write_text(f"#include <bn/{header}>\n#include <bn/bn_path.h>\n{before}void listing({parameters});\n"
+                                  f"void listing({parameters}) {{\n{nested}\n}}\n")
+    run(os.environ.get("CC", "cc"), "-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused", "-Wno-unused-parameter",
+        "-Wno-maybe-uninitialized", "-I", INCLUDE, "-c", tmp_path / "a.c", "-o", tmp_path / "a.o")
+
+
+def test_listing_of_the_cpp_header(tmp_path):
+    (tmp_path / "a.cpp").write_text("#include <bn/bn.hpp>\nenum { KEY_LIGHT = 3 };\n"
+                                    "void listing(uint64_t seed, int x, int y, unsigned index, unsigned depth) {\n"
+                                    + "\n".join(paragraphs("bn.hpp")) + "\n}\n")
+    run(os.environ.get("CXX", "c++"), "-std=c++14", "-Wall", "-Wextra", "-Werror", "-Wno-unused", "-I", INCLUDE, "-c", tmp_path / "a.cpp",
+        "-o", tmp_path / "a.o")
+
+
+def shader_of_listings(language, texture=False):
+    """All listings of a language as one shader: declarations before the texts, statements in main()."""
+    declared, statements = [], []
+    for name in ("bn_draw", "bn_path", "bn_choose"):
+        for text in paragraphs(f"{name}.{language}"):
+            declares = re.match(r"#|layout|uniform|StructuredBuffer", text)
+            (declared if declares else statements).append(text)
+    # GLSL declares the words as a buffer and as a texture.
+    declared = [text for text in declared if "bn_words" not in text or ("usampler2D" in text) == texture]
+    version = "#version 430\n" if language == "glsl" and texture else ""
+    signed, unsigned, main = SHADER_TYPES[language]
+    seed = "" if language == "glsl" and not texture else f"{unsigned} seed = {unsigned}(8u, 9u);"
+    include = "".join(f'#include "{name}.{language}"\n' for name in ("bn_draw", "bn_path", "bn_choose"))
+    cdf = "" if language == "glsl" else "StructuredBuffer<float> cdf : register(t1);\n#define BN_CDF(i) cdf[i]\n"
+    layout = "layout(local_size_x = 1) in;\n" if language == "glsl" else ""
+    return (version + "\n".join(declared) + f"\n{cdf}{layout}{include}{main}\n{NUMBERS}\n{signed} pixel = {signed}(1, 2); {seed}\n"
+            + "\n".join(f"{{ {text}\n}}" for text in statements) + "\n}\n")
+
+
+@pytest.mark.parametrize("texture", [False, True])
+def test_listings_of_glsl(tmp_path, texture):
+    need(GLSLANG, "glslangValidator")
+    (tmp_path / "a.comp").write_text(with_texts(shader_of_listings("glsl", texture)))
+    run(GLSLANG, tmp_path / "a.comp")
+
+
+def test_listings_of_hlsl(tmp_path):
+    need(GLSLANG, "glslangValidator")
+    (tmp_path / "a.hlsl").write_text(shader_of_listings("hlsl"))
+    run(GLSLANG, "-D", "-V", "-S", "comp", "-e", "main", f"-I{INCLUDE / 'bn'}", "-o", tmp_path / "a.spv", tmp_path / "a.hlsl")
+
+
+def test_listings_of_metal(tmp_path):
+    """As C++, like the guide's."""
+    texts = [text for name in ("bn_draw", "bn_path", "bn_choose") for text in paragraphs(f"{name}.metal")]
+    words = "#define device\n#define thread\n#define constant const\n"
+    (tmp_path / "metal_stdlib").write_text((HERE / "stand_ins.h").read_text() + words)
+    (tmp_path / "a.cpp").write_text(
+        texts[0] + '\n#include "bn_path.metal"\n#include "bn_choose.metal"\n'
+        f"void listing(const uint *bn_words, uint2 seed, uint2 pixel) {{ {NUMBERS}\n"
+        + "\n".join(f"{{ {text}\n}}" for text in texts[1:]) + "\n}\n")
+    run(os.environ.get("CXX", "c++"), "-std=c++17", "-Wall", "-Wextra", "-Werror", "-Wno-unused", "-I", tmp_path,
+        "-I", INCLUDE / "bn", "-c", tmp_path / "a.cpp", "-o", tmp_path / "a.o")
+
+
+def test_listings_of_wgsl():
+    need_wgpu()
+    import wgpu
+
+    names = ("bn_draw", "bn_path", "bn_choose", "bn_choose_cdf")
+    texts = [text for name in names for text in paragraphs(f"{name}.wgsl")]
+    declared = [text for text in texts if text.startswith("@group")]
+    numbers = re.sub(r"uint (.*?);", lambda each: "".join(f"let {one};" for one in each[1].split(", ")), NUMBERS)
+    numbers = numbers.replace("float coat_probability", "let coat_probability")
+    given = f"{numbers} let pixel = vec2i(1, 2); let seed = vec2u(8u, 9u); let draw = vec4f(0.5); var u = 0.5;"
+    code = ("\n".join([*declared, *((INCLUDE / "bn" / f"{name}.wgsl").read_text() for name in names)])
+            + f"@compute @workgroup_size(1) fn main() {{ {given}\n"
+            + "\n".join(f"{{ {text}\n}}" for text in texts if text not in declared) + "}\n")
+    wgpu.gpu.request_adapter_sync().request_device_sync().create_shader_module(code=code)

@@ -3,17 +3,17 @@
 // bn_path.h, which remain the manuals; the draws are equal to the bit.
 //
 //     const bn::Sampler sampler(seed);
-//     const bn::PathSampler path(sampler, x, y, index, frame);
+//     const bn::PathSampler path(sampler, x, y, index);
 //     bn::RaySampler ray = path.ray(depth);
-//     const auto [u, v, s, t] = ray.draw();                            // std::array<float, 4>
+//     const std::array<float, 4> u = ray.draw();   // u[0], u[1]: the direction; u[2], u[3]: a light at its end
 //     const float lobe = ray.next_1d();
 //
-//     bn::SequentialSampler numbers(sampler);                          // Get1D(), Get2D()
+//     bn::SequentialSampler numbers(sampler);      // behind get_1d() and get_2d() of a renderer
 //     numbers.start(x, y, index);
-//     const auto [a, b] = numbers.next_2d();
+//     const std::array<float, 2> film = numbers.next_2d();
 //
-//     const bn::Domain light = bn::Domain().child(frame).child(KEY_LIGHT);
-//     const auto [s, t] = sampler.sample_2d(x, y, index, light);       // by hand
+//     const bn::Domain light = bn::Domain().child(KEY_LIGHT);
+//     const std::array<float, 2> point = sampler.sample_2d(x, y, index, light);
 //
 // A Sampler is trivially copyable, and never changes: all threads may share it. Only functions that
 // are not noexcept throw: bn::Error with the result of the library, or std::bad_alloc for memory of

@@ -9,7 +9,7 @@
  * In a shader (GLSL 3.30 or GLSL ES 3.00, no extensions), include this file, before or after
  * bn_draw.glsl or without it:
  *
- *     vec4 u = bn_draw_blue_4d(uint(pixel.x), uint(pixel.y), index, domain);
+ *     vec4 u = bn_draw_blue_4d(seed, uint(pixel.x), uint(pixel.y), index, domain);
  *     uint light = bn_choose_u32(light_count, u.x);
  *     bool coat = bn_choose(coat_probability, u.z);
  *

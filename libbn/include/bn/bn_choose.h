@@ -8,8 +8,8 @@
  *     float u[4];
  *     bn_sample_4d(sampler, x, y, index, domain, u);
  *     const uint32_t light = bn_choose_u32(light_count, &u[0]);
- *     point = point_on_light(light, u[0], u[1]);
- *     if (bn_choose(coat_probability, &u[2])) direction = sample_coat(u[2], u[3]);
+ *     vec3 point = point_on_light(light, u[0], u[1]);
+ *     vec3 direction = bn_choose(coat_probability, &u[2]) ? sample_coat(u[2], u[3]) : sample_base(u[2], u[3]);
  *
  * Order the items so that neighbours in the list are neighbours in space.
  *

@@ -2,7 +2,7 @@
  * bn_choose(), bn_choose_u32() and bn_choose_cdf() in HLSL: the text of bn_choose.glsl, which must lie
  * beside this file. bn_choose.h is the manual.
  *
- *     float4 u = bn_draw_blue_4d(uint(pixel.x), uint(pixel.y), index, domain);
+ *     float4 u = bn_draw_blue_4d(seed, uint(pixel.x), uint(pixel.y), index, domain);
  *     uint light = bn_choose_u32(light_count, u.x);
  *
  * For bn_choose_cdf(first, count, u), first say where tables are: #define BN_CDF(i) cdf[i] */

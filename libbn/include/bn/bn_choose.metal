@@ -3,7 +3,7 @@
  * bn_choose.glsl, which must lie beside this file. bn_choose.h is the manual; u is a reference, and
  * bn_choose_cdf(cdf, count, u) takes a pointer to device memory.
  *
- *     float4 draw = bn_draw_blue_4d(bn_words, uint(pixel.x), uint(pixel.y), index, domain);
+ *     float4 draw = bn_draw_blue_4d(bn_words, seed, uint(pixel.x), uint(pixel.y), index, domain);
  *     float u = draw.x;
  *     uint light = bn_choose_u32(light_count, u); */
 #ifndef BN_CHOOSE_METAL
