@@ -12,7 +12,7 @@
 //     time_wavelength() of the whole path, where things move
 //
 // Nothing is stored between samples: threads, tiles and crops cannot change a picture. docs/paths.md
-// has the reasons, docs/sampling.md what the rest of the path tracer does for the noise.
+// has the reasons, examples/pathtracer/README.md what the rest of the path tracer does for the noise.
 #pragma once
 
 #include <bn/bn.hpp>

@@ -45,6 +45,13 @@ void draw(int x, int y, unsigned index, int decision, float u[3]) {
     if (is("index from 1000")) index += 1000;
     if (is("index over the picture")) index += 16 * (unsigned)(1000 * y + x);
     if (is("index stuck at 0")) index = 0;
+    if (is("index drawn twice")) index /= 2;
+    if (is("threads")) index /= 4;
+    static bn_sampler of_tile;
+    if (is("seed per tile")) {
+        bn_sampler_init(&of_tile, BN_SAMPLER_BLUE, 1 + (uint64_t)(x / 16 + 1000 * (y / 16)));
+        own = &of_tile;
+    }
     if (is("domain per sample")) domain = bn_domain_child(domain, index);
     if (is("domain or seed per pixel"))
         domain = bn_domain_child(bn_domain_child(domain, (uint32_t)x), (uint32_t)y);

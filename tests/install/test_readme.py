@@ -4,6 +4,7 @@
 import re
 import sys
 
+import numpy as np
 import pytest
 from conftest import ROOT, cmake_build, run
 
@@ -43,8 +44,39 @@ def test_cmake_project(installed, tmp_path):
     assert len(run(tmp_path / "build" / "example").splitlines()) == 4
 
 
-@pytest.mark.parametrize("text", examples("python", (ROOT / "bindings" / "README.md").read_text()))
+@pytest.mark.parametrize("text", examples("python") + examples("python", (ROOT / "bindings" / "README.md").read_text(encoding="utf-8")))
 def test_python(tmp_path, text):
     pytest.importorskip("bluenoise")
     (tmp_path / "example.py").write_text(text)
     run(sys.executable, "-W", "error", "example.py", cwd=tmp_path)
+
+
+def listing(name):
+    page = (ROOT / "docs" / "quickstart.md").read_text(encoding="utf-8")
+    (text,) = re.findall(rf"^<!-- listing: {re.escape(name)} -->\n```\w+\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    return text
+
+
+def check_shadow(image):
+    """White noise, in the lower half, has at least twice the error of blue after a blur by 8 x 8 pixels."""
+    edge = 1.3 * np.arange(256) / 256
+    truth = np.mean(np.clip(edge[:, None] - 0.3 * (np.arange(1000) + 0.5) / 1000, 0, 1), axis=1)
+    assert image.shape == (256, 256) and len(np.unique(image)) == 5
+    errors = (image - truth).reshape(32, 8, 32, 8).mean(axis=(1, 3))
+    blue, white = (np.sqrt((half**2).mean()) for half in (errors[:16], errors[16:]))
+    assert 2 * blue < white < 0.03
+
+
+def test_quick_start_in_cpp(static_library, tmp_path):
+    (tmp_path / "shadow.cpp").write_text(listing("shadow.cpp"))
+    run(static_library.compile_cpp(tmp_path / "shadow", tmp_path / "shadow.cpp"), cwd=tmp_path)
+    data = (tmp_path / "shadow.pgm").read_bytes()
+    assert data.startswith(b"P5 256 256 255\n")
+    check_shadow(np.round(np.frombuffer(data[15:], np.uint8).reshape(256, 256) / 63.75) / 4)
+
+
+def test_quick_start_in_python(tmp_path):
+    pytest.importorskip("bluenoise")
+    (tmp_path / "shadow.py").write_text(listing("shadow.py"))
+    run(sys.executable, "-W", "error", "shadow.py", cwd=tmp_path)
+    check_shadow(np.load(tmp_path / "shadow.npy"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The programs in examples/python do what docs/points.md shows."""
+"""The programs in examples/python do what docs/masks.md shows."""
 
 import importlib.util
 import sys

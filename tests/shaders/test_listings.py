@@ -9,7 +9,7 @@ from conftest import GLSLANG, HERE, INCLUDE, ROOT, need, need_wgpu, run
 from test_device_code import compile_with_nvrtc
 from test_shaders import with_texts
 
-GUIDE = "".join((ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("shaders.md", "realtime.md"))
+GUIDE = "".join((ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("shaders.md", "realtime.md", "quickstart.md"))
 
 
 def listing(name):
@@ -38,7 +38,7 @@ def test_glsl(tmp_path, name, define):
     run(GLSLANG, "-V", "-o", tmp_path / "a.spv", tmp_path / "a.comp")
 
 
-@pytest.mark.parametrize("name, define", [("example.hlsl", ""), ("realtime.hlsl", ""),
+@pytest.mark.parametrize("name, define", [("example.hlsl", ""), ("shadow.hlsl", ""), ("realtime.hlsl", ""),
                                           ("realtime.hlsl", "#define TABLE_IS_A_TEXTURE\n")])
 def test_hlsl(tmp_path, name, define):
     need(GLSLANG, "glslangValidator")
