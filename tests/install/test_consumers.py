@@ -149,3 +149,43 @@ def test_licences_are_installed(installed):
     installed_texts = [path.read_text() for path in installed.prefix.rglob("LICENSE*")]
     for licence in ("LICENSE", "libbn/data/LICENSE"):
         assert (ROOT / licence).read_text() in installed_texts
+
+
+def test_cpp_under_the_address_sanitizer(static_library, tmp_path):
+    """Among other things, a class that holds a Sampler and a SequentialSampler of it is moved, and the first one freed."""
+    program = static_library.compile_cpp(tmp_path / "program", "-fsanitize=address,undefined", "-fno-sanitize-recover",
+                                         HERE / "consumer_hpp.cpp")
+    assert run(program).splitlines()[-1] == "0"
+
+
+CPP11 = """#include "numbers.h"
+#include <bn/bn_path.h>
+#include <cstdio>
+int main() {
+    Numbers numbers(7);
+    numbers.start(3, 4, 5);
+    numbers.start_ray(1);
+    float pair[2], u[4];
+    numbers.get_2d(pair);
+    const float number = numbers.get_1d();
+    const bn_sampler sampler = bn_sampler_make(7);
+    const bn_path path = bn_path_start(3, 4, 5, 0);
+    const bn_ray ray = bn_path_ray(&path, 1);
+    bn_ray_draw(&sampler, &ray, u);
+    std::printf("%d\\n", pair[0] == u[0] && pair[1] == u[1] && number == u[2]);
+}
+"""
+
+
+def test_a_cpp11_program_hides_the_cpp_header(static_library, tmp_path):
+    """As the comment of bn.hpp shows: one file is compiled as C++14."""
+    comment = (ROOT / "libbn" / "include" / "bn" / "bn.hpp").read_text(encoding="utf-8").partition("#ifndef")[0]
+    header, source = (re.sub(r"^//     ", "", text, flags=re.MULTILINE)
+                      for text in re.findall(r"(//     // numbers\.\w+, C\+\+.*\n(?://     .*\n)+)", comment))
+    (tmp_path / "numbers.h").write_text("#include <cstdint>\n#include <memory>\n" + header)
+    (tmp_path / "numbers.cpp").write_text('#include "numbers.h"\n#include <bn/bn.hpp>\n' + source)
+    (tmp_path / "main.cpp").write_text(CPP11)
+    for name, standard in (("numbers", "c++14"), ("main", "c++11")):
+        run(os.environ.get("CXX", "c++"), f"-std={standard}", "-Wall", "-Wextra", "-Werror", *static_library.pkg_config("--cflags"),
+            "-c", tmp_path / f"{name}.cpp", "-o", tmp_path / f"{name}.o")
+    assert run(static_library.compile_cpp(tmp_path / "program", tmp_path / "main.o", tmp_path / "numbers.o")) == "1\n"

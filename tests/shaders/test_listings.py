@@ -118,7 +118,7 @@ def test_listings_of_c_headers(tmp_path, header):
 def test_listing_of_the_cpp_header(tmp_path):
     (tmp_path / "a.cpp").write_text("#include <bn/bn.hpp>\nenum { KEY_LIGHT = 3 };\n"
                                     "void listing(uint64_t seed, int x, int y, unsigned index, unsigned depth) {\n"
-                                    + "\n".join(paragraphs("bn.hpp")) + "\n}\n")
+                                    + "\n".join(text for text in paragraphs("bn.hpp") if not text.startswith("// numbers.")) + "\n}\n")
     run(os.environ.get("CXX", "c++"), "-std=c++14", "-Wall", "-Wextra", "-Werror", "-Wno-unused", "-I", INCLUDE, "-c", tmp_path / "a.cpp",
         "-o", tmp_path / "a.o")
 

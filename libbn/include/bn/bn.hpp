@@ -8,16 +8,46 @@
 //     const std::array<float, 4> u = ray.draw();   // u[0], u[1]: the direction; u[2], u[3]: a light at its end
 //     const float lobe = ray.next_1d();
 //
-//     bn::SequentialSampler numbers(sampler);      // behind get_1d() and get_2d() of a renderer
+//     bn::SequentialSampler numbers(sampler);      // for renderers that ask for the next number or pair
 //     numbers.start(x, y, index);
 //     const std::array<float, 2> film = numbers.next_2d();
 //
 //     const bn::Domain light = bn::Domain().child(KEY_LIGHT);
 //     const std::array<float, 2> point = sampler.sample_2d(x, y, index, light);
 //
-// A Sampler is trivially copyable, and never changes: all threads may share it. Only functions that
-// are not noexcept throw: bn::Error with the result of the library, or std::bad_alloc for memory of
-// their own. The rest of the library is used as in C; sampler.get() is the bn_sampler.
+// A Sampler never changes: all threads may share it. Only functions that are not noexcept throw: bn::Error with the
+// result of the library, or std::bad_alloc for memory of their own. The rest of the library is used as in C;
+// sampler.get() is the bn_sampler.
+//
+// Which header: C++14 and later bn/bn.hpp; C++11 and C bn/bn_path.h. A C++11 project can also compile one file as C++14:
+//
+//     // numbers.h, C++11
+//     class Numbers {
+//       public:
+//         explicit Numbers(uint64_t seed);
+//         ~Numbers();
+//         void start(int x, int y, unsigned index);
+//         void start_ray(unsigned ray);
+//         float get_1d();
+//         void get_2d(float out[2]);
+//       private:
+//         struct State;
+//         std::unique_ptr<State> state_;
+//     };
+//
+//     // numbers.cpp, C++14
+//     struct Numbers::State {
+//         bn::SequentialSampler numbers;
+//     };
+//     Numbers::Numbers(uint64_t seed) : state_(new State{bn::SequentialSampler(bn::Sampler(seed))}) {}
+//     Numbers::~Numbers() = default;
+//     void Numbers::start(int x, int y, unsigned index) { state_->numbers.start(x, y, index); }
+//     void Numbers::start_ray(unsigned ray) { state_->numbers.start_ray(ray); }
+//     float Numbers::get_1d() { return state_->numbers.next_1d(); }
+//     void Numbers::get_2d(float out[2]) {
+//         const std::array<float, 2> u = state_->numbers.next_2d();
+//         out[0] = u[0], out[1] = u[1];
+//     }
 #ifndef BN_BN_HPP
 #define BN_BN_HPP
 
@@ -232,13 +262,13 @@ class RaySampler {
     RaySampler(const RaySampler &) = delete;
     RaySampler &operator=(const RaySampler &) = delete;
 
-    // Where the ray goes, and the light that is tried where it ends. The same at every call.
+    // Its direction, and the light sample at its end. The same at every call.
     std::array<float, 4> draw() const noexcept {
         std::array<float, 4> out{};
         bn_ray_draw(sampler_, &ray_, out.data());
         return out;
     }
-    // Its first and its second pair alone.
+    // Either pair alone.
     std::array<float, 2> draw_direction() const noexcept {
         std::array<float, 2> out{};
         bn_ray_draw_direction(sampler_, &ray_, out.data());
@@ -250,8 +280,7 @@ class RaySampler {
         return out;
     }
 
-    // Number, pair and four k of the further ones, split k and loop k: what call k + 1 of next_1d() and
-    // its relatives gives. The same at every call.
+    // What call k + 1 of the matching next_...() below returns. The same at every call.
     float draw_1d(uint32_t k) const noexcept { return bn_ray_draw_1d(sampler_, &ray_, k); }
     std::array<float, 2> draw_2d(uint32_t k) const noexcept {
         std::array<float, 2> out{};
@@ -270,7 +299,7 @@ class RaySampler {
         return LoopSampler(bn_ray_draw_loop(sampler_, &ray_, k));
     }
 
-    // The same with a counter: new at every call.
+    // Further decisions: new at every call.
     float next_1d() noexcept { return bn_ray_next_1d(sampler_, &ray_); }
     std::array<float, 2> next_2d() noexcept {
         std::array<float, 2> out{};
@@ -319,7 +348,7 @@ class PathSampler {
     RaySampler ray(uint32_t number) const noexcept {
         return RaySampler(sampler_, bn_path_ray(&state_, number));
     }
-    // The light tried where ray 0 ends, if a lens has taken its pair, or if it is split.
+    // The light sample at the end of ray 0, if a lens has taken its pair, or point k of `count`.
     std::array<float, 2> first_light(uint32_t count = 1, uint32_t k = 0) const noexcept {
         std::array<float, 2> out{};
         bn_path_first_light(sampler_, &state_, count, k, out.data());
@@ -345,11 +374,10 @@ inline PathSampler Split::operator[](uint32_t k) const noexcept {
     return PathSampler(sampler_, bn_split_path(&split_, k));
 }
 
-// For renderers that ask a sampler object for the next number or pair, as pbrt's do. A number and
-// the pair after it, or two pairs, share a domain. Each ray has its own sequence without end, so
-// what one ray draws cannot meet another's. Name the numbers before you hand them on: in
-// f(next_1d(), next_2d()) the order of the calls is open. A decision with two dimensions takes a
-// pair, not two numbers.
+// For renderers that ask a stateful sampler for the next number or pair, as pbrt's do. A number and the pair after
+// it, or two pairs, share a domain. Each ray has a sequence of its own, without end. Take a pair, not two numbers,
+// for a decision with two dimensions. Name the numbers before you pass them on: C++ does not define the order of
+// the calls in f(next_1d(), next_2d()).
 class SequentialSampler {
   public:
     // Draws nothing before start(). It holds a copy of the Sampler.
@@ -414,10 +442,10 @@ class SequentialSampler {
         pair_spent_ = false;
         numbers_spent_ = 0;
     }
-    void ask(char kind) noexcept {
+    void ask(char dimensions) noexcept {
         if (*next_expected_ == '\0') return;
-        assert(*next_expected_ == kind && "another order than expect() says");
-        (void)kind;
+        assert(*next_expected_ == dimensions && "another order than expect() says");
+        (void)dimensions;
         ++next_expected_;
     }
     void next_domain() noexcept {
