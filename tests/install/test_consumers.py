@@ -166,8 +166,8 @@ int main() {
     numbers.start(3, 4, 5);
     numbers.start_ray(1);
     float pair[2], u[4];
-    numbers.get_2d(pair);
     const float number = numbers.get_1d();
+    numbers.get_2d(pair);
     const bn_sampler sampler = bn_sampler_make(7);
     const bn_path path = bn_path_start(3, 4, 5, 0);
     const bn_ray ray = bn_path_ray(&path, 1);
