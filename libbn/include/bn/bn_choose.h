@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Choose with a number of a draw, and use what is left of it.
+ * Make a discrete choice with a random number and reuse the remainder.
  *
- * A choice needs only the leading digits of a number. These functions choose, then stretch the part
- * of [0, 1) that made the choice to [0, 1) again. So the choice and what follows it come from one
- * well-stratified pair, and a draw is saved:
+ * A choice needs only the leading digits of a number. These functions choose, then rescale the part of [0, 1)
+ * that made the choice to [0, 1). So the choice and the next decision come from one well-stratified pair, and
+ * a draw is saved:
  *
  *     float u[4];
  *     bn_sample_4d(sampler, x, y, index, domain, u);
@@ -13,18 +13,17 @@
  *
  * Order the items so that neighbours in the list are neighbours in space.
  *
- * Steps. A draw is a multiple of 2^-24 and represents the step of that width above it. What is left
- * is the middle of the step, stretched and rounded down to a multiple of 2^-24. It is always below
- * 1. A choice of probability 1 leaves the draw as it was. An item that is w steps wide leaves w
- * different numbers, spread evenly: an item with a share of 1/256 leaves 16 bits. Choose from what
- * is left again as long as that is enough.
+ * Precision. A draw is a multiple of 2^-24 and represents the step of that width above it. The remainder is
+ * the middle of the step, rescaled and rounded down to a multiple of 2^-24, always below 1. An item that is w
+ * steps wide leaves w different remainders, spread evenly: an item with a probability of 1/256 leaves 16
+ * bits, from which you can choose again. A choice of probability 1 leaves the draw as it was.
  *
- * Outside the range. A u below 0 or NaN counts as 0, one of 1 or more as the last step, in programs
- * compiled with -ffast-math too. Digits of u finer than 2^-24 are dropped.
+ * Range. A u below 0 or NaN counts as 0, one of 1 or more as the last step, also in programs compiled with
+ * -ffast-math. Digits of u finer than 2^-24 are dropped.
  *
- * These are inline functions, __host__ __device__ in CUDA and HIP. Shaders have them in
- * bn_choose.glsl and the files beside it (docs/shaders.md). The bits are the same everywhere. A
- * choice takes a few nanoseconds, that from a table O(log count). */
+ * These are inline functions, __host__ __device__ in CUDA and HIP; shaders have them in bn_choose.glsl and
+ * the files beside it (docs/shaders.md), with the same bits. A choice takes a few nanoseconds,
+ * bn_choose_cdf() O(log count). */
 #ifndef BN_BN_CHOOSE_H
 #define BN_BN_CHOOSE_H
 
@@ -34,25 +33,24 @@
 extern "C" {
 #endif
 
-/* True, 1, with the given probability, and exactly if *u < probability. The chance is therefore the
- * probability rounded up to a multiple of 2^-24, which changes nothing from 1/2 up. Far below
- * 2^-12, divide by the rounded probability, or your estimate is off by the difference. 0 and less,
- * and NaN, are never chosen; 1 and more, always. Either way *u becomes what is left. */
+/* Returns 1 with the given probability, exactly if *u < probability; else 0. Either way *u becomes the
+ * remainder. The chance is the probability rounded up to a multiple of 2^-24: if it is far below 2^-12,
+ * divide by the rounded probability, or your estimate is biased by the difference. 0 and less, and NaN, are
+ * never chosen; 1 and more, always. */
 BN_DEVICE_INLINE int bn_choose(float probability, float *u);
 
-/* One of `count` items from 0 up, all equally likely: each has 2^24 / count steps, rounded up or
- * down. Above 2^24 items, only 2^24 of them can be chosen, evenly spread. A count of 0 gives 0, as a
- * count of 1 does. */
+/* Returns one of `count` items, all equally likely: each has 2^24 / count steps, rounded up or down. Above
+ * 2^24 items, only 2^24 of them can be chosen, evenly spread. A count of 0 returns 0. */
 BN_DEVICE_INLINE uint32_t bn_choose_u32(uint32_t count, float *u);
 
-/* Item i with a probability in proportion to cdf[i] - cdf[i - 1]: the first item for which *u * sum <
- * cdf[i]. The cumulative weights ascend to any positive sum, from 1e-30 to 1e30. Limits are rounded up
- * to steps, 2^-24 of the sum; if they are whole steps, the probabilities are exact. Items without a
- * step between their limits are never chosen. Any table is safe: out of order, with NaN or with
- * another sum, some item is chosen. A count of 0 gives 0.
+/* Returns item i with a probability in proportion to cdf[i] - cdf[i - 1]: the first item for which *u * sum <
+ * cdf[i]. The cumulative weights ascend to any positive sum, from 1e-30 to 1e30. Limits are rounded up to
+ * steps, 2^-24 of the sum; if they are whole steps, the probabilities are exact. Items without a step between
+ * their limits are never chosen. Any table is safe: out of order, with NaN or with another sum, some item is
+ * chosen. A count of 0 returns 0.
  *
- * For a map of two dimensions, choose the row with one number of a pair and the column with the other,
- * from a table for each row: that keeps both well stratified, one search over all texels does not. */
+ * For a 2-D map, choose the row with one number of a pair and the column with the other, from a table for
+ * each row. One search over all texels would break the stratification of the pair. */
 BN_DEVICE_INLINE uint32_t bn_choose_cdf(const float *cdf, uint32_t count, float *u);
 
 /* ---- The text that shaders share */
@@ -68,8 +66,8 @@ BN_DEVICE_INLINE int bn_choose_positive(float v) {
 }
 
 #ifndef BN_DEVICE_TOO /* GPUs are slow at double, and divide integers as shaders do */
-/* The quotient in double. Its distance from the next integer is 2^-24 or more, unless it is one; so
- * rounding cannot reach another, even where -ffast-math multiplies by the reciprocal. */
+/* The quotient in double. Its distance from the next integer is 2^-24 or more, unless it is one; so rounding
+ * cannot reach another, even where -ffast-math multiplies by the reciprocal. */
 BN_HOST_INLINE uint32_t bn_choose_stretched(uint32_t place, uint32_t width) {
     const double middle = 2.0 * BN_CAST(double, BN_CAST(int32_t, place)) + 1.0;
     const double steps = BN_CAST(double, BN_CAST(int32_t, width));

@@ -1,35 +1,33 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of bn.h inline. bn_draw_1d(), bn_draw_2d(), bn_draw_4d() and bn_draw_4d_u32() give the
- * bits of bn_sample_1d() and its relatives. BLUE is compiled into the caller; the other sampler types
- * are calls of the library. Paths (bn_path.h) and C++ (bn.hpp) draw with these. A library with other
- * tables than this header's fails to link.
+ * The draws of bn.h inline: bn_draw_1d(), bn_draw_2d(), bn_draw_4d() and bn_draw_4d_u32() return the bits of
+ * bn_sample_1d() and its relatives. BLUE is compiled into the caller; the other sampler types call the
+ * library. Paths (bn_path.h) and C++ (bn.hpp) draw with these. A program fails to link with a library that
+ * has other tables.
  *
  * ON A GPU
  *
- * The draws themselves are in bn_draw.glsl, in 32-bit integer arithmetic that GLSL, HLSL, Metal and
- * WGSL share (docs/shaders.md). CUDA and HIP include this header: bn_draw_blue_4d(), bn_draw_sobol_4d()
- * and bn_draw_white_4d() are __host__ __device__ there. BLUE reads a copy of the words of bn_tables() in
- * the memory of the device; the seed is an argument. bn_domain_child() is here, too, for
- * device code.
+ * The draws are in bn_draw.glsl, in 32-bit integer arithmetic that GLSL, HLSL, Metal and WGSL share
+ * (docs/shaders.md). CUDA and HIP include this header: bn_draw_blue_4d(), bn_draw_sobol_4d() and
+ * bn_draw_white_4d() are __host__ __device__ there, and so is bn_domain_child(). BLUE reads a copy of the
+ * words of bn_tables() in device memory; the seed is an argument.
  *
  * HOW BLUE WORKS
  *
- * The samples of a pixel are a digital sequence: each bit of the sample index, and each bit of the
- * pixel's label, adds (XOR) a vector of digits to each of the four coordinates. Labels are places in
- * a tile of 64 x 64 pixels, arranged by a search (libbn/tools/bn_bake_sampler.c) so that errors of
- * neighbours cancel. Each copy of the tile adds random digits and has an order of the samples of its
- * own. A family of domains has a shift and reflection
- * of the tile, each of its four members other vectors. docs/blue.md has the construction, and why.
+ * The samples of a pixel are a digital sequence: each bit of the sample index, and each bit of the pixel's
+ * label, adds (XOR) a vector of digits to each of the four coordinates. Labels are places in a tile of 64 x
+ * 64 pixels, arranged by a search (libbn/tools/bn_bake_sampler.c) so that errors of neighbours cancel. Each
+ * copy of the tile adds random digits and has a sample order of its own. A family of domains has a shift and
+ * a reflection of the tile, and each of its four members other vectors. docs/blue.md has the construction,
+ * and why.
  *
  * COST
  *
- * A draw of four dimensions takes about 115 instructions on x86-64 and four loads of 8 to 16 bytes,
- * from 47 KiB of tables, of which one member of a family uses half. A draw of one pair or one
- * dimension takes a few instructions less, and many lanes at a time half the time. Inlined into a
- * loop, draws of many domains in one pixel, or of many indices, share their common work. Samples from
- * index 256 on take one more XOR for every four bits of the index. With SSE2, the last step handles all four
- * dimensions at once. Define BN_DRAW_PLAIN to do without SSE2, as CUDA and HIP do; the bits are the
- * same. */
+ * A draw of four dimensions takes about 115 instructions on x86-64 and four loads of 8 to 16 bytes, from 47
+ * KiB of tables, of which one member of a family uses half. A draw of one pair or one dimension takes a few
+ * instructions less. Inlined into a loop, draws of many domains in one pixel, or of many indices, share their
+ * common work. From index 256 on, every four bits of the index take one more XOR. With SSE2, the last step
+ * handles all four dimensions at once. Define BN_DRAW_PLAIN to do without SSE2, as CUDA and HIP do; the bits
+ * are the same. */
 #ifndef BN_BN_DRAW_H
 #define BN_BN_DRAW_H
 
