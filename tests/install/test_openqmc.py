@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""libbn behind OpenQMC's interface: draws, splits and numbers are libbn's; OpenQMC's own path tracer runs on it (BN_OPENQMC: a checkout)."""
+"""libbn behind OpenQMC's interface: draws, splits and numbers are libbn's; OpenQMC's own tools run on it (BN_OPENQMC: a checkout)."""
 
 import os
 
@@ -79,8 +79,8 @@ def test_openqmcs_own_tools_run_on_it(static_library, tmp_path):
     for name, include in (("blue", [f"-I{FOLDER}"]), ("theirs", [])):
         for program, sources in (("trace", [f"{lib}/trace.cpp", ROOT / "tests/install/openqmc_trace.cpp"]),
                                  ("benchmark", [f"{lib}/benchmark.cpp", f"{openqmc}/src/tools/cli/benchmark.cpp"])):
-            run(os.environ.get("CXX", "c++"), "-std=c++17", "-O2", "-w", "-D_USE_MATH_DEFINES", *include, f"-I{openqmc}/include", f"-I{lib}",
-                *static_library.pkg_config("--cflags"), *sources, f"{lib}/progress.cpp", "-o", tmp_path / f"{program}_{name}",
+            run(os.environ.get("CXX", "c++"), "-std=c++17", "-O2", "-w", "-D_USE_MATH_DEFINES", *include, f"-I{openqmc}/include",
+                f"-I{lib}", *static_library.pkg_config("--cflags"), *sources, f"{lib}/progress.cpp", "-o", tmp_path / f"{program}_{name}",
                 *static_library.pkg_config("--libs", "--static"), "-ltbb", "-lpthread")
     run(tmp_path / "benchmark_blue", "sobolbn", "samples")
 
@@ -93,8 +93,8 @@ def test_openqmcs_own_tools_run_on_it(static_library, tmp_path):
         reference = image("theirs", "sobol", scene, 7, 1024, 1)
         for spp in (1, 4, 16):
             def error(name, sampler):
-                errors = [ndimage.gaussian_filter(image(name, sampler, scene, frame, spp, 1) - reference, (2.1, 2.1, 0)) for frame in range(3)]
-                return np.sqrt(np.mean(np.square(errors)))
+                errors = [image(name, sampler, scene, frame, spp, 1) - reference for frame in range(3)]
+                return np.sqrt(np.mean([ndimage.gaussian_filter(each, (2.1, 2.1, 0)) ** 2 for each in errors]))
 
             padded = error("theirs", "sobol")
             ours, theirs = error("blue", "sobolbn") / padded, error("theirs", "sobolbn") / padded
