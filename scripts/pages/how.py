@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws docs/how.png: sixteen pixels with a sample each, and one of them with sixteen samples. Run: .venv/bin/python scripts/pages/how.py"""
+"""Draws docs/how.png: sixteen pixels with a sample each, and one of them with sixteen samples: .venv/bin/python scripts/pages/how.py"""
 
 import itertools
 

@@ -15,7 +15,7 @@ MISTAKES = {
     "none": "none",
     "index from 1": "the index starts at 1",
     "index from 1000": "the index starts at 1000",
-    "index over the picture": "the index counts the samples of the picture",
+    "index over the picture": "the index counts the samples of the image",
     "index stuck at 0": "the index stays at 0",
     "index drawn twice": "every index is drawn twice",
     "threads": "four threads share a pixel's samples, and each counts its own",
