@@ -45,7 +45,7 @@ def test_rust_draws_what_c_draws(cargo):
 def test_the_version_is_the_librarys():
     header = (ROOT / "libbn" / "include" / "bn" / "bn.h").read_text()
     version = ".".join(re.findall(r"^#define BN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", header, re.M))
-    for file in ("bluenoise/Cargo.toml", "bluenoise-sys/Cargo.toml", "Cargo.lock"):
+    for file in ("libbn/Cargo.toml", "libbn-sys/Cargo.toml", "Cargo.lock"):
         assert set(re.findall(r'^version = "(\S+)"$', (CRATES / file).read_text(), re.M)) == {version}, file
 
 
@@ -54,11 +54,11 @@ def test_the_readmes_program(cargo, tmp_path):
     (tmp_path / "src").mkdir()
     (tmp_path / "src" / "main.rs").write_text(text)
     (tmp_path / "Cargo.toml").write_text('[package]\nname = "readme"\nversion = "0.1.0"\nedition = "2021"\n'
-                                         f'[dependencies]\nbluenoise = {{ path = "{CRATES / "bluenoise"}" }}\n[workspace]\n')
+                                         f'[dependencies]\nlibbn = {{ path = "{CRATES / "libbn"}" }}\n[workspace]\n')
     printed = cargo("run", "--quiet", "--manifest-path", str(tmp_path / "Cargo.toml"), RUSTFLAGS="-D warnings")
     assert len(printed.splitlines()) == 3
 
 
 def test_a_wrong_folder_is_one_clear_line(cargo, tmp_path):
-    with pytest.raises(AssertionError, match=r"bluenoise-sys: no bn\.c in BN_AMALGAMATION="):
+    with pytest.raises(AssertionError, match=r"libbn-sys: no bn\.c in BN_AMALGAMATION="):
         cargo("build", "--locked", BN_AMALGAMATION=str(tmp_path), CARGO_TARGET_DIR=str(tmp_path / "target"))

@@ -2,7 +2,7 @@
 //! Blue noise for path tracers: the samplers and the paths of libbn.
 //!
 //! ```
-//! use bluenoise::{PathSampler, Sampler};
+//! use libbn::{PathSampler, Sampler};
 //!
 //! fn trace(sampler: &Sampler, x: i32, y: i32, index: u32) -> f32 {
 //!     let path = PathSampler::new(sampler, x, y, index);
@@ -24,10 +24,10 @@
 mod path;
 mod sampler;
 
-pub use path::{PathSampler, RaySampler, LoopSampler, Split};
-pub use sampler::{tables, Block, Domain, Type, Sampler, Samples};
+pub use path::{LoopSampler, PathSampler, RaySampler, Split};
+pub use sampler::{tables, Block, Domain, Sampler, Samples, Type};
 
-use bluenoise_sys as sys;
+use libbn_sys as sys;
 use std::ffi::CStr;
 use std::fmt;
 

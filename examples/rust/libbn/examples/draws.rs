@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Prints what a path of eight rays draws in some pixels, as bits: tests/install/test_rust.py compares it with tests/c/draw_hashes.txt.
 
-use bluenoise::{PathSampler, Sampler};
+use libbn::{PathSampler, Sampler};
 
 fn main() {
     let sampler = Sampler::new(1);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{exit, Command};
 
 fn fail(message: &str) -> ! {
-    eprintln!("bluenoise-sys: {message}");
+    eprintln!("libbn-sys: {message}");
     exit(1);
 }
 

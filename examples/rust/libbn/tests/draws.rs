@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The safe functions give the bits of C, in the order in which C hands them out.
 
-use bluenoise::{tables, Domain, Error, Type, PathSampler, Sampler};
-use bluenoise_sys as sys;
+use libbn::{tables, Domain, Error, PathSampler, Sampler, Type};
+use libbn_sys as sys;
 
 /// bn_sample_4d() of the C library by itself: no type and no function of the safe crate.
 struct C(sys::bn_sampler);

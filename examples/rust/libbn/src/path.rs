@@ -3,7 +3,7 @@
 // SAFETY of all draws below: the sampler lives as long as `'s`.
 
 use crate::sampler::{filled, Sampler};
-use bluenoise_sys as sys;
+use libbn_sys as sys;
 
 /// One sample of one pixel. It is a name alone: copies name the same numbers.
 #[derive(Clone, Copy, Debug)]
@@ -46,15 +46,15 @@ impl<'s> PathSampler<'s> {
 /// numbers twice: lend it as `&mut`.
 ///
 /// ```compile_fail,E0599
-/// fn twice(ray: bluenoise::RaySampler) -> (bluenoise::RaySampler, bluenoise::RaySampler) {
+/// fn twice(ray: libbn::RaySampler) -> (libbn::RaySampler, libbn::RaySampler) {
 ///     (ray.clone(), ray)
 /// }
 /// ```
 ///
 /// ```compile_fail,E0515
-/// fn dangling() -> bluenoise::RaySampler<'static> {
-///     let sampler = bluenoise::Sampler::new(1);
-///     let path = bluenoise::PathSampler::new(&sampler, 0, 0, 0);
+/// fn dangling() -> libbn::RaySampler<'static> {
+///     let sampler = libbn::Sampler::new(1);
+///     let path = libbn::PathSampler::new(&sampler, 0, 0, 0);
 ///     path.ray(0)
 /// }
 /// ```

@@ -2,7 +2,7 @@
 //! Samplers, domains and blocks of samples.
 
 use crate::Error;
-use bluenoise_sys as sys;
+use libbn_sys as sys;
 use std::marker::PhantomData;
 use std::ops::Range;
 use std::ptr::{null, null_mut};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The samplers and paths of libbn as C has them: bn.h and bn_path.h are the manuals. Functions that are inline in
-//! bn_path.h begin with `bn_rs_`. The crate `bluenoise` is safe.
+//! bn_path.h begin with `bn_rs_`. The crate `libbn` is safe.
 #![allow(non_camel_case_types)]
 
 pub const BN_SUCCESS: i32 = 0;
@@ -103,15 +103,7 @@ extern "C" {
     pub fn bn_tables(count: *mut usize, version: *mut u32) -> *const u32;
     pub fn bn_sample_4d(sampler: *const bn_sampler, x: i32, y: i32, index: u32, domain: u32, out: *mut f32);
     pub fn bn_sample_4d_u32(sampler: *const bn_sampler, x: i32, y: i32, index: u32, domain: u32, out: *mut u32);
-    pub fn bn_sample_2d(
-        sampler: *const bn_sampler,
-        x: i32,
-        y: i32,
-        index: u32,
-        domain: u32,
-        pair: u32,
-        out: *mut f32,
-    );
+    pub fn bn_sample_2d(sampler: *const bn_sampler, x: i32, y: i32, index: u32, domain: u32, pair: u32, out: *mut f32);
     pub fn bn_sample_block(
         sampler: *const bn_sampler,
         x0: i32,
