@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import copy
-
 import numpy as np
 import numpy.typing as npt
 from scipy.stats import qmc
@@ -27,10 +25,10 @@ class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
         if seed is not None:
             sampler = Sampler(sampler.type, seed=seed, samples_per_pixel=sampler.samples_per_pixel, mask=sampler.mask)
         self._sampler = sampler
-        # scipy.integrate.qmc_quad() makes engines with these arguments and seeds that descend from this one's.
+        # scipy.integrate.qmc_quad() makes engines with these arguments and seeds that descend from this one's. They repeat only if
+        # the generator is made anew: before NumPy 2, a copy of one forgets its seed.
         self._init_quad = {"sampler": sampler, "d": d, "pixel": pixel}
-        self.rng_seed = np.random.default_rng(sampler.seed)
-        self.rng = copy.deepcopy(self.rng_seed)
+        self.rng_seed = self.rng = np.random.default_rng(sampler.seed)
         self._x = arguments.integer("pixel", x, *arguments.INT32)
         self._y = arguments.integer("pixel", y, *arguments.INT32)
 
@@ -45,6 +43,12 @@ class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
             self._sampler._core.points(self._x, self._y, self.num_generated, _core.domain_child(0, first // 4), four)
             points[:, first : first + width] = four[:, :width]
         return points
+
+    def reset(self) -> SamplerEngine:
+        """Starts again at the first point and returns the engine."""
+        self.num_generated = 0
+        self.rng_seed = self.rng = np.random.default_rng(self._sampler.seed)
+        return self
 
     def fast_forward(self, n: int) -> SamplerEngine:
         """Skips n points at no cost and returns the engine."""
