@@ -175,7 +175,7 @@ struct bn_blue_pixel {
     BN_UINT member;       /* of the family */
 };
 
-/* What makes the random digits of the members different. */
+/* A factor that gives each member random digits of its own. */
 #ifndef BN_KEY_FACTOR
 #define BN_KEY_FACTOR(member) bn_draw_key_factor(member)
 BN_FUNCTION BN_UINT bn_draw_key_factor(BN_UINT member) {

@@ -121,7 +121,7 @@ BN_DEVICE_INLINE void bn_draw_white_2d(bn_uint2 seed, int32_t x, int32_t y, uint
 
 /* ---- The tables of the library, constant. Their names carry BN_DRAW_TABLE_VERSION. */
 
-/* What bn_tables() returns. */
+/* The tables that bn_tables() returns. */
 BN_API extern const uint32_t bn_tables_7[BN_WORD_COUNT];
 
 /* Of the lowest eight bits of an index: bit-reversed, and bn_draw_flip(). */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The draws of BLUE, SOBOL and WHITE in HLSL (shader model 5.0 and later): the text of bn_draw.glsl,
- * which must lie beside this file. Say how to read word i of what bn_tables() returned, then
+ * which must lie beside this file. Say how to read word i of bn_tables(), then
  * include this file. The seed is that of bn_sampler_seed():
  *
  *     StructuredBuffer<uint> bn_words : register(t0);

@@ -111,7 +111,7 @@ struct bn_blue_pixel {
     member: u32, /* of the family */
 }
 
-/* What makes the random digits of the members different. */
+/* A factor that gives each member random digits of its own. */
 fn bn_draw_key_factor(member: u32) -> u32 {
     return member * 0x0bd794d6u + 0xd35a2d97u;
 }

@@ -17,7 +17,7 @@
 #define BN_PATH_GLSL
 
 /* Keys that no ray, no decision and no count reaches. */
-#define BN_PATH_CAMERA_KEY 3u /* in place of ray 3, which moves up: what only the camera draws */
+#define BN_PATH_CAMERA_KEY 3u /* in place of ray 3, which moves up: the numbers drawn once per path */
 #define BN_PATH_STREAMS_KEY 0x80000000u  /* below the root: the parent of streams 1, 2 ... */
 #define BN_PATH_CHILDREN_KEY 0x80000000u /* below a ray: the parent of its keyed parts */
 #define BN_PATH_LOOPS_KEY 0x40000000u    /* below a ray: added to the keys of loops */
@@ -56,13 +56,13 @@ BN_FUNCTION BN_UINT bn_path_ray_domain(bn_path path, BN_UINT ray) {
     return bn_draw_domain_child(path.domain, key);
 }
 
-/* What only the camera's ray draws: dimensions (0, 1) for the first light where it is apart, (2, 3)
- * for time and wavelength. */
+/* Numbers drawn once per path: dimensions (0, 1) for the first light where it is apart, (2, 3) for time and
+ * wavelength. */
 BN_FUNCTION BN_UINT bn_path_camera_domain(bn_path path) {
     return bn_draw_domain_child(path.domain, BN_PATH_CAMERA_KEY);
 }
 
-/* ---- Further numbers of a ray, from its domain. Each kind has a sequence of its own, without end. */
+/* ---- Further numbers of a ray, from its domain. Each of the four has a sequence of its own, without end. */
 
 /* The domain of single number k, and the pair there, 0 or 1, of which it is the first number or, if k is
  * odd, the second. */

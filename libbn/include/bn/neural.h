@@ -81,7 +81,7 @@ typedef struct bn_neural_options {
     /* Threads that work on each mask or window; 0 (default): one per CPU, with a GPU at most four, which make
      * noise while it works. */
     uint32_t threads;
-    /* What the network runs on: "cpu" (the same as NULL, the default) or "cuda", as described under GPU
+    /* "cpu" (the same as NULL, the default) or "cuda", as described under GPU
      * above. */
     const char *provider;
     /* The channels of the built-in network: 1 (or 0, the default), or 2 for vector masks, whose channels are

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What a model says about itself, in the format that bn_neural_open describes. */
+ * Metadata of a model, in the format that bn_neural_open describes. */
 #ifndef BN_MODEL_H
 #define BN_MODEL_H
 

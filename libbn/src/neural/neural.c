@@ -120,7 +120,7 @@ static bn_result try_model(const bn_neural *n) {
         const bn_tensor output = {values, n->model.channels, extent, extent};
         fill_noise(0, 0, 0, outer, outer, 0, 0, noise);
         result = bn_runtime_run(n->runtime, &input, n->model.output, &output);
-        /* The processor runs every good model; a GPU may fail. */
+        /* The CPU runs every good model; a GPU may fail. */
         if (result != BN_SUCCESS && n->provider == BN_PROVIDER_CPU) result = BN_ERROR_BAD_DATA;
         if (result == BN_SUCCESS && !all_finite(values, count)) result = BN_ERROR_BAD_DATA;
     }

@@ -145,7 +145,7 @@ static int done(const bn_ort_api *api, bn_ort_status *status) {
     return 0;
 }
 
-/* What is wrong with a session that could not be made, by the status, which is released. A processor
+/* The result for a session that could not be made, from its status, which is released. A CPU
  * runs every good model; a GPU may be missing, or lack an operator. */
 static bn_result blame(const bn_ort_api *api, bn_ort_status *status, bn_provider provider) {
     const int code = api->get_error_code(status);
@@ -172,7 +172,7 @@ static const bn_ort_api *get_table(bn_ort_get_api_base entry) {
     return minor < BN_ORT_OLDEST ? NULL : base->get_api((uint32_t)minor);
 }
 
-/* Adds the CUDA provider, which must run the whole model: operators left to the processor would go
+/* Adds the CUDA provider, which must run the whole model: operators left to the CPU would go
  * unnoticed. By default, it tries every algorithm on every new size of input, which takes longer
  * than the work, and lets recent GPUs round inputs to ten bits (TF32), so that windows would not
  * agree. Older versions do not know the option against that. */

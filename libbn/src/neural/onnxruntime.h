@@ -7,7 +7,7 @@
 
 typedef struct bn_runtime bn_runtime;
 
-/* What the model runs on: an execution provider of ONNX Runtime. */
+/* An execution provider of ONNX Runtime. */
 typedef enum bn_provider { BN_PROVIDER_CPU, BN_PROVIDER_CUDA } bn_provider;
 
 /* Loads ONNX Runtime from library_path (NULL: searches as bn_neural_open describes) and opens the

@@ -146,7 +146,7 @@ typedef struct bn_ort_api {
     void(BN_ORT_CALL *release_cuda_provider_options)(bn_ort_cuda_options *cuda);
 } bn_ort_api;
 
-/* What the library's one exported function, OrtGetApiBase(), returns. */
+/* The result of OrtGetApiBase(), the one exported function of the library. */
 typedef struct bn_ort_api_base {
     const bn_ort_api *(BN_ORT_CALL *get_api)(uint32_t version);
     const char *(BN_ORT_CALL *get_version_string)(void);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What each sampler type does, by its number. A new type is a row of bn_sampler_types and its file. */
+ * The sampler types. To add one, add a row to bn_sampler_types and a file. */
 #ifndef BN_TYPES_H
 #define BN_TYPES_H
 

@@ -67,11 +67,11 @@ static uint32_t morton_spread(uint32_t v) {
     return (v | v << 1) & 0x55555555u;
 }
 
-/* One dimension: the Owen scrambling of the whole picture, continued by that of the pixel where the
+/* One dimension: the Owen scrambling of the whole image, continued by that of the pixel where the
  * digits that come from indices beyond the block begin. */
-static uint32_t zorder_scramble(uint64_t block_digits, uint64_t later, uint32_t picture_key,
+static uint32_t zorder_scramble(uint64_t block_digits, uint64_t later, uint32_t image_key,
                                 uint32_t pixel_key) {
-    uint32_t first = bn_owen((uint32_t)(block_digits >> 32), picture_key);
+    uint32_t first = bn_owen((uint32_t)(block_digits >> 32), image_key);
     uint32_t shifted = (uint32_t)((block_digits ^ later) >> 32);
     return continued(first, shifted, (uint32_t)(later >> 32), pixel_key);
 }

@@ -48,7 +48,7 @@ BN_INLINE bn_uint2 half_row_at(const uint32_t *words, bn_u32v at) {
     return (bn_uint2){v[0], v[1]};
 }
 
-/* What is drawn: a pair, by its number, dimension 0, or three or four dimensions. */
+/* Dimensions to draw: a pair, by its number, dimension 0, or three or four. */
 enum { ONE = 2, WIDE };
 
 /* Draws a multiple of BN_U32_LANES lanes. `type` and `form` are constants, so that what they do not

@@ -98,7 +98,7 @@ BN_INLINE void touch(bn_field *f, int level, size_t group, size_t *count) {
     f->touched[level][(*count)++] = (uint32_t)group;
 }
 
-/* What one change does to one tile. */
+/* Applies one change to one tile. */
 typedef struct job {
     size_t index;
     const int32_t *kernel;

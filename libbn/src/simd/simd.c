@@ -13,7 +13,7 @@ extern const bn_simd bn_simd_scalar, bn_simd_avx2, bn_simd_avx512, bn_simd_neon;
 
 enum { AVX2 = 1, AVX512 = 2 };
 
-/* What the processor has and the system saves the registers of. __builtin_cpu_supports() finds
+/* Instruction sets of the CPU whose registers the system saves. __builtin_cpu_supports() finds
  * nothing in programs that "zig cc" has linked. */
 static int x86_sets(void) {
     const unsigned avx512 = bit_AVX512F | bit_AVX512BW | bit_AVX512VL | bit_AVX512DQ;
@@ -59,8 +59,8 @@ static const bn_simd *choose(void) {
     return sets[count - 1];
 }
 
-/* Chosen once, as to ask a virtual machine's processor takes microseconds. Threads that come at the
- * same time all find the same. */
+/* Chosen once, because CPUID takes microseconds in a virtual machine. Threads that come at the same time
+ * all find the same. */
 const bn_simd *bn_simd_get(void) {
 #if defined(__GNUC__)
     static const bn_simd *chosen;
