@@ -137,8 +137,7 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
 
 /* The child of any domain with any key: a hash of the domain and of key / 4, with key % 4 as the member of
  * the family. Takes about a nanosecond. Two given families are the same with probability 2^-30: among the
- * families of a path of 16 rays that is one frame in a million. With CUDA and HIP this is a function of
- * bn_draw.h, for both sides. */
+ * families of a path of 16 rays that is one frame in a million. CUDA and HIP have it in bn_draw.h. */
 #if !defined(__CUDACC__) && !defined(__HIPCC__)
 BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 #endif
@@ -180,16 +179,17 @@ enum {
      * own is blue, so the blurred error falls with nearly every sample. Errors do not repeat over the image:
      * each tile of 64 x 64 pixels has its own sample order and scrambling (docs/blue.md). */
     BN_SAMPLER_BLUE = 0,
-    /* Padded Owen-scrambled Sobol' (0, 2)-sequences, independent in each pixel: the usual baseline. Dimensions (0, 1) and (2, 3) are each well stratified, but not together. */
+    /* Padded Owen-scrambled Sobol' (0, 2)-sequences, independent in each pixel: the usual baseline.
+     * Dimensions (0, 1) and (2, 3) are each well stratified, but not together. */
     BN_SAMPLER_SOBOL = 1,
-    /* Independent uniform random numbers: pcg4d (Jarzynski and Olano, "Hash Functions for GPU Rendering",
-     * 2020) of pixel, index and domain. */
+    /* Independent random numbers: pcg4d (Jarzynski and Olano, 2020) of pixel, index and domain. */
     BN_SAMPLER_WHITE = 2,
     /* One Sobol' sequence along a scrambled Morton curve over the pixels (Ahmed and Wonka, "Screen-Space
      * Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels", 2020). Tuned
      * for a number of samples: a pixel that stops earlier has little less error than with SOBOL. */
     BN_SAMPLER_ZORDER = 3,
-    /* The usual blue-noise texture, without its loss at higher counts: a mask gives the first sample of a pixel, a digitally shifted, scrambled Sobol' sequence the others. Blue at 1 sample, SOBOL from 16 on. */
+    /* The usual blue-noise texture, without its loss at higher counts: a mask gives the first sample of a
+     * pixel, a shifted, scrambled Sobol' sequence the others. Blue at 1 sample, SOBOL from 16 on. */
     BN_SAMPLER_MASK = 4
 };
 
@@ -284,9 +284,9 @@ BN_INLINE bn_wavefront bn_wavefront_default(void) {
 
 /* Draws for all lanes of a wavefront, bit-equal to bn_sample_4d(). If only one pair is wanted, only that pair
  * is drawn. Arrays need the alignment of their elements and must not overlap the outputs. Allocates nothing
- * and takes no locks. With AVX2 (not if compiled by MSVC or by GCC for Windows), BLUE takes about half the
- * time of single draws, WHITE a third and SOBOL a quarter; other types gain nothing. Errors: INVALID_ARGUMENT
- * (a NULL: sampler, wavefront, x or y, or all of out; stride is 0; struct_size), UNSUPPORTED. */
+ * and takes no locks. With AVX2 (not if compiled by MSVC or by GCC for Windows), BLUE takes less than half
+ * the time of single draws, SOBOL and WHITE a tenth; other types gain nothing. Errors: INVALID_ARGUMENT (a
+ * NULL: sampler, wavefront, x or y, or all of out; stride is 0; struct_size), UNSUPPORTED. */
 BN_API bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefront *wavefront);
 
 /* ---- Drawing on a GPU (docs/shaders.md) */

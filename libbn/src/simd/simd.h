@@ -51,8 +51,8 @@ typedef struct bn_simd {
                       const bn_draw_lanes *lanes, float *out);
 } bn_simd;
 
-/* The best instruction set of this machine. For tests, the environment variable BN_SIMD chooses
- * another: "scalar", "avx2", "avx512" or "neon". */
+/* The best instruction set of this machine. For tests, the environment variable BN_SIMD=scalar
+ * chooses plain C. */
 const bn_simd *bn_simd_get(void);
 
 #endif

@@ -22,7 +22,7 @@ static inline uint32_t first_bit(uint64_t bits) {
 #endif
 }
 
-#if defined(BN_SIMD_AVX2) || defined(BN_SIMD_AVX512)
+#if defined(BN_SIMD_AVX2)
 #include "simd/vec_avx2.h"
 #elif defined(BN_SIMD_NEON)
 #include "simd/vec_neon.h"

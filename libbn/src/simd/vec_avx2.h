@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The vector types of kernels.h for AVX2, also where there is AVX-512, whose wider vectors gain less than
- * a tenth here; vec.h says what each function does. */
+ * The vector types of kernels.h for AVX2; vec.h says what each function does. */
 #include <immintrin.h>
 
 /* A function of two vectors from an instruction. */
@@ -9,13 +8,8 @@
         return operation(a, b);                                                                    \
     }
 
-#if defined(BN_SIMD_AVX512)
-#define BN_SIMD_NAME "avx512"
-#define BN_SIMD_TABLE bn_simd_avx512
-#else
 #define BN_SIMD_NAME "avx2"
 #define BN_SIMD_TABLE bn_simd_avx2
-#endif
 #define BN_I32_LANES 8
 typedef __m256i bn_i32v;
 static inline bn_i32v i32_set(int32_t a) {

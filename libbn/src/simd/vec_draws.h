@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The vector type of draws.h for AVX2 and AVX-512: bn_u32v, BN_U32_LANES unsigned numbers. It is a
+ * The vector type of draws.h for AVX2: bn_u32v, BN_U32_LANES unsigned numbers. It is a
  * vector of GCC and Clang, whose operators work lane by lane and accept plain numbers on one side.
  *
  * Almost all tables are read without gathers, which are slow on some processors, and on others since
@@ -12,19 +12,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#if defined(BN_SIMD_AVX512)
-#define BN_U32_LANES 16
-#define BN_V(name) _mm512_##name
-typedef __m512i bn_register;
-typedef __m512 bn_floats;
-#define BN_BLOCK(v, block) _mm512_extractf32x4_ps(v, block)
-#else
 #define BN_U32_LANES 8
-#define BN_V(name) _mm256_##name
-typedef __m256i bn_register;
-typedef __m256 bn_floats;
-#define BN_BLOCK(v, block) _mm256_extractf128_ps(v, block)
-#endif
 typedef uint32_t bn_u32v __attribute__((vector_size(4 * BN_U32_LANES)));
 
 static inline bn_u32v u32_load(const void *p) {
@@ -33,56 +21,39 @@ static inline bn_u32v u32_load(const void *p) {
     return v;
 }
 
-/* The same 16 bytes in each block of four lanes. */
-static inline bn_register blocks_of(__m128i block) {
-#if defined(BN_SIMD_AVX512)
-    return _mm512_broadcast_i32x4(block);
-#else
-    return _mm256_broadcastsi128_si256(block);
-#endif
-}
-
 /* Reverses the bytes, then the bits of each byte by a table for either half of it. */
 static inline bn_u32v u32_reverse_bits(bn_u32v v) {
-    const bn_register bytes =
-        blocks_of(_mm_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12));
-    const bn_register nibbles =
-        blocks_of(_mm_setr_epi8(0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15));
-    const bn_u32v swapped = (bn_u32v)BN_V(shuffle_epi8)((bn_register)v, bytes);
+    const __m256i bytes = _mm256_broadcastsi128_si256(
+        _mm_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12));
+    const __m256i nibbles = _mm256_broadcastsi128_si256(
+        _mm_setr_epi8(0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15));
+    const bn_u32v swapped = (bn_u32v)_mm256_shuffle_epi8((__m256i)v, bytes);
     const bn_u32v low = swapped & 0x0f0f0f0fu, high = swapped >> 4u & 0x0f0f0f0fu;
-    return (bn_u32v)BN_V(shuffle_epi8)(nibbles, (bn_register)low) << 4u |
-           (bn_u32v)BN_V(shuffle_epi8)(nibbles, (bn_register)high);
+    return (bn_u32v)_mm256_shuffle_epi8(nibbles, (__m256i)low) << 4u |
+           (bn_u32v)_mm256_shuffle_epi8(nibbles, (__m256i)high);
 }
 
 /* Whether any lane differs from zero. */
 static inline int u32_any(bn_u32v v) {
-#if defined(BN_SIMD_AVX512)
-    return _mm512_test_epi32_mask((bn_register)v, (bn_register)v) != 0;
-#else
-    return !_mm256_testz_si256((bn_register)v, (bn_register)v);
-#endif
+    return !_mm256_testz_si256((__m256i)v, (__m256i)v);
 }
 
 static inline bn_u32v u32_gather(const uint32_t *words, bn_u32v at) {
-#if defined(BN_SIMD_AVX512)
-    return (bn_u32v)_mm512_i32gather_epi32((bn_register)at, words, 4);
-#else
     const bn_u32v v = {words[at[0]], words[at[1]], words[at[2]], words[at[3]],
                        words[at[4]], words[at[5]], words[at[6]], words[at[7]]};
     return v;
-#endif
 }
 
 /* Transposes the 4 x 4 values that every block of four lanes has in four vectors. */
 static inline void u32_transpose(bn_u32v v[4]) {
-    const bn_register a = BN_V(unpacklo_epi32)((bn_register)v[0], (bn_register)v[1]);
-    const bn_register b = BN_V(unpackhi_epi32)((bn_register)v[0], (bn_register)v[1]);
-    const bn_register c = BN_V(unpacklo_epi32)((bn_register)v[2], (bn_register)v[3]);
-    const bn_register d = BN_V(unpackhi_epi32)((bn_register)v[2], (bn_register)v[3]);
-    v[0] = (bn_u32v)BN_V(unpacklo_epi64)(a, c);
-    v[1] = (bn_u32v)BN_V(unpackhi_epi64)(a, c);
-    v[2] = (bn_u32v)BN_V(unpacklo_epi64)(b, d);
-    v[3] = (bn_u32v)BN_V(unpackhi_epi64)(b, d);
+    const __m256i a = _mm256_unpacklo_epi32((__m256i)v[0], (__m256i)v[1]);
+    const __m256i b = _mm256_unpackhi_epi32((__m256i)v[0], (__m256i)v[1]);
+    const __m256i c = _mm256_unpacklo_epi32((__m256i)v[2], (__m256i)v[3]);
+    const __m256i d = _mm256_unpackhi_epi32((__m256i)v[2], (__m256i)v[3]);
+    v[0] = (bn_u32v)_mm256_unpacklo_epi64(a, c);
+    v[1] = (bn_u32v)_mm256_unpackhi_epi64(a, c);
+    v[2] = (bn_u32v)_mm256_unpacklo_epi64(b, d);
+    v[3] = (bn_u32v)_mm256_unpackhi_epi64(b, d);
 }
 
 static inline __m128i load_four(const uint32_t *words) {
@@ -92,15 +63,8 @@ static inline __m128i load_four(const uint32_t *words) {
 /* row[0] to row[3]: the four words from `at` on, of every lane. */
 static inline void u32_gather_rows(const uint32_t *words, bn_u32v at, bn_u32v row[4]) {
     for (int i = 0; i < 4; ++i) {
-#if defined(BN_SIMD_AVX512)
-        bn_register v = _mm512_castsi128_si512(load_four(words + at[i]));
-        v = _mm512_inserti32x4(v, load_four(words + at[i + 4]), 1);
-        v = _mm512_inserti32x4(v, load_four(words + at[i + 8]), 2);
-        row[i] = (bn_u32v)_mm512_inserti32x4(v, load_four(words + at[i + 12]), 3);
-#else
         row[i] = (bn_u32v)_mm256_inserti128_si256(_mm256_castsi128_si256(load_four(words + at[i])),
                                                   load_four(words + at[i + 4]), 1);
-#endif
     }
     u32_transpose(row);
 }
@@ -113,51 +77,38 @@ static inline __m128i load_twos(const uint32_t *first, const uint32_t *second) {
 
 /* row[0] and row[1]: the two words from `at` on, of every lane. */
 static inline void u32_gather_half_rows(const uint32_t *words, bn_u32v at, bn_u32v row[2]) {
-    bn_floats twos[2]; /* of lanes 0, 1 and 2, 3 of each block of four */
+    __m256 twos[2]; /* of lanes 0, 1 and 2, 3 of each block of four */
     for (int i = 0; i < 2; ++i) {
         const int a = 2 * i, b = a + 1;
-#if defined(BN_SIMD_AVX512)
-        bn_register v = _mm512_castsi128_si512(load_twos(words + at[a], words + at[b]));
-        v = _mm512_inserti32x4(v, load_twos(words + at[a + 4], words + at[b + 4]), 1);
-        v = _mm512_inserti32x4(v, load_twos(words + at[a + 8], words + at[b + 8]), 2);
-        v = _mm512_inserti32x4(v, load_twos(words + at[a + 12], words + at[b + 12]), 3);
-#else
-        const bn_register v =
+        const __m256i v =
             _mm256_inserti128_si256(_mm256_castsi128_si256(load_twos(words + at[a], words + at[b])),
                                     load_twos(words + at[a + 4], words + at[b + 4]), 1);
-#endif
-        twos[i] = (bn_floats)v;
+        twos[i] = (__m256)v;
     }
-    row[0] = (bn_u32v)BN_V(shuffle_ps)(twos[0], twos[1], 0x88);
-    row[1] = (bn_u32v)BN_V(shuffle_ps)(twos[0], twos[1], 0xdd);
+    row[0] = (bn_u32v)_mm256_shuffle_ps(twos[0], twos[1], 0x88);
+    row[1] = (bn_u32v)_mm256_shuffle_ps(twos[0], twos[1], 0xdd);
 }
 
 /* ---- Floats, (v >> 8) * 2^-24 */
 
-static inline bn_floats floats_of(bn_u32v v) {
-    return BN_V(mul_ps)(BN_V(cvtepi32_ps)((bn_register)(v >> 8u)),
-                        BN_V(set1_ps)(1.0f / 16777216.0f));
+static inline __m256 floats_of(bn_u32v v) {
+    return _mm256_mul_ps(_mm256_cvtepi32_ps((__m256i)(v >> 8u)),
+                         _mm256_set1_ps(1.0f / 16777216.0f));
 }
 
 /* out[lane] */
 static inline void u32_store_one(bn_u32v x, float *out) {
-    BN_V(storeu_ps)(out, floats_of(x));
+    _mm256_storeu_ps(out, floats_of(x));
 }
 
 /* out[lane][2] */
 static inline void u32_store_two(bn_u32v x, bn_u32v y, float *out) {
-    const bn_floats a = floats_of(x), b = floats_of(y);
-    const bn_floats low = BN_V(unpacklo_ps)(a, b), high = BN_V(unpackhi_ps)(a, b);
-    _mm_storeu_ps(out, BN_BLOCK(low, 0));
-    _mm_storeu_ps(out + 4, BN_BLOCK(high, 0));
-    _mm_storeu_ps(out + 8, BN_BLOCK(low, 1));
-    _mm_storeu_ps(out + 12, BN_BLOCK(high, 1));
-#if defined(BN_SIMD_AVX512)
-    _mm_storeu_ps(out + 16, BN_BLOCK(low, 2));
-    _mm_storeu_ps(out + 20, BN_BLOCK(high, 2));
-    _mm_storeu_ps(out + 24, BN_BLOCK(low, 3));
-    _mm_storeu_ps(out + 28, BN_BLOCK(high, 3));
-#endif
+    const __m256 a = floats_of(x), b = floats_of(y);
+    const __m256 low = _mm256_unpacklo_ps(a, b), high = _mm256_unpackhi_ps(a, b);
+    _mm_storeu_ps(out, _mm256_extractf128_ps(low, 0));
+    _mm_storeu_ps(out + 4, _mm256_extractf128_ps(high, 0));
+    _mm_storeu_ps(out + 8, _mm256_extractf128_ps(low, 1));
+    _mm_storeu_ps(out + 12, _mm256_extractf128_ps(high, 1));
 }
 
 static inline void store_lane(__m128 lane, uint32_t dimensions, float *out) {
@@ -174,13 +125,9 @@ static inline void u32_store_wide(bn_u32v v[4], uint32_t dimensions, float *out)
     for (int d = 0; d < 4; ++d) v[d] = (bn_u32v)floats_of(v[d]);
     u32_transpose(v);
     for (int i = 0; i < 4; ++i, out += dimensions) {
-        const bn_floats lanes = (bn_floats)v[i];
-        store_lane(BN_BLOCK(lanes, 0), dimensions, out);
-        store_lane(BN_BLOCK(lanes, 1), dimensions, out + 4 * dimensions);
-#if defined(BN_SIMD_AVX512)
-        store_lane(BN_BLOCK(lanes, 2), dimensions, out + 8 * dimensions);
-        store_lane(BN_BLOCK(lanes, 3), dimensions, out + 12 * dimensions);
-#endif
+        const __m256 lanes = (__m256)v[i];
+        store_lane(_mm256_extractf128_ps(lanes, 0), dimensions, out);
+        store_lane(_mm256_extractf128_ps(lanes, 1), dimensions, out + 4 * dimensions);
     }
 }
 

@@ -1,8 +1,0 @@
-/* SPDX-License-Identifier: Apache-2.0
- * The inner loops for AVX-512 (F, BW, DQ, VL). */
-#define BN_SIMD_AVX512 1
-/* GCC does not align these vectors on the stacks of 64-bit Windows (its bug 54412). */
-#if !defined(_WIN32) || defined(__clang__)
-#include "simd/draws.h"
-#endif
-#include "simd/kernels.h"
