@@ -13,7 +13,7 @@ from .base.command import run_or_say_why
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # benches do several things at a time
 
 PARTS = {
-    "samplers": ("samplers", "paths", "table"),
+    "samplers": ("samplers", "table"),
     "realtime": ("realtime",),
     "masks": ("masks",),
     "renders": ("renders", "headline", "summary", "denoise", "picture"),

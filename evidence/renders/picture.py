@@ -19,7 +19,7 @@ from .judge import Cells, Run, Task, pictures_of, render_references
 SPP, SIGMA, CROP, ENLARGED = 4, 2.1, (96, 96), 3
 SHOWN = {"white": "independent numbers", "sobol": "padded Sobol'", "blue": "blue"}
 MEASURE = f"displayed_{SIGMA}"
-REFERENCE_SPP = 1024
+REFERENCE_SPP = 512
 WORST_SCENE, WORST_OF, WORST_FACTOR = "penumbra", 500, 3
 
 

@@ -71,9 +71,8 @@ Path camera_path(const Integrator &integrator, int x, int y, const PathNumbers &
     const Vec2 pixel = {static_cast<float>(x) + u[0], static_cast<float>(y) + u[1]};
     Path path{&counters, u, camera_ray(integrator.scene->camera, pixel, pair23(u))};
     // One time for the whole path. It multiplies with the position in the pixel, so it could take the
-    // second pair of ray 0, as a lens does. Where nothing else varies that is as good
-    // (evidence/results/paths.md), but the first light loses the pair: in crops of `motion` after a blur,
-    // time_wavelength() was better at 9 of 12 counts from 1 to 64, by a hundredth on average.
+    // second pair of ray 0, as a lens does. Where nothing else varies that is as good, but
+    // the first light loses the pair: in crops of `motion` after a blur, time_wavelength() was better at 9 of 12 counts from 1 to 64, by a hundredth on average.
     if (!integrator.scene->motions.empty()) {
         ++counters.draws_2d;
         path.ray.time = path_numbers.time_wavelength()[0];
