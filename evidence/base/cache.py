@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The cache of references and results, which outlives a build: $XDG_CACHE_HOME/libbn, by default ~/.cache/libbn."""
 
+import contextlib
 import hashlib
 import json
 import os
@@ -29,9 +30,10 @@ class Store:
         self.folder = folder
         if folder.is_dir():
             for path in folder.iterdir():
-                if path.stat().st_mtime < time.time() - KEPT_DAYS * 86400:
-                    # Folders are left by runs that were killed.
-                    shutil.rmtree(path, ignore_errors=True) if path.is_dir() else path.unlink(missing_ok=True)
+                with contextlib.suppress(FileNotFoundError):  # of a run beside this one
+                    if path.stat().st_mtime < time.time() - KEPT_DAYS * 86400:
+                        # Folders are left by runs that were killed.
+                        shutil.rmtree(path, ignore_errors=True) if path.is_dir() else path.unlink()
 
     def _path(self, key):
         text = json.dumps([FORMAT, key], sort_keys=True)

@@ -102,9 +102,14 @@ def holm(chances):
     return adjusted
 
 
-def chance_of_mean(values, mean, error, count):
-    """Two-sided p-value of values whose true mean is that of `count` others, which have a mean with a standard error: Welch's test."""
-    found = stats.ttest_ind_from_stats(np.mean(values), np.std(values, ddof=1), len(values), mean, error * math.sqrt(count), count, equal_var=False)
+def chance_of_mean(groups, mean, error, count):
+    """Two-sided p-value of the sum of the groups' true means being that of `count` others, which have a mean with a standard error: Welch's
+    test, in which the groups have the degrees of freedom of their pooled variance."""
+    groups = [np.asarray(group, float) for group in groups]
+    freedom = sum(len(group) - 1 for group in groups)
+    own = math.sqrt(sum(group.var(ddof=1) / len(group) for group in groups))
+    found = stats.ttest_ind_from_stats(sum(group.mean() for group in groups), own * math.sqrt(freedom + 1), freedom + 1, mean, error * math.sqrt(count), count,
+                                       equal_var=False)
     return float(found.pvalue)
 
 

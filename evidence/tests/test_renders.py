@@ -181,3 +181,12 @@ def test_models_stand_on_a_floor_in_the_light(pathtracer, tmp_path):
             view = views.View(str(tmp_path / "s.glb"), "", 32, 24, ("--eye", "0,1.5,0.01", "--target", "0,0,0", "--fov", "60", "--env", sky))
             means.append(np.mean(judge.render_reference(pathtracer, view, 32).picture))
         assert means[0] > 0.05 and (means[1] == 0 or in_room)
+
+
+def test_the_headline_is_printed_and_nothing_written(pathtracer, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    bench(["headline", "--scenes", "penumbra,lens", "--size", "64x48", "--crop", "16x12", "--seeds", "1", "--spp", "4", "--reference-spp", "32",
+           "--pathtracer", str(pathtracer)])
+    text = capsys.readouterr().out
+    assert "`blue` has this error over padded Sobol's: " in text and "| global Sobol' |" in text and "| samples for the error of |" in text
+    assert not list(tmp_path.glob("evidence*")) and not list(tmp_path.glob("out*"))

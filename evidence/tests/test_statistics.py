@@ -44,7 +44,14 @@ def test_tests_are_those_of_scipy():
     assert statistics.chance([one, two]) == pytest.approx(stats.ttest_ind(one, -two, alternative="greater").pvalue)
     assert statistics.chance([one + 5, two + 5]) < 1e-3 < 0.99 < statistics.chance([one - 5, two - 5]) and statistics.chance([[1.0]]) == 1
     many = rng.normal(0.3, 2, 40)
-    assert statistics.chance_of_mean(one, many.mean(), many.std(ddof=1) / math.sqrt(40), 40) == pytest.approx(stats.ttest_ind(one, many, equal_var=False).pvalue)
+    assert statistics.chance_of_mean([one], many.mean(), many.std(ddof=1) / math.sqrt(40), 40) == pytest.approx(stats.ttest_ind(one, many, equal_var=False).pvalue)
+
+    # Two halves of one group are as many numbers with one degree of freedom less, and their sum is twice the mean.
+    halves = statistics.chance_of_mean([one[:3], one[3:]], 2 * many.mean(), 2 * many.std(ddof=1) / math.sqrt(40), 40)
+    assert halves == pytest.approx(stats.ttest_ind(one, many, equal_var=False).pvalue, abs=0.1)
+    # Where groups of two have little spread by chance, false alarms stay rare.
+    alarms = sum(statistics.chance_of_mean(rng.normal(1, 1, (4, 2)), 4, 0.1, 32) < 0.01 for _ in range(400))
+    assert alarms <= 12
 
 
 def test_a_ratio_is_paired_by_seed():
