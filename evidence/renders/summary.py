@@ -74,7 +74,7 @@ def of_renders(found):
     better = {}
     for (measure, scene, label, spp), own in found.items():
         if not scene and measure in ("displayed_2.1", "displayed_1.0") and label != "blue" and own.value < found[measure, "", "blue", spp].value - 0.005:
-            better.setdefault((label, measure), []).append(f"{own.value:.2f} to {found[measure, '', 'blue', spp].value:.2f} at {spp}")
+            better.setdefault((label, measure), []).append(f"{own.value:.2f} against {found[measure, '', 'blue', spp].value:.2f} at {spp}")
     said = "; ".join(f"{NAMES[label]} after sigma {measure.partition('_')[2]} ({', '.join(counts)})" for (label, measure), counts in better.items())
     yield "Where do others win?", said or "nowhere on average, after a blur", "renders.md"
 
@@ -89,7 +89,7 @@ def of_realtime(rows):
     own = in_order(rows)
 
     def at(outcome):
-        names = {"blue": "blue", "mask + golden ratio, R2": "a moved mask", "FAST": "FAST", "interleaved gradient noise": "interleaved gradient noise"}
+        names = {"blue": "blue", "mask + golden ratio, R2": "a moved mask", "STBN": "STBN", "FAST": "FAST"}
         return ", ".join(f"{name} {own[way]['half-plane', outcome, 'sigma 1.0']:.2f}" for way, name in names.items() if way in own)
 
     yield "Real time?", (f"two numbers after sigma 1.0, error over padded Sobol': averages of frames {at('average, 0.1')}; a single frame {at('one frame')}"), "realtime.md"
@@ -98,7 +98,7 @@ def of_realtime(rows):
 def of_draws(rows):
     times = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in rows}
     peers = ", ".join(f"{NAMES.get(name, name)} {value:.0f}" for (name, form), value in times.items() if form == "peer")
-    yield "What does it cost?", (f"four numbers take {times['blue', 'inline']:.0f} ns inline, padded Sobol' {times['sobol', 'single']:.0f} by a call"
+    yield "What does it cost?", (f"four numbers take {times['blue', 'inline']:.0f} ns inline, padded Sobol' {times['sobol', 'inline']:.0f}"
                                  + f" ({peers})" * bool(peers)), "samplers.md#time-per-draw"
 
 

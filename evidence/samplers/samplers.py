@@ -12,11 +12,9 @@ import sys
 
 import numpy as np
 
-import bluenoise
-
 from ..base import peers
 from ..base.command import CommandError, Parser
-from ..base.files import kept, write_image, write_text
+from ..base.files import kept, write_text
 from ..base.plots import finish, plt, save, style
 from ..base.progress import in_parallel
 from ..base.tables import md_table
@@ -116,8 +114,8 @@ def answer(rows):
 def report_text(rows, times, options):
     parts = ["# Samplers on simple integrands", "", f"Printed by `{options.command}`.", "", answer(rows), "",
              "![Error over padded Sobol', and spectral peaks](samplers.png)", "",
-             "![Flat and drifting half-planes at 1 and 4 samples](patterns.png)", "",
-             "*A weave: two half-planes, constant and drifting, at 1 and 4 samples. Global Sobol' arranges samples like an ordered-dither matrix.*", "",
+             "![Flat and drifting half-planes at 1 and 4 samples](../../docs/patterns.png)", "",
+             "*A weave: two half-planes, constant and drifting, at 1 and 4 samples. Global Sobol' arranges samples like an ordered-dither matrix. Drawn by `scripts/bench table --picture docs/patterns.png`.*", "",
              f"Figures are errors over padded Sobol's at the same count, below 1 is better, in images of {SIDE}x{SIDE} pixels after a toroidal Gaussian blur: root mean "
              f"squares over {options.runs} seeds, all four members of a family and random integrands that no search has seen. Samplers run progressively; `zorder` is "
              "tuned for each count; `sobol-global` takes the dimensions 2 to 17 of one sequence over the screen. "
@@ -149,7 +147,6 @@ def run(arguments):
         row for row in time_draws(options.draws) if row["form"] != "peer" or row["sampler"] in others])
     rows = kept(options.out / "samplers.csv", options.again, lambda: measure_all(ways, options.runs))
     plot(rows, options.out / "samplers.png")
-    write_image(options.out / "patterns.png", table.patterns({"blue": bluenoise.tables()}))
     text = report_text(rows, times, options)
     write_text(options.out / "samplers.md", text)
     print(text)
