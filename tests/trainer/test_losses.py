@@ -29,7 +29,7 @@ def test_the_library_is_the_referee(make):
 
 
 def test_several_sigmas_and_masks_are_as_one_at_a_time():
-    sigmas, images = (1.5, 0.75, 1.0), [uniform((20, 28), seed, "void-and-cluster")[1] for seed in (1, 2)]
+    sigmas, images = (1.5, 0.75, 1.0), [uniform((20, 28), seed, bluenoise.void_and_cluster)[1] for seed in (1, 2)]
     # In float32, as in training.
     both = DitheringError(20, 28, list(sigmas))(torch.from_numpy(np.stack(images)).float())
     assert both.shape == (3, 2)
@@ -55,8 +55,8 @@ def test_energy_of_all_pairs():
 
 def test_energy_ranks_vector_masks():
     white = np.stack([uniform((64, 64), seed)[1] for seed in (1, 2)])
-    blue = np.stack([uniform((64, 64), seed, "void-and-cluster")[1] for seed in (1, 2)])
-    _, joint = uniform((64, 64), 1, "anneal", channels=2, sweeps=20)
+    blue = np.stack([uniform((64, 64), seed, bluenoise.void_and_cluster)[1] for seed in (1, 2)])
+    _, joint = uniform((64, 64), 1, bluenoise.anneal, channels=2, sweeps=20)
     energies = VectorEnergy()(torch.from_numpy(np.stack([white, blue, joint]))).tolist()
     assert energies[0] == pytest.approx(0.612, abs=0.005)
     # Channels that are blue alone repel each other less than those made together.

@@ -91,7 +91,7 @@ def errors(network: Network, radius: int, height: int, width: int, seeds: int) -
     """E_sigma for every seed, channel and sigma in SIGMAS, (seeds * channels, 4)."""
     package = bluenoise()
     masks = (mask for seed in range(seeds) for mask in ranks_of(values_of(network, radius, height, width, seed)))
-    return np.array([[figures[f"e_{sigma:g}"] for sigma in SIGMAS] for figures in map(package.measure, masks)])
+    return np.array([[package.dithering_error(mask, sigma) for sigma in SIGMAS] for mask in masks])
 
 
 def energies(network: Network, radius: int, size: int, seeds: int) -> npt.NDArray[np.float64]:
