@@ -102,7 +102,7 @@ def build(folder, jobs, name, options, target):
 # ---- Cycles
 
 CYCLES = ROOT / "examples" / "cycles"
-CYCLES_PATCH = CYCLES / "cycles-v4.2.0.patch"
+CYCLES_PATCH = CYCLES / "cycles.patch"
 CYCLES_TAG, CYCLES_COMMIT = "v4.2.0", "6170e50fbd5fb8e36d71676e78c2693e58bf6c3d"
 CYCLES_OFF = ("ALEMBIC", "EMBREE", "OPENCOLORIO", "OPENIMAGEDENOISE", "OPENSUBDIV", "OPENVDB", "NANOVDB", "OSL", "USD", "DEVICE_CUDA",
               "DEVICE_OPTIX", "DEVICE_HIP", "HYDRA_RENDER_DELEGATE")
