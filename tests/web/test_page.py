@@ -49,7 +49,7 @@ def test_nothing_is_loaded_from_elsewhere():
     for path in (path for path in WEB.iterdir() if path.is_file()):
         text = path.read_text(encoding="utf-8")
         assert not re.search(r"https?://|\bfetch\(|XMLHttpRequest|\bimport\b.*\bfrom\b['\" ]", text) or path.suffix == ".py", path
-        assert not re.search(r"(?:src|href)=\"(?!data:,|(?:package/)?\w+\.(?:js|css)\")", text), path
+        assert not re.search(r"(?:src|href)=\"(?!data:,|(?:package/)?\w+\.(?:js|css|html)\")", text), path
 
 
 def test_blue_has_the_least_error_after_a_blur(small):

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+// Draws a million samples in WebGPU and WebGL 2, compares them with the same draws in JavaScript, and times them. After shaders.js.
+"use strict";
+
+const SIDE = 1024; // draws on each side of the image
+const COUNT = SIDE * SIDE;
+const REPEATS = 8; // draws or fetches of a thread, when they are timed
+const TEXELS = 256; // on each side of the texture that is fetched from
+const element = id => document.getElementById(id);
+
+// ---- The draws in JavaScript, from bn_draw.glsl
+
+const times = Math.imul;
+
+function reverse(v) {
+  v = v >>> 16 | v << 16;
+  v = v >>> 8 & 0x00ff00ff | (v & 0x00ff00ff) << 8;
+  v = v >>> 4 & 0x0f0f0f0f | (v & 0x0f0f0f0f) << 4;
+  v = v >>> 2 & 0x33333333 | (v & 0x33333333) << 2;
+  return v >>> 1 & 0x55555555 | (v & 0x55555555) << 1;
+}
+
+function hash(v) {
+  v = times(v ^ v >>> 16, 0x21f0aaad);
+  v = times(v ^ v >>> 15, 0xd35a2d97);
+  return v ^ v >>> 15;
+}
+
+/* Four words of a sample of blue, to out[at] and what follows it. */
+function blueBits(words, seed, x, y, index, domain, out, at) {
+  const turned = domain << 2 | domain >>> 30, member = turned & 3, start = turned & ~3 ^ seed[0];
+  let family = times(start, 0x21f0aaad);
+  family = times(family ^ family >>> 16, 0xd35a2d97) + seed[1] | 0;
+  const column = (x ^ -(family >>> 31)) + (start >>> 26) | 0;
+  const row = (y ^ -(family >>> 19 & 1)) + (family >>> 20) | 0;
+  let shuffle = (column >>> 6) + times(row >>> 6, 0x9e3779b1) + family | 0;
+  shuffle = times(shuffle ^ shuffle >>> 16, 0x21f0aaad);
+  shuffle ^= shuffle >>> 15;
+  const texel = (row & 63) << 6 | column & 63;
+  const place = 6144 + 2 * ((words[texel] >>> 8 * member & 15) + 16 * member);
+  const block = 4096 + 2 * (((texel & 0xf00) >>> 2) + (texel & 0x3c) + member);
+  let keys = times(shuffle, times(member, 0x0bd794d6) + 0xd35a2d97 | 0);
+  keys ^= keys >>> 16;
+  let low = times(hash(x + times(y, 0x9e3779b1) | 0) ^ keys, 0x21f0aaad);
+
+  const t = ((index & 255) >>> 1) - 1;
+  let flip = 2 << (t & 15);
+  for (const [bit, turn] of [[5, 5], [6, 11], [7, 2]]) flip |= (index >>> bit & 1) << (t + turn & 15) + 1;
+  if (t < 0) flip = 0;
+  const reversed = reverse(index);
+  let digits = reversed ^ times(reversed, shuffle << 1) ^ times(shuffle, flip) & 0x80000000;
+
+  let from = 6272 + (digits >>> 24) * 16 + member * 4;
+  for (let i = 0; i < 4; ++i) out[at + i] = words[from + i];
+  for (let pair = 0; pair < 2; ++pair) {
+    const high = words[place + pair] ^ words[block + pair] ^ (pair ? keys << 8 | keys >>> 24 : keys);
+    if (pair) low ^= keys;
+    out[at + 2 * pair] ^= high << 16 | low & 0xffff;
+    out[at + 2 * pair + 1] ^= high & 0xffff0000 | low >>> 16;
+  }
+  from = 10368 + member * 4;
+  for (digits <<= 8; digits !== 0; digits <<= 4, from += 256) {
+    for (let i = 0; i < 4; ++i) out[at + i] ^= words[from + (digits >>> 28) * 16 + i];
+  }
+}
+
+/* Which draw is the i-th: all pixels of the image once, in indices up to 2^20 and 1024 domains. */
+const asked = i => ({x: i % SIDE, y: i / SIDE | 0, index: times(i, 0x9e3779b1) >>> 12, domain: times(i, 0x85ebca6b) >>> 22 << 22 >>> 0});
+
+function drawOnCpu() {
+  const out = new Uint32Array(4 * COUNT);
+  for (let i = 0; i < COUNT; ++i) {
+    const {x, y, index, domain} = asked(i);
+    blueBits(BN_TABLE_WORDS, BN_SEED, x, y, index, domain, out, 4 * i);
+  }
+  return out;
+}
+
+/* FNV-1a over words. */
+function hashOf(words) {
+  let h = 0x811c9dc5;
+  for (const word of words) h = times(h ^ word, 0x01000193);
+  return (h >>> 0).toString(16).padStart(8, "0");
+}
+
+const texels = () => Uint32Array.from({length: 4 * TEXELS * TEXELS}, (_, i) => hash(i));
+
+/* Nanoseconds of one draw or fetch: the least of three runs of at least 30 ms. run(passes) draws them and waits. */
+async function nanoseconds(run) {
+  await run(1); // compiles
+  let passes = 1, best = Infinity;
+  for (let runs = 0; runs < 3;) {
+    const begun = performance.now();
+    await run(passes);
+    const took = performance.now() - begun;
+    if (took < 30 && passes < 4096) passes *= 2;
+    else best = Math.min(best, took / passes), ++runs;
+  }
+  return best * 1e6 / (COUNT * REPEATS);
+}
+
+// ---- WebGPU
+
+const WGSL = `
+@group(0) @binding(0) var<storage, read> bn_words: array<u32>;
+@group(0) @binding(1) var<storage, read_write> results: array<vec4u>;
+@group(0) @binding(2) var fetched: texture_2d<u32>;
+${LIBBN_TEXTS.BN_DRAW_WGSL}
+const SEED = vec2u(${BN_SEED.map(word => `${word}u`)});
+
+fn sample(i: u32, more: u32) -> vec4u {
+  return bn_draw_blue_bits(SEED, i % ${SIDE}u, i / ${SIDE}u, ((i * 0x9e3779b1u) >> 12u) + more, ((i * 0x85ebca6bu) >> 22u) << 22u);
+}
+
+fn texel(i: u32, more: u32) -> vec4u {
+  return textureLoad(fetched, vec2u(i + more * 89u, i / ${SIDE}u + more * 55u) & vec2u(${TEXELS - 1}u), 0);
+}
+
+@compute @workgroup_size(64) fn check(@builtin(global_invocation_id) id: vec3u) { results[id.x] = sample(id.x, 0u); }
+
+${["sample", "texel"].map(each => `
+@compute @workgroup_size(64) fn time_${each}(@builtin(global_invocation_id) id: vec3u) {
+  var sum = vec4u(0u);
+  for (var more = 0u; more < ${REPEATS}u; more++) { sum ^= ${each}(id.x, more); }
+  results[id.x] = sum;
+}`).join("\n")}
+`;
+
+async function onWebGpu() {
+  const adapter = navigator.gpu && await navigator.gpu.requestAdapter();
+  if (!adapter) return null;
+  const device = await adapter.requestDevice(), size = 16 * COUNT;
+  device.pushErrorScope("validation");
+  const words = device.createBuffer({size: BN_TABLE_WORDS.byteLength, usage: GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_DST});
+  device.queue.writeBuffer(words, 0, BN_TABLE_WORDS);
+  const results = device.createBuffer({size, usage: GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC});
+  const copy = device.createBuffer({size, usage: GPUBufferUsage.MAP_READ | GPUBufferUsage.COPY_DST});
+  const texture = device.createTexture({size: [TEXELS, TEXELS], format: "rgba32uint",
+                                        usage: GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.COPY_DST});
+  device.queue.writeTexture({texture}, texels(), {bytesPerRow: 16 * TEXELS}, [TEXELS, TEXELS]);
+  const module = device.createShaderModule({code: WGSL});
+  const resources = {check: [words, results], time_sample: [words, results], time_texel: [null, results, texture]};
+  const run = async (entryPoint, passes) => {
+    const pipeline = await device.createComputePipelineAsync({layout: "auto", compute: {module, entryPoint}});
+    const entries = resources[entryPoint].flatMap((made, binding) =>
+      made ? [{binding, resource: made === texture ? texture.createView() : {buffer: made}}] : []);
+    const group = device.createBindGroup({layout: pipeline.getBindGroupLayout(0), entries});
+    const encoder = device.createCommandEncoder(), pass = encoder.beginComputePass();
+    pass.setPipeline(pipeline);
+    pass.setBindGroup(0, group);
+    for (let i = 0; i < passes; ++i) pass.dispatchWorkgroups(COUNT / 64);
+    pass.end();
+    if (entryPoint === "check") encoder.copyBufferToBuffer(results, 0, copy, 0, size);
+    device.queue.submit([encoder.finish()]);
+    await device.queue.onSubmittedWorkDone();
+  };
+  await run("check", 1);
+  const error = await device.popErrorScope();
+  if (error) throw error;
+  await copy.mapAsync(GPUMapMode.READ);
+  const drawn = new Uint32Array(copy.getMappedRange()).slice();
+  const {vendor, architecture, device: model, description} = adapter.info ?? {};
+  return {drawn, name: [vendor, architecture, model, description].filter(Boolean).join(" ") || "unnamed adapter",
+          draw: await nanoseconds(passes => run("time_sample", passes)), fetch: await nanoseconds(passes => run("time_texel", passes))};
+}
+
+// ---- WebGL 2
+
+const CHECK_FRAGMENT = `${DRAWS}
+precision highp usampler2D;
+uniform usampler2D fetched;
+uniform uint repeats; // 0: the draw itself
+uniform bool fetches;
+out uvec4 result;
+
+uvec4 draw(uint i, uint more) {
+  bn_uint4 v = bn_draw_blue_bits(SEED, i % ${SIDE}u, i / ${SIDE}u, ((i * 0x9e3779b1u) >> 12u) + more, ((i * 0x85ebca6bu) >> 22u) << 22u);
+  return uvec4(v.x, v.y, v.z, v.w);
+}
+
+uvec4 texel(uint i, uint more) {
+  return texelFetch(fetched, ivec2(uvec2(i + more * 89u, i / ${SIDE}u + more * 55u) & uvec2(${TEXELS - 1}u)), 0);
+}
+
+void main() {
+  uvec2 at = uvec2(gl_FragCoord.xy);
+  uint i = at.x + at.y * ${SIDE}u;
+  result = repeats == 0u ? draw(i, 0u) : uvec4(0u);
+  if (fetches) for (uint more = 0u; more < repeats; ++more) result ^= texel(i, more);
+  else for (uint more = 0u; more < repeats; ++more) result ^= draw(i, more);
+}
+`;
+
+async function onWebGl2() {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  if (!gl) return null;
+  const program = gl.createProgram();
+  for (const [type, source] of [[gl.VERTEX_SHADER, WHOLE_VERTEX], [gl.FRAGMENT_SHADER, CHECK_FRAGMENT]]) {
+    const shader = gl.createShader(type);
+    gl.shaderSource(shader, source);
+    gl.compileShader(shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
+  gl.useProgram(program);
+  const place = name => gl.getUniformLocation(program, name);
+  const texture = (unit, format, width, height, layout, data) => {
+    const made = gl.createTexture();
+    gl.activeTexture(gl.TEXTURE0 + unit);
+    gl.bindTexture(gl.TEXTURE_2D, made);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
+    if (data) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, layout, gl.UNSIGNED_INT, data);
+    return made;
+  };
+  const rows = BN_TABLE_WORDS.length / 64;
+  texture(0, gl.R32UI, 64, rows, gl.RED_INTEGER, BN_TABLE_WORDS);
+  texture(1, gl.RGBA32UI, TEXELS, TEXELS, gl.RGBA_INTEGER, texels());
+  gl.uniform1i(place("bn_words"), 0);
+  gl.uniform1i(place("fetched"), 1);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, gl.createFramebuffer());
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture(2, gl.RGBA32UI, SIDE, SIDE), 0);
+  gl.viewport(0, 0, SIDE, SIDE);
+  const read = side => {
+    const out = new Uint32Array(4 * side * side);
+    gl.readPixels(0, 0, side, side, gl.RGBA_INTEGER, gl.UNSIGNED_INT, out);
+    return out;
+  };
+  const run = (fetches, repeats, passes) => {
+    gl.uniform1ui(place("repeats"), repeats);
+    gl.uniform1i(place("fetches"), fetches);
+    for (let i = 0; i < passes; ++i) gl.drawArrays(gl.TRIANGLES, 0, 3);
+  };
+  run(false, 0, 1);
+  const drawn = read(SIDE), names = gl.getExtension("WEBGL_debug_renderer_info");
+  if (gl.getError()) throw new Error("an error of WebGL");
+  const time = fetches => nanoseconds(passes => (run(fetches, REPEATS, passes), read(1)));
+  return {drawn, name: gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER), draw: await time(false), fetch: await time(true)};
+}
+
+// ---- The page
+
+/* The line of an interface: its class, right, wrong or nothing where there is none to try, and its text. */
+function verdict(name, result, expected) {
+  if (result === null) return ["nothing", `${name}: this browser does not offer it.`];
+  const hashes = [result.drawn, expected].map(hashOf), wrong = result.drawn.findIndex((word, i) => word !== expected[i]);
+  const speed = `${result.draw.toPrecision(3)} ns a draw of four numbers, ${result.fetch.toPrecision(3)} ns a texture fetch`;
+  if (wrong < 0) return ["right", `${name}: ${result.name}: all bits are the CPU's (hash ${hashes[0]}); ${speed}.`];
+  const {x, y, index, domain} = asked(wrong >> 2);
+  return ["wrong", `${name}: ${result.name}: other bits than the CPU's (hash ${hashes.join(", not ")}), first in pixel ${x}, ${y}, index ${index}, ` +
+          `domain ${domain}, dimension ${wrong & 3}; ${speed}.`];
+}
+
+async function check(expected) {
+  const report = [`libbn, table ${hashOf(BN_TABLE_WORDS)}`, navigator.userAgent];
+  for (const [id, name, run] of [["webgpu", "WebGPU", onWebGpu], ["webgl2", "WebGL 2", onWebGl2]]) {
+    let [is, text] = ["wrong", ""];
+    try {
+      [is, text] = verdict(name, await run(), expected);
+    } catch (error) {
+      text = `${name}: ${error.message ?? error}`;
+    }
+    element(id).className = `verdict ${is}`;
+    element(id).textContent = text;
+    report.push(text);
+  }
+  element("report").value = report.join("\n");
+}
+
+element("copy").addEventListener("click", async () => {
+  element("report").select();
+  await navigator.clipboard.writeText(element("report").value);
+});
+setTimeout(() => check(drawOnCpu())); // when the page has been shown

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""examples/web/check.html in Chromium, whose renderer is in software: from disk and from a server."""
+
+import functools
+import http.server
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bluenoise
+
+WEB = Path(__file__).resolve().parents[2] / "examples" / "web"
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *_):
+        pass
+
+
+@pytest.fixture(scope="module", params=["disk", "server"])
+def page(request, browser):
+    if request.param == "disk":
+        browser.open((WEB / "check.html").as_uri(), 800, 600)
+        yield browser
+        return
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=WEB)) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        browser.open(f"http://127.0.0.1:{server.server_port}/check.html", 800, 600)
+        yield browser
+        server.shutdown()
+
+
+def lines(page):
+    page.wait("element('report').value !== ''")
+    return {name: page.value(f"[element('{name}').className, element('{name}').textContent]") for name in ("webgpu", "webgl2")}
+
+
+def test_all_bits_are_the_cpus(page):
+    for name, (kind, text) in lines(page).items():
+        assert kind == "verdict right", text
+        assert page.value(f"element('report').value.includes(element('{name}').textContent)")
+    assert page.happened("Runtime.exceptionThrown") == []
+
+
+def test_the_cpus_draws_are_the_librarys(page):
+    lines(page)
+    every = "(words => Array.from({length: 4000}, (_, k) => words[4 * 997 * (k >> 2) + (k & 3)]))"
+    words = np.array(page.value(f"{every}(drawOnCpu())"), np.uint32)
+    at = page.value("Array.from({length: 1000}, (_, k) => Object.values(asked(997 * k)))")
+    x, y, index, domain = np.array(at, np.uint32).T
+    expected = bluenoise.Sampler(seed=1).sample(x, y, index, domain)
+    assert np.array_equal((words.reshape(-1, 4) >> 8) * np.float32(2.0**-24), expected)
+    assert len(np.unique(index)) > 900 and len(np.unique(domain)) > 500
+
+
+def test_one_wrong_bit_is_seen(page):
+    lines(page)
+    page.value("(element('report').value = '', words => { words[4 * 1030 + 2] ^= 1 << 9; return check(words); })(drawOnCpu())")
+    for kind, text in lines(page).values():
+        assert kind == "verdict wrong" and "first in pixel 6, 1, index" in text and "dimension 2;" in text
+
+
+def test_an_interface_that_is_missing_is_neither_right_nor_wrong(page):
+    assert page.value("verdict('WebGPU', null, [])[0]") == "nothing"
