@@ -109,6 +109,6 @@ def command_shown(command, arguments):
             next(words, None)
         if name in FOLDERS:
             result += [name, "DIR"]
-        elif name not in (*PLACES, "--retime"):
+        elif name not in PLACES:
             result.append(word)
     return " ".join(result)

@@ -185,7 +185,6 @@ def add_options(parser, reference_spp, pages):
     parser.number("--reference-spp", reference_spp, "samples per pixel of references, a multiple of 32")
     parser.number("--jobs", os.cpu_count() or 1, "pictures to render at a time, one thread each", ": one per core")
     parser.add_argument("--no-times", action="store_true", help="skip the cost of samples, which needs an idle machine")
-    parser.add_argument("--retime", action="store_true", help="repeat timings that are in the cache")
     parser.add_argument("--out", type=Path, help="folder for the report (default evidence/results)")
     parser.add_argument("--pages", type=Path, metavar="FOLDER", help=f"folder for large tables (default {pages})")
     parser.set_defaults(default_pages=Path(pages), lights=None)
