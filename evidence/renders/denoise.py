@@ -177,7 +177,7 @@ class Report:
         parts = ["# After denoising", "", f"Printed by `{options.command}` with Open Image Denoise (pyoidn {self.version}).", "", self.short(), "",
                  "![Error over padded Sobol', after the denoiser](denoise.png)", "",
                  f"Every figure is an error over that of padded Sobol' after the same denoiser: below 1 is better. {crops} crops of {len(self.compared.by_scene())} scenes, "
-                 f"those of [renders.md](renders.md), denoised by themselves; {options.seeds} seeds. {MARKED} [denoise.csv](denoise.csv) has intervals, scenes and more "
+                 f"those of [renders.md](renders.md), denoised by themselves; {'one seed' if options.seeds == 1 else f'{options.seeds} seeds'}. {MARKED} [denoise.csv](denoise.csv) has intervals, scenes and more "
                  "measures. Relative RMSE divides the difference by the reference plus a tenth of its mean.", ""]
         for way, what in WAYS.items():
             parts += [f"## `{way}`: {what}", ""]
