@@ -15,8 +15,6 @@ import re
 import sys
 from pathlib import Path
 
-import bluenoise
-
 HERE = Path(__file__).resolve().parent
 INCLUDE = HERE.parents[2] / "libbn" / "include" / "bn"
 TEXTS = HERE / "texts.js"
@@ -33,7 +31,7 @@ def quoted(path):
 
 def texts():
     shaders = "\n".join(f'  // {path.name}, Apache-2.0.\n  {name}: [\n{quoted(path)},\n  ].join("\\n"),' for name, path in NAMES.items())
-    words = base64.b64encode(bluenoise.tables().astype("<u4").tobytes()).decode()
+    words = base64.b64encode((INCLUDE.parents[1] / "data" / "blue.u32").read_bytes()).decode()
     rows = ",\n".join(f'    "{words[at:at + COLUMNS]}"' for at in range(0, len(words), COLUMNS))
     return f"""\
 // SPDX-License-Identifier: Apache-2.0 AND CC0-1.0
