@@ -38,18 +38,18 @@ class NeuralGenerator:
 
     Parameters
     ----------
-    model
+    model : path-like or bytes, optional
         The path of an ONNX file, or its contents as bytes; ``bn_neural_open`` in ``bn/neural.h`` describes the format.
         None: the built-in network.
-    runtime
+    runtime : path-like, optional
         The path of the ONNX Runtime library (``libonnxruntime.so``), or None.
-    threads
+    threads : int, default 0
         The number of threads per call; 0: one per processor, with a GPU at most four. It does not affect the results.
-    provider
+    provider : {"cpu", "cuda"}, optional
         What the network runs on: ``"cpu"`` (the default) or ``"cuda"``, an NVIDIA GPU. That needs the package
         ``onnxruntime-gpu`` in place of ``onnxruntime``, and the versions of CUDA and cuDNN that it was built for. Nothing
         falls back to the processor by itself.
-    channels
+    channels : int, default 0
         The channels of the built-in network: 1 (0, the default, is the same), or 2 for vector masks, whose channels are
         blue each and together. For a model of your own: 0, or the channels it must have.
 

@@ -59,7 +59,7 @@ class PathSampler:
     A path consists of rays: ray 0 leaves the camera, ray d the d-th surface or other event. Each has four numbers, two for
     where it goes and two for a light where it ends, and hands out as many more as are asked for. No two decisions share a
     number, and paths that drew differently at one ray agree again at the next. ``bn_path.h`` describes the layout; the bits
-    are those of C, for samplers of every kind.
+    are those of C, for samplers of every type.
 
     ``x``, ``y``, ``index`` and ``stream`` are integers or integer arrays that broadcast against each other; ``shape`` is what
     they broadcast to. Every draw is one call of ``Sampler.sample`` for all paths, float32 in [0, 1), of the shapes given
@@ -67,14 +67,14 @@ class PathSampler:
 
     Parameters
     ----------
-    sampler
-        The ``Sampler``.
-    x, y
-        The pixels, integers from -2**31 to 2**31 - 1.
-    index
-        The samples of these pixels, integers from 0 to 2**32 - 1.
-    stream
-        Independent sequences of samples, integers from 0 to 2**32 - 1: the frames of a film, or light paths beside camera
+    sampler : Sampler
+        Where the numbers come from.
+    x, y : array_like of int
+        The pixels, -2**31 to 2**31 - 1.
+    index : array_like of int
+        The samples of these pixels, 0 to 2**32 - 1.
+    stream : array_like of int, default 0
+        Independent sequences of samples, 0 to 2**32 - 1: the frames of a film, or light paths beside camera
         paths. Where frames are averaged, the index goes on instead, and the stream stays 0.
 
     Examples
@@ -117,22 +117,49 @@ class PathSampler:
         return path
 
     def ray(self, number: npt.ArrayLike) -> RaySampler:
-        """RaySampler ``number``, from 0 to 2**28 - 1: 0 leaves the camera, d the d-th surface or other event. An array of numbers,
-        for paths that are not equally far, broadcasts with ``shape``. A second ``RaySampler`` of the same number starts again, with
-        the same numbers."""
+        """Return a ray of the path.
+
+        Parameters
+        ----------
+        number : array_like of int
+            From 0 to 2**28 - 1: 0 leaves the camera, d the d-th surface or other event. An array, for paths that are not equally far,
+            broadcasts with `shape`.
+
+        Returns
+        -------
+        RaySampler
+            A second one of the same number starts again, with the same numbers.
+        """
         return RaySampler(self, number)
 
     def first_light(self, count: int = 1, k: npt.ArrayLike = 0) -> _Floats:
-        """The light that is tried where ray 0 ends, (..., 2), if a lens has taken its pair, or if it is split into
-        ``count`` points: then ``k`` is 0 to count - 1. ``count`` is the same for all samples of a pixel, and index * count
-        below 2**32. An array of ``k`` broadcasts with ``shape``."""
+        """Draw the light that is tried where ray 0 ends, if a lens has taken its pair or if it is split.
+
+        Parameters
+        ----------
+        count : int, default 1
+            Number of points on lights, the same for all samples of a pixel; index * count must be below 2**32.
+        k : array_like of int, default 0
+            Which point, 0 to ``count - 1``; broadcasts with `shape`.
+
+        Returns
+        -------
+        ndarray of float32
+            Of shape ``(..., 2)``.
+        """
         count = arguments.integer("count", count, 1, arguments.UINT32[1])
         points = arguments.integers("k", k, np.uint32, 0, count - 1)
         _together("the path and k", self.shape, points.shape)
         return self._draw(_core.path_camera_domain(self._domain), _sequence(self._index, count, points), pair=0)
 
     def time_wavelength(self) -> _Floats:
-        """(..., 2): the time of the path, and wavelength."""
+        """Draw the time of the path and its wavelength.
+
+        Returns
+        -------
+        ndarray of float32
+            Of shape ``(..., 2)``.
+        """
         return self._draw(_core.path_camera_domain(self._domain), self._index, pair=1)
 
     def _draw(self, domain: _Words, index: _Words, pair: Any = None) -> _Floats:
@@ -161,42 +188,103 @@ class RaySampler(_OnceOnly):
         self._kept = np.empty(0, np.float32)
 
     def draw(self) -> _Floats:
-        """(..., 4): where the ray goes, in the first two, and a light where it ends. The same at every call."""
+        """Draw where the ray goes, in the first two numbers, and a light where it ends.
+
+        The same at every call.
+
+        Returns
+        -------
+        ndarray of float32
+            Of shape ``(..., 4)``.
+        """
         return self._draw(self._domain)
 
     def draw_direction(self) -> _Floats:
-        """(..., 2): the first pair of ``draw`` alone."""
+        """Draw the first pair of `draw` alone.
+
+        Returns
+        -------
+        ndarray of float32
+            Of shape ``(..., 2)``.
+        """
         return self._draw(self._domain, 0)
 
     def draw_end_light(self) -> _Floats:
-        """(..., 2): the second pair of ``draw`` alone."""
+        """Draw the second pair of `draw` alone.
+
+        Returns
+        -------
+        ndarray of float32
+            Of shape ``(..., 2)``.
+        """
         return self._draw(self._domain, 1)
 
     def draw_1d(self, k: int) -> _Floats:
-        """(...): single number ``k`` of the ray, from 0, by an explicit counter: what call k + 1 of ``next_1d`` gives. The same
-        at every call. So are ``draw_2d``, ``draw_4d``, ``draw_split`` and ``draw_loop``."""
+        """Draw a single number of the ray by an explicit counter.
+
+        Number `k` is what call ``k + 1`` of `next_1d` gives. `draw_2d`, `draw_4d`, `draw_split` and `draw_loop` work alike.
+
+        Parameters
+        ----------
+        k : int
+            From 0 to 2**28 - 1.
+
+        Returns
+        -------
+        ndarray of float32
+            Of shape ``(...)``.
+        """
         return self._singles(_counter(k))[..., k & 1]
 
     def draw_2d(self, k: int) -> _Floats:
-        """(..., 2): pair ``k``."""
+        """Draw pair `k` of the ray.
+
+        Returns
+        -------
+        ndarray of float32
+            Of shape ``(..., 2)``.
+        """
         return self._draw(_core.ray_2d_domain(self._domain, _counter(k)), k & 1)
 
     def draw_4d(self, k: int) -> _Floats:
-        """(..., 4): four ``k``."""
+        """Draw the four numbers `k` of the ray.
+
+        Returns
+        -------
+        ndarray of float32
+            Of shape ``(..., 4)``.
+        """
         return self._draw(_core.ray_4d_domain(self._domain, _counter(k)))
 
     def draw_split(self, k: int, count: int) -> Split:
-        """Split ``k``, into ``count`` branches."""
+        """Return split `k`, into `count` branches.
+
+        Returns
+        -------
+        Split
+        """
         count = arguments.integer("count", count, *arguments.UINT32)
         return Split(self, self._split_domain(_counter(k)), max(count, 1), count)
 
     def draw_loop(self, k: int) -> LoopSampler:
-        """The numbers of loop ``k``."""
+        """Return the numbers of loop `k`.
+
+        Returns
+        -------
+        LoopSampler
+        """
         return LoopSampler(self, np.asarray(_core.ray_loop_domain(self._domain, _counter(k)), np.uint32))
 
     def next_1d(self) -> _Floats:
-        """(...): the next single number. Four in a row are stratified together. Two are drawn at a time, so every second
-        call is free."""
+        """Draw the next single number.
+
+        Four in a row are stratified together. Two are drawn at a time, so every second call is free.
+
+        Returns
+        -------
+        ndarray of float32
+            Of shape ``(...)``.
+        """
         k = self._1d
         self._1d += 1
         if k & 1 == 0:
@@ -204,39 +292,85 @@ class RaySampler(_OnceOnly):
         return self._kept[..., k & 1]
 
     def next_2d(self) -> _Floats:
-        """(..., 2): the next pair. Two in a row are stratified together."""
+        """Draw the next pair.
+
+        Two in a row are stratified together.
+
+        Returns
+        -------
+        ndarray of float32
+            Of shape ``(..., 2)``.
+        """
         self._2d += 1
         return self.draw_2d(self._2d - 1)
 
     def next_4d(self) -> _Floats:
-        """(..., 4): two pairs whose effects multiply, or a number, the third, and a pair, the first two."""
+        """Draw two pairs whose effects multiply, or a number, the third, and a pair, the first two.
+
+        Returns
+        -------
+        ndarray of float32
+            Of shape ``(..., 4)``.
+        """
         self._4d += 1
         return self.draw_4d(self._4d - 1)
 
     def next_split(self, count: int) -> Split:
-        """A split into ``count`` branches, each a path of its own. ``count``, from 0 to 2**32 - 1, where 0 counts as 1, is
-        the same for all samples of a pixel; where it varies, ``next_split_from`` is better."""
+        """Split the path into `count` branches, each a path of its own.
+
+        Parameters
+        ----------
+        count : int
+            From 0, which counts as 1, to 2**32 - 1, the same for all samples of a pixel; where it varies, `next_split_from` is better.
+
+        Returns
+        -------
+        Split
+        """
         split = self.draw_split(self._splits, count)
         self._splits += 1
         return split
 
     def next_split_from(self, first: npt.ArrayLike) -> Split:
-        """A split into any number of branches. ``first``, an integer or an array that broadcasts with ``shape``, is the
-        number of branches that the earlier samples of the pixel took here: 0 for its first sample."""
+        """Split the path into any number of branches.
+
+        Parameters
+        ----------
+        first : array_like of int
+            The number of branches that the earlier samples of the pixel took here: 0 for its first sample. Broadcasts with `shape`.
+
+        Returns
+        -------
+        Split
+        """
         taken = _kept("first", first, np.uint32, *arguments.UINT32)
         _together("the ray and first", self.shape, taken.shape)
         self._splits += 1
         return Split(self, self._split_domain(self._splits - 1), 0, None, taken)
 
     def next_loop(self) -> LoopSampler:
-        """The numbers of a loop without bound, such as tracking through a medium."""
+        """Return the numbers of a loop without bound, such as tracking through a medium.
+
+        Returns
+        -------
+        LoopSampler
+        """
         self._loops += 1
         return self.draw_loop(self._loops - 1)
 
     def child(self, key: npt.ArrayLike) -> RaySampler:
-        """A part of the ray with a key, from 0 to 2**32 - 1, such as the number of a primitive that may be transparent: a
-        ``RaySampler`` that draws like one of its own, whatever was drawn before. A second part of the same key starts again. An
-        array of keys broadcasts with ``shape``."""
+        """Return a part of the ray with a key, such as the number of a primitive that may be transparent.
+
+        Parameters
+        ----------
+        key : array_like of int
+            From 0 to 2**32 - 1; broadcasts with `shape`.
+
+        Returns
+        -------
+        RaySampler
+            It draws like a ray of its own, whatever was drawn before. A second part of the same key starts again.
+        """
         keys = arguments.integers("key", key, np.uint32, *arguments.UINT32)
         part = RaySampler.__new__(RaySampler)
         part.shape = _together("the ray and key", self.shape, keys.shape)
@@ -284,10 +418,20 @@ class Split:
         return self._length
 
     def __getitem__(self, k: npt.ArrayLike) -> PathSampler:
-        """Branch ``k``, from 0 to 2**32 - 1, a path whose rays begin at 0. Paths that take fewer branches just stop early;
-        those that take more go on with count and later. An array of ``k`` broadcasts with the ray's shape: an axis of
-        branches in front is ``split[np.arange(count)[:, None, None]]``. Raises ``ValueError`` if index * count, or the sum of
-        ``first`` and ``k``, reaches 2**32."""
+        """Return branch `k`, a path whose rays begin at 0.
+
+        Paths that take fewer branches just stop early; those that take more go on with count and later.
+
+        Parameters
+        ----------
+        k : array_like of int
+            From 0 to 2**32 - 1; broadcasts with the ray's shape. An axis of branches in front is
+            ``split[np.arange(count)[:, None, None]]``.
+
+        Returns
+        -------
+        PathSampler
+        """
         branches = arguments.integers("k", k, np.uint32, *arguments.UINT32)
         _together("the ray and k", self._shape, branches.shape)
         domain = np.asarray(_core.branch_domain(self._domain, self._count, branches), np.uint32)
@@ -314,7 +458,13 @@ class LoopSampler(_OnceOnly):
         self._drawn = 0
 
     def next_1d(self) -> _Floats:
-        """(...): the next number, for all paths."""
+        """Draw the next number, for all paths.
+
+        Returns
+        -------
+        ndarray of float32
+            Of shape ``(...)``.
+        """
         k, path = self._drawn, self._path
         self._drawn += 1
         if k < 4:

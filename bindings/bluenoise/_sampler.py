@@ -25,21 +25,20 @@ class Sampler:
 
     Parameters
     ----------
-    type
+    type : {"blue", "sobol", "white", "zorder", "mask"}, optional
         ``"blue"``: the recommended sampler, progressive, with blue-noise errors on screen. ``"sobol"``: padded
         Owen-scrambled Sobol', one sequence for each pair of dimensions, independent in each pixel. ``"white"``: independent
         uniform numbers. ``"zorder"``: one Sobol' sequence
         along a Morton curve (Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via
         Hierarchical Ordering of Pixels", 2020), for exactly ``samples_per_pixel`` samples. ``"mask"``: a mask provides
         the first sample of each pixel and a Sobol' sequence the others, as with blue-noise textures.
-    seed
-        An integer from 0 to 2**64 - 1, a ``numpy.random.Generator``, from which one integer is drawn, a
-        ``numpy.random.SeedSequence``, or None for fresh entropy. Different seeds give independent pictures.
-    samples_per_pixel
+    seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
+        An integer from 0 to 2**64 - 1, a source of one, or None for fresh entropy. Different seeds give independent images.
+    samples_per_pixel : int, default 0
         The sample count for type ``"zorder"``, the only count at which its quality is good: up to 2**32 - 1, rounded up
         to a power of two (at most 2**16); 0 means 256. Larger indices remain valid. The other types are progressive and
         ignore it.
-    mask
+    mask : array_like of int, optional
         The mask for type ``"mask"``: ranks of shape (height, width), or (n,) for a row, each of 0 .. n - 1 exactly once.
         None: the built-in 64 x 64 mask.
 
