@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import OpenEXR
 
-from .whole_files import write_text, written_beside
+from .atomic_write import write_text, written_beside
 
 
 def write_image(path, image, **options):

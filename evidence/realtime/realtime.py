@@ -355,7 +355,7 @@ def draw_plot(result, ways, path):
 
 def text(errors, parts, options):
     lines = ["# One sample a frame", "", f"Printed by `{options.command}`. [realtime.md](../../docs/realtime.md) says what to call.", "",
-             "Figures are errors over padded Sobol's, smaller is better. Least error after a blur of one pixel, and what is within 3 % of it:", "", winners_table(errors), "",
+             "Figures are errors over padded Sobol's, smaller is better. Least error after a blur of one pixel, and what is within 3 % of it (interleaved gradient noise for one number only: pairs of it keep an error that no average removes):", "", winners_table(errors), "",
              "![The error of every frame](realtime.png)", "",
              "- **Frames**: one frame; moving averages that have settled, in which the newest frame weighs 0.1.",
              "- **Filters**: Gaussian blurs of sigma pixels, and box filters, over the screen.",

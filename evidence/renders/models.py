@@ -12,9 +12,9 @@ import zipfile
 
 import numpy as np
 
+from ..base.atomic_write import written_beside
 from ..base.cache import cache_folder
 from ..base.command import CommandError
-from ..base.whole_files import written_beside
 
 GRADIO = "gradio==6.31.0"
 DEBIAN = ("sweethome3d-furniture", "assimp-testmodels")

@@ -9,8 +9,8 @@ import re
 import sys
 from pathlib import Path
 
+from evidence.base.atomic_write import written_beside
 from evidence.base.command import CommandError, run_or_say_why
-from evidence.base.whole_files import written_beside
 
 GLTF = (".gltf", ".glb")
 GLASS = ("4", "6", "7", "9")  # values of illum

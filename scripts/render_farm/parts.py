@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
-from evidence.base.whole_files import write_text, written_beside
+from evidence.base.atomic_write import write_text, written_beside
 
 
 class FarmError(Exception):

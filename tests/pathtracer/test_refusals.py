@@ -203,7 +203,7 @@ CASES = {
     "a number type of its own": (accessor(0, componentType=5124), ""),
     "indices that are floats": (accessor(1, componentType=5126), "unsigned integers"),
     "a view beyond its buffer": (gltf(lambda g: g.json["bufferViews"][0].update(byteLength=10**9)), "past the end"),
-    "a view at the end of the world": (gltf(lambda g: g.json["bufferViews"][0].update(byteOffset=2**62)), ""),
+    "a bufferView whose offset overflows": (gltf(lambda g: g.json["bufferViews"][0].update(byteOffset=2**62)), ""),
     "no such mesh": (node(mesh=3), "refers to mesh 3"),
     "no such node": (gltf(lambda g: g.json["scenes"][0]["nodes"].append(9)), "refers to node 9"),
     "no such scene": (gltf(lambda g: g.json.update(scene=4)), "refers to scene 4"),
