@@ -5,6 +5,7 @@ trimesh reads the file; materials of an MTL become glTF's. One line says what th
 """
 
 import argparse
+import io
 import re
 import sys
 from pathlib import Path
@@ -100,16 +101,18 @@ def convert(path, output):
 
     lost, more = set(), {}
     own_resolver = resolver_of(trimesh, path, lost)
+    text = path.read_bytes() if path.suffix.lower() == ".obj" and path.is_file() else b""
+    coloured = re.search(rb"^v(?:[ \t]+\S+){6}", text, re.M)
     try:
-        scene = trimesh.load_scene(str(path), resolver=own_resolver, process=False)
+        # trimesh drops all vertex colours if one vertex has none; without one it is white.
+        source = io.BytesIO(re.sub(rb"^(v(?:[ \t]+[^\s#]+){3})[ \t]*(?=\r?$)", rb"\1 1 1 1", text, flags=re.M)) if coloured else str(path)
+        scene = trimesh.load_scene(source, file_type="obj" if coloured else None, resolver=own_resolver, process=False)
     except Exception as error:  # of as many kinds as there are formats
         raise CommandError(f"trimesh cannot read {path}: {str(error).splitlines()[0] if str(error) else type(error).__name__}") from None
     if not any(len(getattr(mesh, "faces", ())) for mesh in scene.geometry.values()):
         raise CommandError(f"{path} has no triangles")
-    text = path.read_bytes() if path.suffix.lower() == ".obj" else b""
     if re.search(rb"^f(?:[ \t]+\S+){5}", text, re.M):
         lost.add("the shape of concave polygons")
-    coloured = re.search(rb"^v(?:[ \t]+\S+){6}", text, re.M)
     known = {}
     for mesh in scene.geometry.values():
         source = getattr(mesh.visual, "material", None)

@@ -36,6 +36,14 @@ def test_obj_files_as_programs_write_them(pathtracer, tmp_path, capsys, obj, nam
     assert said == f"to-gltf: wrote {tmp_path / 's.glb'}\n"
 
 
+def test_vertex_colours_of_some_vertices(pathtracer, tmp_path, capsys):
+    """A vertex that is not used has none; the square's have."""
+    square = "v 9 9 9\n" + "".join(f"v {x} {y} 0 .5 .25 .125\n" for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
+    found, said = albedo(pathtracer, tmp_path, capsys, f"{square}f 2 3 4 5\n", "")
+    np.testing.assert_allclose(found, [0.5, 0.25, 0.125], atol=4e-3)
+    assert said == f"to-gltf: wrote {tmp_path / 's.glb'}\n"
+
+
 @pytest.mark.parametrize("options", ["-s 2 2", "-s 2 2 1 -o 0.5 0", "-clamp on"])
 def test_options_of_textures(pathtracer, tmp_path, capsys, options):
     """A picture whose quarters differ, as often as its scale says: the mean stays."""
