@@ -17,7 +17,7 @@
 #define BN_PATH_GLSL
 
 /* Keys that no ray, no decision and no count reaches. */
-#define BN_PATH_CAMERA_KEY 3u /* in place of ray 3, which moves up: the numbers drawn once per path */
+#define BN_PATH_CAMERA_KEY 3u /* in place of ray 3, which moves up: what a path draws once */
 #define BN_PATH_STREAMS_KEY 0x80000000u  /* below the root: the parent of streams 1, 2 ... */
 #define BN_PATH_CHILDREN_KEY 0x80000000u /* below a ray: the parent of its keyed parts */
 #define BN_PATH_LOOPS_KEY 0x40000000u    /* below a ray: added to the keys of loops */

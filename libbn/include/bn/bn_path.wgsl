@@ -6,8 +6,7 @@
  *     let u: vec4f = bn_ray_draw(seed, bn_path_ray(path, depth)); */
 
 /* Keys that no ray, no decision and no count reaches. */
-const BN_PATH_CAMERA_KEY = 3u; /* in place of ray 3,
-    which moves up: the numbers drawn once per path */
+const BN_PATH_CAMERA_KEY = 3u; /* in place of ray 3, which moves up: what a path draws once */
 const BN_PATH_STREAMS_KEY = 0x80000000u;  /* below the root: the parent of streams 1, 2 ... */
 const BN_PATH_CHILDREN_KEY = 0x80000000u; /* below a ray: the parent of its keyed parts */
 const BN_PATH_LOOPS_KEY = 0x40000000u;    /* below a ray: added to the keys of loops */
