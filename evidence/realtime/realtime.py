@@ -341,7 +341,7 @@ def parts_table(result):
 
 def draw_plot(result, ways, path):
     names = list(ways)
-    figure, axes = plt.subplots(1, 2, figsize=(10, 3.6), sharey=True)
+    figure, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
     for axis, kind in zip(axes, ("half-plane", "step")):
         for way in names:
             own = result[kind, way].alone[:, 1] / result[kind, "sobol"].outcomes[0, 1]
@@ -349,8 +349,8 @@ def draw_plot(result, ways, path):
         axis.set(title=f"{kind}, after sigma 1.0", xlabel="frame", ylim=(0, 1.75))
         axis.grid(True, alpha=.25)
     axes[0].set_ylabel("error of a frame over padded Sobol'")
-    axes[1].legend(fontsize="x-small", loc="upper center", ncols=3)
-    save(figure, path)
+    figure.legend(*axes[0].get_legend_handles_labels(), fontsize="x-small", loc="outside lower center", ncols=6)
+    save(figure, path, laid_out=True)
 
 
 def text(errors, parts, options):

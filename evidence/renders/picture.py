@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The README's image, and how often blue is unlucky: `scripts/bench picture` writes docs/picture.png and evidence/results/worst.*
+"""The README's image, and how often blue is unlucky: `scripts/bench picture` writes docs/picture.png and evidence/results/worst.csv
 
 The image is the crop, of those of the set *development*, in which the error of `blue` over padded Sobol's is the median. worst.csv has
-the errors of 500 seeds of a soft shadow, worst.png the median and the worst. Results are kept: an interrupted run goes on.
+the errors of 500 seeds of a soft shadow. Results are kept: an interrupted run goes on.
 """
 
 
@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from ..base.command import Parser
-from ..base.contact_sheet import BACKGROUND, GAP, INK, preview, sheet
+from ..base.contact_sheet import BACKGROUND, GAP, INK, preview
 from ..base.files import write_image, write_rows
 from ..measure.image_error import blurred, displayed
 from . import views
@@ -20,7 +20,7 @@ SPP, SIGMA, CROP, ENLARGED = 4, 2.1, (96, 96), 3
 SHOWN = {"white": "independent numbers", "sobol": "padded Sobol'", "blue": "blue"}
 MEASURE = f"displayed_{SIGMA}"
 REFERENCE_SPP = 512
-WORST_SCENE, WORST_OF, WORST_FACTOR = "penumbra", 500, 3
+WORST_SCENE, WORST_OF = "penumbra", 500
 
 
 def typical(options):
@@ -60,22 +60,13 @@ def draw_worst(options):
     for label in ("sobol", "blue"):
         tasks = [Task(view, label, seed, (SPP,)) for seed in range(WORST_OF)]
         results = work.results(references, tasks)
-        found[label] = [(results[task][0][0][MEASURE], task) for task in tasks]
+        found[label] = [results[task][0][0][MEASURE] for task in tasks]
     write_rows(options.out / "worst.csv", ("seed", "sobol", "blue"), [
-        {"seed": seed, **{label: f"{pairs[seed][0]:.6g}" for label, pairs in found.items()}} for seed in range(WORST_OF)])
-    ordered = {label: sorted(pairs, key=lambda pair: pair[0]) for label, pairs in found.items()}
-    size = tuple(WORST_FACTOR * side for side in view.size)
-
-    def images(task):
-        picture = displayed(next(pictures_of(options.pathtracer, task))[1], view.exposure)
-        return [preview(part).resize(size, Image.Resampling.NEAREST) for part in (picture, blurred(picture, SIGMA))]
-
-    places = {"median": WORST_OF // 2, "worst": -1}
-    figure = sheet([[images(pairs[at][1]) for at in places.values()] for pairs in ordered.values()], ["padded Sobol'", "blue"], list(places))
-    write_image(options.out / "worst.png", figure, optimize=True)
-    middle = ordered["sobol"][WORST_OF // 2][0]
-    worse = sum(blue > sobol for (sobol, _), (blue, _) in zip(*found.values()))
-    text = "; ".join(f"{label} {' '.join(f'{pairs[at][0] / middle:.2f}' for at in (0, WORST_OF // 2, -1))}" for label, pairs in ordered.items())
+        {"seed": seed, **{label: f"{errors[seed]:.6g}" for label, errors in found.items()}} for seed in range(WORST_OF)])
+    ordered = {label: sorted(errors) for label, errors in found.items()}
+    middle = ordered["sobol"][WORST_OF // 2]
+    worse = sum(blue > sobol for sobol, blue in zip(*found.values()))
+    text = "; ".join(f"{label} {' '.join(f'{errors[at] / middle:.2f}' for at in (0, WORST_OF // 2, -1))}" for label, errors in ordered.items())
     print(f"{options.out}/worst.csv: {WORST_OF} seeds, {SPP} samples per pixel of {view.label}, over the median of padded Sobol's; least, median, worst: {text}. "
           f"With the same seed blue has the larger error {worse} times.")
 

@@ -115,7 +115,7 @@ def of_worst(rows):
     blue, sobol = (sorted(row[name] for row in rows) for name in ("blue", "sobol"))
     worse = sum(row["blue"] > row["sobol"] for row in rows)
     yield "How often is it unlucky?", (f"of {len(rows)} seeds of a soft shadow at 4 samples it has more error than padded Sobol' in {worse}; its worst has "
-                                       f"{blue[-1] / sobol[len(sobol) // 2]:.2f} times the median error of padded Sobol', whose worst has {sobol[-1] / sobol[len(sobol) // 2]:.2f}"), "worst.png"
+                                       f"{blue[-1] / sobol[len(sobol) // 2]:.2f} times the median error of padded Sobol', whose worst has {sobol[-1] / sobol[len(sobol) // 2]:.2f}"), "worst.csv"
 
 
 SOURCES = (("renders.csv", of_renders), ("denoise.csv", of_denoise), ("realtime.csv", of_realtime), ("samplers_draws.csv", of_draws), ("samplers.csv", of_samplers),

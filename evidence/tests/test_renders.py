@@ -141,6 +141,12 @@ def test_tables_of_the_readme():
     assert summary.short_table(found).splitlines()[2:] == ["| **`blue`** | **4.8** | no | no |"] and "| **0.70** |" in summary.table(found)
 
 
+def test_seeds_with_more_error_are_counted():
+    rows = [{"seed": seed, "sobol": sobol, "blue": blue} for seed, (sobol, blue) in enumerate([(1, 0.5), (2, 3), (4, 0.25)])]
+    _, text, _ = next(iter(summary.of_worst(rows)))
+    assert "of 3 seeds" in text and "than padded Sobol' in 1; its worst has 1.50 times the median error" in text and "whose worst has 2.00" in text
+
+
 # ---- Views
 
 @pytest.mark.parametrize("scene", views.BUILT_IN)

@@ -194,16 +194,7 @@ void main() {
 async function onWebGl2() {
   const gl = document.createElement("canvas").getContext("webgl2");
   if (!gl) return null;
-  const program = gl.createProgram();
-  for (const [type, source] of [[gl.VERTEX_SHADER, WHOLE_VERTEX], [gl.FRAGMENT_SHADER, CHECK_FRAGMENT]]) {
-    const shader = gl.createShader(type);
-    gl.shaderSource(shader, source);
-    gl.compileShader(shader);
-    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
-    gl.attachShader(program, shader);
-  }
-  gl.linkProgram(program);
-  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
+  const program = compile(gl, CHECK_FRAGMENT);
   gl.useProgram(program);
   const place = name => gl.getUniformLocation(program, name);
   const texture = (unit, format, width, height, layout, data) => {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene and its paths, and how the picture is shown, in GLSL ES 3.00. After package/texts.js.
+// The scene, its paths and how the picture is shown, in GLSL ES 3.00, and the program that runs them. After package/texts.js.
 "use strict";
 
 const {BN_DRAW_GLSL, BN_PATH_GLSL, WORDS} = LIBBN_TEXTS;
@@ -274,3 +274,20 @@ void main() {
   difference = uvec4(floatBitsToUint(both), 0u);
 }
 `;
+
+/* A program that runs the fragment shader over the whole canvas. */
+function compile(gl, fragment) {
+  const program = gl.createProgram();
+  for (const [type, text] of [[gl.VERTEX_SHADER, WHOLE_VERTEX], [gl.FRAGMENT_SHADER, fragment]]) {
+    const shader = gl.createShader(type);
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
+    const logs = gl.getAttachedShaders(program).map(shader => gl.getShaderInfoLog(shader));
+    throw new Error(`a shader does not compile: ${[...logs, gl.getProgramInfoLog(program)].join(" ").trim()}`);
+  }
+  return program;
+}

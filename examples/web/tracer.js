@@ -11,22 +11,6 @@ function cameraAt(mode, frame) {
   return mode === "camera" ? [0.5 * Math.sin(frame / 45), 1 + 0.2 * Math.sin(frame / 22.5), 4.6] : [0, 1, 4.6];
 }
 
-function compile(gl, fragment) {
-  const program = gl.createProgram();
-  for (const [type, text] of [[gl.VERTEX_SHADER, WHOLE_VERTEX], [gl.FRAGMENT_SHADER, fragment]]) {
-    const shader = gl.createShader(type);
-    gl.shaderSource(shader, text);
-    gl.compileShader(shader);
-    gl.attachShader(program, shader);
-  }
-  gl.linkProgram(program);
-  if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
-    const logs = gl.getAttachedShaders(program).map(shader => gl.getShaderInfoLog(shader));
-    throw new Error(`a shader does not compile: ${[...logs, gl.getProgramInfoLog(program)].join(" ").trim()}`);
-  }
-  return program;
-}
-
 /* A texture of integers. With words, it holds them in rows of 64; without, four to a pixel, and one can draw into it. */
 function makeImage(gl, width, height, words = null) {
   const texture = gl.createTexture();

@@ -78,7 +78,7 @@ class OpenQmcSampler {
     void drawSample(float sample[Size]) const {
         std::uint32_t bits[Size];
         drawSample<Size>(bits);
-        for (int k = 0; k < Size; ++k) sample[k] = bn_draw_float(bits[k]);
+        floats<Size>(bits, sample);
     }
 
     // Independent numbers, others than drawSample() gives.
@@ -99,7 +99,7 @@ class OpenQmcSampler {
     void drawRnd(float rnd[Size]) const {
         std::uint32_t bits[Size];
         drawRnd<Size>(bits);
-        for (int k = 0; k < Size; ++k) rnd[k] = bn_draw_float(bits[k]);
+        floats<Size>(bits, rnd);
     }
 
   private:
@@ -114,6 +114,11 @@ class OpenQmcSampler {
     static void store(const std::uint32_t bits[4], std::uint32_t out[Size]) {
         static_assert(Size >= 1 && Size <= 4, "a domain has four dimensions");
         for (int k = 0; k < Size; ++k) out[k] = bits[k];
+    }
+
+    template <int Size>
+    static void floats(const std::uint32_t bits[Size], float out[Size]) {
+        for (int k = 0; k < Size; ++k) out[k] = bn_draw_float(bits[k]);
     }
 
     template <int Size>

@@ -58,6 +58,16 @@ int main() {
         sum += rnd[0] + rnd[1] + rnd[2];
         expect(rnd[0] != sample[0], "drawRnd gives what drawSample gives");
     }
+    // Every part of a sample's name changes its independent numbers.
+    const Sampler named[] = {{1, 2, 0, 3, cache.get()}, {2, 2, 0, 3, cache.get()}, {1, 3, 0, 3, cache.get()}, {1, 2, 1, 3, cache.get()},
+                             {1, 2, 0, 4, cache.get()}, Sampler(1, 2, 0, 3, cache.get()).newDomain(1)};
+    std::uint32_t numbers[6];
+    for (int i = 0; i < 6; ++i) {
+        std::uint32_t rnd[1];
+        named[i].drawRnd<1>(rnd);
+        numbers[i] = rnd[0];
+        for (int k = 0; k < i; ++k) expect(numbers[k] != numbers[i], "independent numbers repeat");
+    }
     expect(sum / 12288 > 0.49 && sum / 12288 < 0.51, "the mean of drawRnd");
     std::puts("done");
 }

@@ -34,6 +34,12 @@ def test_choices_have_the_bits_of_c():
     assert hash_of(found) == table()["choices"]
 
 
+def test_finer_digits_of_a_number_are_dropped():
+    steps = np.array([0, 1, STEPS // 3, STEPS - 1])
+    index, rest = bluenoise.choose_u32(STEPS, (steps + 0.9) / STEPS)
+    assert index.tolist() == steps.tolist() and (rest < 1).all()
+
+
 def test_shapes_broadcast():
     u = bluenoise.Sampler(seed=3).block(0, 0, 5, 4, 0, 3)[..., 0]
     for function, first in ((bluenoise.choose, np.full((4, 1, 1), 0.25)), (bluenoise.choose_u32, np.arange(1, 4))):

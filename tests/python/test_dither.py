@@ -169,16 +169,25 @@ class TestPictures:
 
     @pytest.mark.parametrize(
         ("mode", "result"),
-        [("1", "L"), ("L", "L"), ("LA", "LA"), ("P", "RGB"), ("RGB", "RGB"), ("RGBA", "RGBA")],
+        [("1", "L"), ("L", "L"), ("LA", "LA"), ("P", "RGB"), ("PA", "RGBA"), ("RGB", "RGB"), ("RGBA", "RGBA")],
     )
     def test_modes(self, mode, result):
         out = dither(self.picture(mode), 3)
         assert isinstance(out, self.Image.Image) and out.mode == result and out.size == (60, 40)
         values = np.asarray(out)
-        if mode in ("LA", "RGBA"):
-            assert (values[..., -1] == np.asarray(self.picture(mode))[..., -1]).all()
+        if result in ("LA", "RGBA"):
+            assert (values[..., -1] == np.asarray(self.picture(mode).convert(result))[..., -1]).all()
             values = values[..., :-1]
         assert set(np.unique(values)) <= {0, 128, 255}
+
+    @pytest.mark.parametrize(("mode", "result"), [("P", "RGBA"), ("L", "LA"), ("RGB", "RGBA")])
+    def test_transparent_colours_become_alpha(self, mode, result):
+        picture = self.picture("RGB").convert(mode)
+        picture.info["transparency"] = picture.getpixel((10, 10))
+        alpha = np.asarray(picture.convert(result))[..., -1]
+        assert set(np.unique(alpha)) == {0, 255}
+        out = dither(picture, 3)
+        assert out.mode == result and (np.asarray(out)[..., -1] == alpha).all()
 
     def test_equals_the_array(self):
         picture = self.picture("RGB")

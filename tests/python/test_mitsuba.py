@@ -97,6 +97,20 @@ def test_scalar_says_what_is_missing():
 
 
 @needs_llvm
+def test_indices_of_every_length_have_their_numbers():
+    mitsuba.set_variant("llvm_ad_rgb")
+    sampler = mitsuba.load_dict({"type": "bluenoise", "seed": 5})
+    sampler.seed(0, 1)
+    for bits in range(1, 33):
+        index, domain = np.array([2**bits - 1, (2**bits - 1) // 3], np.uint32), bluenoise.domain(5)
+        lanes = sampler._lanes.at_index(mitsuba.UInt32(index), int(index[0]))
+        for pair in range(2):
+            found = np.stack([np.array(number) for number in lanes.draw(mitsuba.UInt32(domain), mitsuba.UInt32(pair))], -1)
+            x, y = (np.array(place).astype(np.int32) for place in (lanes.x, lanes.y))
+            assert np.array_equal(found, SAMPLER.sample(x, y, index, domain, pair=pair))
+
+
+@needs_llvm
 @pytest.mark.parametrize("spp", [16, 600])
 def test_indices_and_draws_of_a_wavefront(spp):
     mitsuba.set_variant("llvm_ad_rgb")

@@ -50,6 +50,17 @@ def test_scipy_integrates_with_independent_samplers():
     assert all(0 < each.standard_error < 1e-3 and abs(each.integral - 1) < 6 * each.standard_error for each in found)
 
 
+def test_estimates_keep_the_sampler_and_repeat_after_a_reset():
+    integrate = quadrature()
+    sampler = Sampler("zorder", seed=3, samples_per_pixel=16)
+    engine = sampler.qmc(2, pixel=(5, 1))
+    child = type(engine)(**engine._init_quad, seed=7)
+    expected = Sampler("zorder", seed=7, samples_per_pixel=16).qmc(2, pixel=(5, 1))
+    np.testing.assert_array_equal(child.random(16), expected.random(16))
+    first, again = (integrate.qmc_quad(lambda x: x[0] * x[1], [0, 0], [1, 1], n_points=16, qrng=engine.reset()) for _ in range(2))
+    assert first == again
+
+
 def test_integrals_have_no_bias():
     """An integrand on which 2^16 points err by less than the bias of 24 truncated bits, 6e-8, which would be 200 standard errors here."""
     integrate = quadrature()
