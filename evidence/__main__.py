@@ -17,7 +17,7 @@ PARTS = {
     "realtime": ("realtime",),
     "masks": ("masks",),
     "renders": ("renders", "headline", "summary", "denoise", "picture"),
-    "others": ("mitsuba", "pbrt", "cycles", "web"),
+    "external_renderers": ("mitsuba", "pbrt", "cycles", "web"),
 }
 
 

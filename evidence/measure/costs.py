@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..base.progress import Progress
 from ..base.tables import md_table
-from ..others.other_renderer import processor_seconds
+from ..external_renderers.other_renderer import processor_seconds
 
 SPP, ROUNDS = 32, 5
 

@@ -12,7 +12,7 @@ import pytest
 from conftest import ROOT
 
 from evidence.base.files import read_exr
-from evidence.others import builds, cycles, other_renderer, pbrt, pbrt_scenes
+from evidence.external_renderers import builds, cycles, other_renderer, pbrt, pbrt_scenes
 from evidence.renders.renderer import RenderError
 
 
