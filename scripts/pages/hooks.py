@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Hooks of MkDocs (mkdocs.yml): the site has the folders of the repository, so that links work there and on code hosts alike.
 
-Pages of the navigation are files of the repository, or made here: NAME.h.md shows the header NAME.h, whose comments are the manual, and
-NAME.ipynb.md the cells of a notebook with what they printed and plotted. A link to any other file or folder of the repository leads to a
-page that shows it, too.
+Pages of the navigation are files of the repository, or made here: NAME.ipynb.md shows the cells of a notebook with what they printed and
+plotted, and Doxygen writes reference/ from the headers. A link to any other file or folder of the repository leads to a page that shows it.
 """
 
 import json
 import logging
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -118,6 +118,9 @@ def on_files(files, config):
     for path in others:
         if f"{path}.md" not in shown and not site.get_file_from_path(path):
             page(f"{path}.md", InclusionLevel.NOT_IN_NAV)
+    subprocess.run(["doxygen", "scripts/pages/Doxyfile"], cwd=ROOT, check=True)
+    for file in filter(Path.is_file, (ROOT / "out/reference").rglob("*")):
+        site.append(File.generated(config, file.relative_to(ROOT / "out").as_posix(), abs_src_path=str(file)))
     for path, name in ASSETS.items():
         site.append(File.generated(config, path, abs_src_path=str(ROOT / "scripts/pages" / name)))
     return site

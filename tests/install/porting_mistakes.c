@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The renderer for the check in docs/porting.md, with the mistake that MISTAKE names. SEED is the sampler's seed; LAYOUT
+ * The renderer for examples/check/check.c, with the mistake that MISTAKE names. SEED is the sampler's seed; LAYOUT
  * says where decision 1 draws from: (0,1) of the next ray's domain, with its third number, unless it is "second pair"
  * (2,3 of the same domain as decision 0) or "grandchild" (a domain two levels below the root). */
 #include <bn/bn_path.h>

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The listings of docs/porting.md compile, draw what the library draws, and its check tells mistakes apart."""
+"""The listings of docs/porting.md compile and draw what the library draws, and examples/check tells mistakes apart."""
 
 import os
 import re
@@ -59,7 +59,7 @@ def build(static_library, tmp_path_factory):
 @pytest.fixture(scope="module")
 def check(build):
     mistakes = (ROOT / "tests" / "install" / "porting_mistakes.c").read_text()
-    program = build(check_dot_c=listing("check.c"), mistakes_dot_c=mistakes)
+    program = build(check_dot_c=(ROOT / "examples/check/check.c").read_text(), mistakes_dot_c=mistakes)
 
     def check(mistake, **settings):
         printed = run(program, env={**os.environ, "MISTAKE": mistake, **settings})
@@ -76,14 +76,10 @@ def test_the_table_is_what_the_check_prints(check):
 
 
 def limits():
-    """The least and the greatest of each figure that the guide allows: three errors, repeats, shared, first, apart."""
-    text = " ".join(GUIDE.split("A correct\n")[1].split("Where in these")[0].split())
-    number = r"(-?[\d.]*\d)"
-    found = re.search(rf"{number} to {number} at 1 spp, {number} to {number} at 4 and {number} to {number} at 16, "
-                      rf"up to {number} repeats, \*shared\* between {number} and {number}, \*first\* {number} and \*apart\* {number}\.",
-                      text).groups()
-    numbers = [float(number) for number in found[:6] + ("0",) + found[6:9] + 2 * found[9:10] + 2 * found[10:]]
-    return list(zip(numbers[::2], numbers[1::2]))
+    """The least and the greatest of each figure that the guide calls good: three errors, repeats, shared, first, apart."""
+    good = re.findall(r"^\| (?:\d+ spp|repeats|shared|first|apart) \| ([^|]+) \|", GUIDE, re.MULTILINE)
+    assert len(good) == 7
+    return [(float(least), float(most)) for least, most in ((cell.split(" to ") * 2)[:2] for cell in good)]
 
 
 @pytest.mark.parametrize("layout", ["next ray", "second pair", "grandchild"])

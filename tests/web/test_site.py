@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The documentation site in Chromium, from disk: the live page beside the text, and what a search finds first.
 
-Skipped without MkDocs, which scripts/docs installs.
+Skipped without MkDocs, which scripts/docs installs, or Doxygen.
 """
 
 import importlib.util
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -19,6 +20,8 @@ ROOT = Path(__file__).resolve().parents[2]
 def site(tmp_path_factory):
     if any(importlib.util.find_spec(name) is None for name in ("mkdocs", "material", "mkdocstrings")):
         pytest.skip("no MkDocs; scripts/docs installs it")
+    if not shutil.which("doxygen"):
+        pytest.skip("no Doxygen")
     folder = tmp_path_factory.mktemp("site")
     done = subprocess.run([sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", folder], cwd=ROOT, check=False,
                           capture_output=True, text=True, env={**os.environ, "NO_MKDOCS_2_WARNING": "1"})
