@@ -49,16 +49,18 @@ def need_opengl() -> None:
     need_module("moderngl")
 
 
-@pytest.fixture(scope="session")
-def cases(tmp_path_factory):
+def write_cases(folder) -> SimpleNamespace:
     """What shader_cases writes: its folder, and the contents as arrays, one row of cases for each seed."""
     program = ROOT / "build" / "tests" / "shaders" / "shader_cases"
-    if not program.exists():
-        pytest.fail(f"{program} is missing; run scripts/setup")
-    folder = tmp_path_factory.mktemp("cases")
+    assert program.exists(), f"{program} is missing; run scripts/setup"
     run(program, folder)
     words, cdf, asked, expected = (np.fromfile(folder / f"{name}.bin", "<u4") for name in (
         "words", "cdf", "cases", "expected"))
     asked = asked.reshape(3, -1, 16)
     return SimpleNamespace(folder=folder, words=words, cdf=cdf, asked=asked,
                            expected=expected.reshape(asked.shape))
+
+
+@pytest.fixture(scope="session")
+def cases(tmp_path_factory):
+    return write_cases(tmp_path_factory.mktemp("cases"))

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a shader over buffers 0, 1 ... and returns a result of which each thread writes its part.
 
-A compute shader writes the last buffer: WGSL and SPIR-V with wgpu, GLSL with OpenGL, HLSL with Slang on the CPU.
+A compute shader writes the last buffer: WGSL and SPIR-V with wgpu, GLSL with OpenGL, HLSL with Slang on the CPU, CUDA on its devices.
 A fragment shader reads textures in place of buffers, and its pixels are the result.
 """
 
+import ctypes
+import functools
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +14,10 @@ import numpy as np
 GROUP = 64  # threads of a work group, as in the shaders here
 
 
-def run_wgpu(code, buffers: list, result_size: int, threads: int) -> bytes:
+def run_wgpu(code, buffers: list, result_size: int, threads: int, adapter=None) -> bytes:
     import wgpu
 
-    device = wgpu.gpu.request_adapter_sync().request_device_sync()
+    device = (adapter or wgpu.gpu.request_adapter_sync()).request_device_sync()
     made = [{"buffer": device.create_buffer_with_data(data=data, usage=wgpu.BufferUsage.STORAGE)} for data in buffers]
     result = device.create_buffer(size=result_size, usage=wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_SRC)
     pipeline = device.create_compute_pipeline(layout="auto", compute={
@@ -79,16 +81,49 @@ def run_slang(path: Path, buffers: list, result_size: int, threads: int) -> byte
     return made[-1].to_numpy().tobytes()
 
 
-def main():
-    """Prints what the functions above run on."""
-    import moderngl
-    import wgpu
-
-    adapter = wgpu.gpu.request_adapter_sync().info
-    print(f"wgpu {wgpu.__version__}: {adapter['device']}, {adapter['backend_type']}, {adapter['description']}")
-    about = moderngl.create_standalone_context(backend="egl").info
-    print(f"OpenGL: {about['GL_RENDERER']}, {about['GL_VERSION']}")
+@functools.cache
+def cuda_driver():
+    return ctypes.CDLL("libcuda.so.1")
 
 
-if __name__ == "__main__":
-    main()
+def cuda(function: str, *arguments) -> None:
+    if status := getattr(cuda_driver(), function)(*arguments):
+        raise RuntimeError(f"{function} returned {status}")
+
+
+def cuda_devices():
+    """(number, name, architecture) of each device of CUDA; none without a driver that starts."""
+    try:
+        cuda("cuInit", 0)
+    except (OSError, RuntimeError):
+        return
+    count, device, name, major, minor = ctypes.c_int(), ctypes.c_int(), ctypes.create_string_buffer(256), ctypes.c_int(), ctypes.c_int()
+    cuda("cuDeviceGetCount", ctypes.byref(count))
+    for number in range(count.value):
+        cuda("cuDeviceGet", ctypes.byref(device), number)
+        cuda("cuDeviceGetName", name, len(name), device)
+        for part, attribute in ((major, 75), (minor, 76)):
+            cuda("cuDeviceGetAttribute", ctypes.byref(part), attribute, device)
+        yield device.value, name.value.decode(), f"sm_{major.value}{minor.value}"
+
+
+def run_cuda(code: bytes, buffers: list, result_size: int, threads: int, device: int) -> bytes:
+    """`code`: a module whose kernel `draw` takes the buffers and the number of its one thread."""
+    context, module, kernel = ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_void_p()
+    cuda("cuDevicePrimaryCtxRetain", ctypes.byref(context), device)
+    cuda("cuCtxSetCurrent", context)
+    cuda("cuModuleLoadData", ctypes.byref(module), code)
+    cuda("cuModuleGetFunction", ctypes.byref(kernel), module, b"draw")
+    made = []
+    for data in [*buffers, bytes(result_size)]:
+        made.append(ctypes.c_uint64())
+        cuda("cuMemAlloc_v2", ctypes.byref(made[-1]), ctypes.c_size_t(len(data)))
+        cuda("cuMemcpyHtoD_v2", made[-1], data, ctypes.c_size_t(len(data)))
+    number = ctypes.c_uint32()
+    arguments = (ctypes.c_void_p * (len(made) + 1))(*map(ctypes.addressof, [*made, number]))
+    for number.value in range(threads):
+        cuda("cuLaunchKernel", kernel, 1, 1, 1, 1, 1, 1, 0, None, arguments, None)
+    result = ctypes.create_string_buffer(result_size)
+    cuda("cuMemcpyDtoH_v2", result, made[-1], ctypes.c_size_t(result_size))
+    cuda("cuDevicePrimaryCtxRelease_v2", device)
+    return result.raw

@@ -52,26 +52,26 @@ def nvrtc():
     return ctypes.CDLL(str(libraries[0]))
 
 
-def compile_with_nvrtc(source: bytes) -> str:
-    """The PTX of a source."""
+def compile_with_nvrtc(source: bytes, architecture="compute_75", form="PTX") -> bytes:
+    """The PTX of a source, or the CUBIN for an architecture such as sm_75."""
     library, program, size = nvrtc(), ctypes.c_void_p(), ctypes.c_size_t()
     assert library.nvrtcCreateProgram(ctypes.byref(program), source, b"draw.cu", 0, None, None) == 0
-    options = [f"--include-path={INCLUDE}".encode(), f"--include-path={HERE}".encode(), b"--gpu-architecture=compute_75"]
+    options = [f"--include-path={INCLUDE}".encode(), f"--include-path={HERE}".encode(), f"--gpu-architecture={architecture}".encode()]
     result = library.nvrtcCompileProgram(program, len(options), (ctypes.c_char_p * len(options))(*options))
     library.nvrtcGetProgramLogSize(program, ctypes.byref(size))
     log = ctypes.create_string_buffer(size.value)
     library.nvrtcGetProgramLog(program, log)
     assert result == 0 and log.value == b"", log.value.decode()
-    library.nvrtcGetPTXSize(program, ctypes.byref(size))
-    text = ctypes.create_string_buffer(size.value)
-    library.nvrtcGetPTX(program, text)
-    return text.value.decode()
+    getattr(library, f"nvrtcGet{form}Size")(program, ctypes.byref(size))
+    compiled = ctypes.create_string_buffer(size.value)
+    getattr(library, f"nvrtcGet{form}")(program, compiled)
+    return compiled.raw
 
 
 def test_nvrtc_compiles():
     # With types that the program defines for itself too, not all as libbn would.
     types = b"typedef unsigned int uint32_t;\ntypedef unsigned long uint64_t;\n"
-    ptx = compile_with_nvrtc(types + (HERE / "draw.cu").read_bytes())
+    ptx = compile_with_nvrtc(types + (HERE / "draw.cu").read_bytes()).decode()
     # Bits are reversed in one instruction, and nothing is in double.
     assert ".entry draw(" in ptx and "brev.b32" in ptx and ".f64" not in ptx
 

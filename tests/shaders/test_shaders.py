@@ -42,11 +42,6 @@ def spirv(folder, source, *options):
     return (folder / "draw.spv").read_bytes()
 
 
-def test_wgsl(cases):
-    need_wgpu()
-    compare(devices.run_wgpu, wgsl(), cases)
-
-
 def test_glsl(cases, tmp_path):
     need_wgpu()
     source = tmp_path / "draw.comp"
