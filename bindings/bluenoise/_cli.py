@@ -20,7 +20,7 @@ from typing import Any, Callable, Iterable, Iterator, Mapping, NoReturn, Optiona
 
 import numpy as np
 
-from . import __version__, _files, _textures, dither, power_spectrum, radial_power
+from . import __version__, _files, dither, power_spectrum, radial_power
 from . import _arguments as arguments
 from . import _masks as masks
 from . import measure as measure_mask
@@ -225,21 +225,6 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel of --mask to use, counted from 1")
     _add_report(command, "describe the points as JSON on standard output")
     _add_output(command, _POINTS_SUFFIXES, "csv")
-
-    command = add(
-        _write_textures, "textures", "write a folder of textures for engines",
-        "Writes masks of 1, 2 and 4 channels in 8 and 16 bits as PNG, KTX2 and EXR, the table of the draws as a texture with shaders "
-        "that read it, a contact sheet, a README and the licence (CC0). Needs Pillow, and OpenEXR for EXR.",
-    )
-    command.add_argument("folder", type=Path, metavar="FOLDER", help="a new or empty folder")
-    command.add_argument("--sizes", type=_list(_textures.SIZES), default=_textures.SIZES, metavar="N,N...",
-                         help=f"of {','.join(map(str, _textures.SIZES))} (default all)")
-    command.add_argument("--formats", type=_list(_textures.FORMATS), default=_textures.FORMATS, metavar="F,F...",
-                         help=f"of {','.join(_textures.FORMATS)} (default all)")
-    command.add_argument("--sweeps", type=_positive, default=_textures.SWEEPS, help="of annealing 2 and 4 channels: trial swaps per texel "
-                         f"(default {_textures.SWEEPS})")
-    _add_seed(command, 1)
-    _add_report(command, "print the contents of pack.json")
     return parser
 
 
@@ -247,19 +232,6 @@ def _add_report(command: argparse.ArgumentParser, text: str, quiet: bool = True)
     command.add_argument("--json", action="store_true", help=text)
     if quiet:
         command.add_argument("--quiet", action="store_true", help="do not show progress")
-
-
-def _list(known: Sequence[Any]) -> Callable[[str], tuple[Any, ...]]:
-    """Reads some of the known values with commas between them; they come in the known order."""
-
-    def read(text: str) -> tuple[Any, ...]:
-        given = text.split(",")
-        wrong = [each for each in given if each not in map(str, known)]
-        if wrong:
-            raise argparse.ArgumentTypeError(f"{wrong[0]!r} is not one of {', '.join(map(str, known))}")
-        return tuple(each for each in known if str(each) in given)
-
-    return read
 
 
 def _add_mask_input(command: argparse.ArgumentParser) -> None:
@@ -496,13 +468,6 @@ def _dither(options: argparse.Namespace) -> None:
             _files.save_png16(path, texels, picture)
         else:
             _files.save_picture(path, suffix, dither(picture, options.levels, mask=ranks, srgb=options.srgb), picture)
-
-
-def _write_textures(options: argparse.Namespace) -> None:
-    pack = _textures.write(options.folder, options.formats, options.sizes, options.seed, options.sweeps, __version__,
-                           _progress(options.quiet))
-    if options.json:
-        _print(json.dumps(pack))
 
 
 def _points(options: argparse.Namespace) -> None:

@@ -411,7 +411,7 @@ def save_mask(path: Path, suffix: str, ranks: npt.NDArray[np.uint32], bits: int,
         texels = np.moveaxis(ranks, 0, -1) if ranks.ndim == 3 else np.atleast_2d(ranks)[:, :, None]
         count = texels.shape[0] * texels.shape[1]
         if suffix == ".png":
-            beside.write_bytes(png(quantized(ranks, bits), described(description)))
+            beside.write_bytes(png(quantized(ranks, bits), [(b"tEXt", b"Description\0" + description.encode("latin-1", "replace"))]))
             return
         names = _EXR_CHANNELS[texels.shape[2]]
         planes = {name: to_float(texels[:, :, i], count) for i, name in enumerate(names)}
@@ -444,10 +444,6 @@ def png(values: npt.NDArray[Any], chunks: Sequence[tuple[bytes, bytes]]) -> byte
     for name, content in ((b"IHDR", header), *chunks, (b"IDAT", zlib.compress(rows.tobytes(), 9)), (b"IEND", b"")):
         parts += [struct.pack(">I", len(content)), name, content, struct.pack(">I", zlib.crc32(name + content))]
     return b"".join(parts)
-
-
-def described(text: str) -> list[tuple[bytes, bytes]]:
-    return [(b"tEXt", b"Description\0" + text.encode("latin-1", "replace"))]
 
 
 _KEPT_CHUNKS = (b"cHRM", b"gAMA", b"iCCP", b"sRGB", b"cICP", b"eXIf", b"pHYs")

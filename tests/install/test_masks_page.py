@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The listing of docs/masks.md, compiled and linked against the installed library."""
+"""The listings of docs/masks.md: that of C against the installed library, those of Python by this one."""
 
 import re
-from pathlib import Path
 
-from conftest import run
+import pytest
+from conftest import ROOT, run
 
-ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "docs" / "masks.md").read_text(encoding="utf-8")
 PROGRAM = """
 #include <stdio.h>
 int main(void) {
@@ -19,7 +19,18 @@ int main(void) {
 
 
 def test_the_listing_compiles_and_leaves_a_sampler_without_a_model(static_library, tmp_path):
-    (listing,) = re.findall(r"```c\n(.*?)```", (ROOT / "docs" / "masks.md").read_text(encoding="utf-8"), re.DOTALL)
+    (listing,) = re.findall(r"```c\n(.*?)```", PAGE, re.DOTALL)
     (tmp_path / "main.c").write_text(listing + PROGRAM)
     static_library.compile(tmp_path / "main.c", tmp_path / "program")
     assert run(tmp_path / "program") == "0 1\n"
+
+
+@pytest.mark.parametrize("text", re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL))
+def test_the_listings_of_python_run(text, tmp_path, monkeypatch):
+    bluenoise = pytest.importorskip("bluenoise")
+    if "neural(" in text:  # tests/python/test_neural.py runs it
+        return
+    monkeypatch.chdir(tmp_path)
+    exec(text, {"bluenoise": bluenoise})
+    for name in re.findall(r'save\("([^"]+)"', text):
+        assert bluenoise.load(name, rank=True).shape[-2:] == (64, 64)

@@ -48,7 +48,7 @@ def test_wheel_has_only_the_package():
     top = {file.parts[0] for file in files if ".." not in file.parts}
     assert {name for name in top if not name.endswith(".dist-info")} == {"bluenoise"}
     suffixes = {file.suffix for file in files if file.parts[0] == "bluenoise"} - {".pyc"}
-    assert suffixes <= {".py", ".pyi", ".typed", ".so", ".pyd", ".glsl", ".hlsl", ".txt"}
+    assert suffixes <= {".py", ".pyi", ".typed", ".so", ".pyd"}
     assert sum(file.suffix in (".so", ".pyd") for file in files) == 1
 
 
