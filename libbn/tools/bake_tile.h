@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * What the stages of bn_bake_sampler share: the table that is being made, test integrands, random
  * numbers, blurs, and the stages themselves. A stage is a list of parts; a part is a function of
- * the table before it, the seed and the effort alone, so that a run may end between any two of
- * them. */
+ * the table before it, the seed and the effort alone. */
 #ifndef BN_BAKE_TILE_H
 #define BN_BAKE_TILE_H
 
