@@ -28,9 +28,8 @@ struct bn_ort_value {
 };
 
 struct bn_ort_session {
-    int64_t radius, align;
+    fake_model model;
     int cuda;
-    char text[4096]; /* of the model */
 };
 
 struct bn_ort_type_info {
@@ -131,32 +130,13 @@ static bn_ort_status *append_cuda(bn_ort_session_options *options,
     return called();
 }
 
-/* The first value of a key, which needs as much room as the whole model; 0 if there is none. */
-static int look_up(const bn_ort_session *session, const char *key, char *value) {
-    char wanted[64];
-    const size_t length = (size_t)snprintf(wanted, sizeof wanted, "\n%s=", key);
-    const char *found = strstr(session->text, wanted);
-    if (found == NULL) return 0;
-    found += length;
-    const size_t size = strcspn(found, "\n");
-    memcpy(value, found, size);
-    value[size] = 0;
-    return 1;
-}
-
-static int64_t number(const bn_ort_session *session, const char *key) {
-    char value[sizeof session->text];
-    return look_up(session, key, value) ? atoi(value) : -1;
-}
-
-/* A text that the caller gives back; NULL for a key that is not there. */
-static bn_ort_status *give_text(const bn_ort_session *session, const char *key, char **text) {
-    char value[sizeof session->text];
+/* A text that the caller gives back; NULL for NULL. */
+static bn_ort_status *give_text(const char *text, char **copy) {
     bn_ort_status *status = called();
-    *text = NULL;
-    if (status != NULL || !look_up(session, key, value)) return status;
-    *text = make(strlen(value) + 1);
-    memcpy(*text, value, strlen(value) + 1);
+    *copy = NULL;
+    if (status != NULL || text == NULL) return status;
+    *copy = make(strlen(text) + 1);
+    memcpy(*copy, text, strlen(text) + 1);
     return NULL;
 }
 
@@ -170,9 +150,17 @@ static bn_ort_status *get_metadata(const bn_ort_session *session,
 static bn_ort_status *look_up_metadata(const bn_ort_model_metadata *metadata,
                                        bn_ort_allocator *allocator, const char *key, char **value) {
     const bn_ort_session *session;
+    char number[16];
     memcpy(&session, metadata, sizeof session);
     (void)allocator;
-    return give_text(session, key, value);
+    const int found = strcmp(key, "bn.version") == 0            ? 1
+                      : strcmp(key, "bn.receptive_radius") == 0 ? session->model.radius
+                      : strcmp(key, "bn.align") == 0            ? session->model.align
+                      : strcmp(key, "bn.sparse_spacing") == 0 && session->model.spacing != 0
+                          ? session->model.spacing
+                          : -1;
+    snprintf(number, sizeof number, "%d", found);
+    return give_text(found < 0 ? NULL : number, value);
 }
 
 static bn_ort_status *get_allocator(bn_ort_allocator **allocator) {
@@ -186,26 +174,24 @@ static bn_ort_status *give_back(bn_ort_allocator *allocator, void *memory) {
     return called();
 }
 
-static bn_ort_status *count_inputs(const bn_ort_session *session, size_t *count) {
-    *count = (size_t)number(session, "inputs");
-    return called();
-}
-
-static bn_ort_status *count_outputs(const bn_ort_session *session, size_t *count) {
-    *count = (size_t)number(session, "outputs");
+static bn_ort_status *count_values(const bn_ort_session *session, size_t *count) {
+    (void)session;
+    *count = 1;
     return called();
 }
 
 static bn_ort_status *input_name(const bn_ort_session *session, size_t index,
                                  bn_ort_allocator *allocator, char **name) {
     (void)allocator;
-    return index == 0 ? give_text(session, "input", name) : make(1);
+    (void)session;
+    return index == 0 ? give_text("noise", name) : make(1);
 }
 
 static bn_ort_status *output_name(const bn_ort_session *session, size_t index,
                                   bn_ort_allocator *allocator, char **name) {
     (void)allocator;
-    return index == 0 ? give_text(session, "output", name) : make(1);
+    (void)session;
+    return index == 0 ? give_text("mask", name) : make(1);
 }
 
 static bn_ort_status *describe(const bn_ort_session *session, int is_input,
@@ -225,32 +211,29 @@ static bn_ort_status *output_type(const bn_ort_session *session, size_t index,
     return index == 0 ? describe(session, 0, type) : make(1);
 }
 
-static const bn_ort_type_info *type_of(const bn_ort_tensor_info *tensor) {
-    return (const bn_ort_type_info *)(const void *)tensor;
-}
-
 static bn_ort_status *as_tensor(const bn_ort_type_info *type, const bn_ort_tensor_info **tensor) {
-    const int is_tensor = number(type->session, "element") != 0;
-    *tensor = is_tensor ? (const bn_ort_tensor_info *)(const void *)type : NULL;
+    *tensor = (const bn_ort_tensor_info *)(const void *)type;
     return called();
 }
 
 static bn_ort_status *get_element(const bn_ort_tensor_info *tensor, int *element) {
-    *element = (int)number(type_of(tensor)->session, "element");
+    (void)tensor;
+    *element = BN_ORT_FLOAT;
     return called();
 }
 
 static bn_ort_status *count_axes(const bn_ort_tensor_info *tensor, size_t *count) {
-    *count = (size_t)number(type_of(tensor)->session, "axes");
+    (void)tensor;
+    *count = 4;
     return called();
 }
 
 static bn_ort_status *get_extents(const bn_ort_tensor_info *tensor, int64_t *extents,
                                   size_t count) {
-    const bn_ort_type_info *type = type_of(tensor);
+    const bn_ort_type_info *type = (const bn_ort_type_info *)(const void *)tensor;
     for (size_t i = 0; i < count; ++i) extents[i] = -1;
-    extents[0] = number(type->session, "batch");
-    extents[1] = number(type->session, type->is_input ? "in_channels" : "out_channels");
+    extents[0] = 1;
+    extents[1] = type->is_input ? 1 : type->session->model.channels;
     return called();
 }
 
@@ -264,10 +247,8 @@ static bn_ort_status *create_session(const bn_ort_env *env, const void *model, s
         (*session)->cuda = options->cuda;
         state.fallbacks += options->cuda && !options->stays;
         state.rough += options->cuda && !options->precise;
-        memcpy((*session)->text, model,
-               size < sizeof(*session)->text ? size : sizeof(*session)->text - 1);
-        (*session)->radius = number(*session, "bn.receptive_radius");
-        (*session)->align = number(*session, "bn.align");
+        if (size != sizeof(*session)->model) abort();
+        memcpy(&(*session)->model, model, size);
     }
     return status;
 }
@@ -311,7 +292,7 @@ static bn_ort_status *run(bn_ort_session *session, const bn_ort_run_options *opt
                           const char *const *input_names, const bn_ort_value *const *inputs,
                           size_t input_count, const char *const *output_names, size_t output_count,
                           bn_ort_value **outputs) {
-    const int64_t r = session->radius;
+    const int64_t r = session->model.radius;
     const bn_ort_value *in = inputs[0];
     bn_ort_value *out = outputs[0];
     const int64_t channels = out->shape[1], height = out->shape[2], width = out->shape[3];
@@ -321,7 +302,7 @@ static bn_ort_status *run(bn_ort_session *session, const bn_ort_run_options *opt
     if (input_count != 1 || output_count != 1 || strcmp(input_names[0], "noise") != 0 ||
         strcmp(output_names[0], "mask") != 0 || in->shape[1] != 1 ||
         in->shape[2] != height + 2 * r || in->shape[3] != width + 2 * r ||
-        height % session->align != 0 || width % session->align != 0) {
+        height % session->model.align != 0 || width % session->model.align != 0) {
         return make(1);
     }
     meet();
@@ -373,8 +354,8 @@ static const bn_ort_api table = {
     .set_inter_op_num_threads = set_number,
     .create_tensor_with_data_as_ort_value = create_tensor,
     .create_cpu_memory_info = create_memory,
-    .session_get_input_count = count_inputs,
-    .session_get_output_count = count_outputs,
+    .session_get_input_count = count_values,
+    .session_get_output_count = count_values,
     .session_get_input_type_info = input_type,
     .session_get_output_type_info = output_type,
     .session_get_input_name = input_name,

@@ -23,6 +23,12 @@ typedef struct fake_state {
 
 typedef fake_state *(*fake_state_getter)(void);
 
+/* The bytes of a model. */
+typedef struct fake_model {
+    int radius, align, spacing; /* spacing 0 leaves the entry out */
+    uint32_t channels;
+} fake_model;
+
 /* The output of the fake network, from the first, the middle and the last texel of the window that
  * an output texel sees. */
 static inline float fake_network(uint32_t channel, float first, float middle, float last) {

@@ -31,59 +31,32 @@ static inline fake_state *fake_reset(void) {
     return state;
 }
 
-/* A model of the fake runtime: lines of a key, an equals sign and a value, of which the first counts. */
-typedef struct message {
-    char bytes[4096];
-    size_t size;
-} message;
-
-/* What a model is made of; start from model_parts_default(). */
-typedef struct model_parts {
-    const char *radius, *align, *spacing; /* of the metadata; NULL leaves the entry out */
-    uint32_t channels;
-    const char *first; /* lines that come before all others */
-} model_parts;
-
-static inline model_parts model_parts_default(void) {
-    return (model_parts){.radius = "1", .align = "1", .channels = 1, .first = ""};
-}
-
-static inline void make_model(const model_parts *parts, message *model) {
-    char spacing[64] = "";
-    if (parts->spacing != NULL) {
-        snprintf(spacing, sizeof spacing, "bn.sparse_spacing=%s\n", parts->spacing);
-    }
-    model->size = (size_t)snprintf(
-        model->bytes, sizeof model->bytes,
-        "%s\nbn.version=1\nbn.receptive_radius=%s\nbn.align=%s\n%sinputs=1\noutputs=1\n"
-        "input=noise\noutput=mask\naxes=4\nelement=1\nbatch=1\nin_channels=1\nout_channels=%u\n",
-        parts->first, parts->radius, parts->align, spacing, (unsigned)parts->channels);
+static inline fake_model fake_model_default(void) {
+    return (fake_model){.radius = 1, .align = 1, .channels = 1};
 }
 
 /* Options for a model in the fake runtime. */
-static inline bn_neural_options fake_options(const message *model) {
+static inline bn_neural_options fake_options(const fake_model *model) {
     bn_neural_options options = bn_neural_options_default();
-    options.model = model->bytes;
-    options.model_size = model->size;
+    options.model = model;
+    options.model_size = sizeof *model;
     options.runtime_path = FAKE_RUNTIME;
     options.threads = 1;
     return options;
 }
 
-static inline bn_result open_on(const char *provider, const model_parts *parts, const char *runtime,
+static inline bn_result open_on(const char *provider, const fake_model *model, const char *runtime,
                                 uint32_t threads, bn_neural **neural) {
-    message model;
-    make_model(parts, &model);
-    bn_neural_options options = fake_options(&model);
+    bn_neural_options options = fake_options(model);
     options.runtime_path = runtime;
     options.threads = threads;
     options.provider = provider;
     return bn_neural_open(&options, neural);
 }
 
-static inline bn_result open_parts(const model_parts *parts, const char *runtime, uint32_t threads,
+static inline bn_result open_model(const fake_model *model, const char *runtime, uint32_t threads,
                                    bn_neural **neural) {
-    return open_on(NULL, parts, runtime, threads, neural);
+    return open_on(NULL, model, runtime, threads, neural);
 }
 
 #endif

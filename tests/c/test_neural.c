@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Masks and windows of networks. In a fake ONNX Runtime that computes a known function: noise,
- * tiles, wrapping, threads, CUDA, every failing call, unusable libraries. tests/python/test_neural.py
- * uses the real one. */
+ * tiles, wrapping, threads, CUDA, every failing call, unusable libraries. tests/python uses the real
+ * one, also for what a model may say about itself. */
 #define _DEFAULT_SOURCE
 #include "check.h"
 #include "masks.h"
@@ -104,17 +104,17 @@ static void test_windows(void) {
                    {-((int64_t)1 << 40), 0, 33, 64},
                    {((int64_t)1 << 40) - 40, -((int64_t)1 << 40), 40, 3}};
     static const struct {
-        const char *radius, *align;
+        int radius, align;
         uint32_t channels;
-    } models[] = {{"1", "1", 1}, {"9", "1", 2}, {"0", "4", 1}, {"24", "3", 3}};
+    } models[] = {{1, 1, 1}, {9, 1, 2}, {0, 4, 1}, {24, 3, 3}};
     for (size_t m = 0; m < sizeof models / sizeof *models; ++m) {
-        model_parts parts = model_parts_default();
-        parts.radius = models[m].radius;
-        parts.align = models[m].align;
-        parts.channels = models[m].channels;
+        fake_model model = fake_model_default();
+        model.radius = models[m].radius;
+        model.align = models[m].align;
+        model.channels = models[m].channels;
         for (uint32_t threads = 1; threads <= 4; threads += 3) {
             bn_neural *neural;
-            CHECK(open_parts(&parts, FAKE_RUNTIME, threads, &neural) == BN_SUCCESS);
+            CHECK(open_model(&model, FAKE_RUNTIME, threads, &neural) == BN_SUCCESS);
             CHECK(bn_neural_channels(neural) == models[m].channels);
             for (size_t w = 0; w < sizeof windows / sizeof *windows; ++w) {
                 const uint32_t width = windows[w].width, height = windows[w].height;
@@ -126,7 +126,7 @@ static void test_windows(void) {
                     const uint32_t c = (uint32_t)(i / width / height);
                     const int64_t x = windows[w].x0 + (int64_t)(i % width);
                     const int64_t y = windows[w].y0 + (int64_t)(i / width % height);
-                    CHECK(values[i] == expected_at(c, x, y, atoi(models[m].radius), w, 0, 0));
+                    CHECK(values[i] == expected_at(c, x, y, models[m].radius, w, 0, 0));
                 }
                 free(values);
             }
@@ -160,13 +160,13 @@ static void test_sparse_spacing(void) {
     enum { extent = 64, count = extent * extent, points = count / 16, few = 16 };
     static uint32_t ranks[4][2 * count];
     for (int i = 0; i < 4; ++i) {
-        model_parts parts = model_parts_default();
+        fake_model model = fake_model_default();
         bn_neural *neural;
-        parts.channels = 2;
-        parts.spacing = i == 0   ? NULL
-                        : i == 1 ? "10000"
-                                 : "400"; /* 10000: no pattern of this mask is that sparse */
-        CHECK(open_parts(&parts, FAKE_RUNTIME, (uint32_t)(i == 3 ? 3 : 1), &neural) == BN_SUCCESS);
+        model.channels = 2;
+        model.spacing = i == 0   ? 0
+                        : i == 1 ? 10000
+                                 : 400; /* 10000: no pattern of this mask is that sparse */
+        CHECK(open_model(&model, FAKE_RUNTIME, (uint32_t)(i == 3 ? 3 : 1), &neural) == BN_SUCCESS);
         CHECK(mask_of(neural, extent, extent, 5, ranks[i]) == BN_SUCCESS);
         bn_neural_close(neural);
     }
@@ -192,12 +192,12 @@ static void test_sparse_spacing(void) {
 static void test_masks(void) {
     static const uint32_t extents[][2] = {{1, 1},   {2, 3},    {5, 1},    {16, 16},
                                           {33, 20}, {301, 99}, {190, 700}};
-    model_parts parts = model_parts_default();
-    parts.radius = "7";
-    parts.channels = 2;
+    fake_model model = fake_model_default();
+    model.radius = 7;
+    model.channels = 2;
     for (uint32_t threads = 1; threads <= 3; ++threads) {
         bn_neural *neural;
-        CHECK(open_parts(&parts, FAKE_RUNTIME, threads, &neural) == BN_SUCCESS);
+        CHECK(open_model(&model, FAKE_RUNTIME, threads, &neural) == BN_SUCCESS);
         for (size_t e = 0; e < sizeof extents / sizeof *extents; ++e) {
             const uint32_t width = extents[e][0], height = extents[e][1];
             const size_t texels = (size_t)width * height;
@@ -225,10 +225,10 @@ static void test_masks(void) {
 static void test_threads_are_used(void) {
     enum { extent = 300, count = extent * extent };
     static uint32_t ranks[count];
-    model_parts parts = model_parts_default();
+    fake_model model = fake_model_default();
     bn_neural *neural;
     fake_state *state = fake_reset();
-    CHECK(open_parts(&parts, FAKE_RUNTIME, 2, &neural) == BN_SUCCESS);
+    CHECK(open_model(&model, FAKE_RUNTIME, 2, &neural) == BN_SUCCESS);
     CHECK(state->telemetry_disabled == 0); /* this program had loaded it before */
     CHECK(state->spinning == 0 && state->log_level == 4 && state->asked_version == 21);
     state->most_running = 0;
@@ -236,7 +236,7 @@ static void test_threads_are_used(void) {
     CHECK(mask_of(neural, extent, extent, 0, ranks) == BN_SUCCESS);
     CHECK(state->most_running == 2);
     bn_neural_close(neural);
-    CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+    CHECK(open_model(&model, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
     state->most_running = state->meet = 0;
     CHECK(mask_of(neural, extent, extent, 0, ranks) == BN_SUCCESS);
     CHECK(state->most_running == 1 && state->runs > 2);
@@ -265,10 +265,8 @@ static void test_progress(void) {
     static uint32_t ranks[count];
     static float values[count];
     static const int stops[] = {0, 1, 2};
-    model_parts parts = model_parts_default();
+    fake_model model = fake_model_default();
     const bn_mask mask = bn_mask_u32(ranks, width, height);
-    message model;
-    make_model(&parts, &model);
     for (int run = 0; run < 3 * 3 * 2; ++run) {
         const int stop_at = stops[run % 3], threads = run / 3 % 3 + 1, window = run / 9;
         watcher w = {pthread_self(), 0, stop_at, 0, 0};
@@ -301,7 +299,7 @@ static void test_progress(void) {
 static void test_cuda(void) {
     enum { width = 700, height = 450, count = width * height };
     static float values[2][count];
-    model_parts parts = model_parts_default();
+    fake_model model = fake_model_default();
     fake_state *state = fake_reset();
     for (int lacks_tf32 = 0; lacks_tf32 < 2; ++lacks_tf32) {
         int runs[2];
@@ -309,7 +307,7 @@ static void test_cuda(void) {
             bn_neural *neural;
             fake_reset();
             state->lacks_tf32 = lacks_tf32;
-            CHECK(open_on(cuda ? "cuda" : NULL, &parts, FAKE_RUNTIME, 3, &neural) == BN_SUCCESS);
+            CHECK(open_on(cuda ? "cuda" : NULL, &model, FAKE_RUNTIME, 3, &neural) == BN_SUCCESS);
             CHECK(state->fallbacks == 0 && state->rough == 0);
             const int before = state->runs;
             CHECK(window_of(neural, -5, 9, width, height, 4, values[cuda], count) == BN_SUCCESS);
@@ -325,7 +323,7 @@ static void test_cuda(void) {
 
 /* Without CUDA or without a GPU: an error. Whether the model is to blame, the status tells. */
 static void test_nothing_to_run_on(void) {
-    model_parts parts = model_parts_default();
+    fake_model model = fake_model_default();
     bn_neural *neural;
     for (int code = 0; code <= 11; ++code) {
         const int blames_model = code == 7 || code == 9 || code == 10;
@@ -333,10 +331,10 @@ static void test_nothing_to_run_on(void) {
         state->error_code = code;
         state->lacks_cuda = code == 0;
         state->lacks_gpu = code != 0;
-        CHECK(open_on("cuda", &parts, FAKE_RUNTIME, 1, &neural) ==
+        CHECK(open_on("cuda", &model, FAKE_RUNTIME, 1, &neural) ==
               (blames_model ? BN_ERROR_BAD_DATA : BN_ERROR_RUNTIME));
         CHECK(neural == NULL && state->living == 0 && state->runs == 0);
-        CHECK(open_on("cpu", &parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+        CHECK(open_on("cpu", &model, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
         bn_neural_close(neural);
     }
     fake_reset();
@@ -344,100 +342,16 @@ static void test_nothing_to_run_on(void) {
 
 /* ---- Failures */
 
-/* What a model says about itself is checked: a line, and what comes of it. */
-static void test_models(void) {
-    const bn_result bad = BN_ERROR_BAD_DATA, good = BN_SUCCESS, other = BN_ERROR_UNSUPPORTED;
-    const struct {
-        const char *key, *value;
-        bn_result expected;
-    } cases[] = {
-        {"bn.version", "0", other},
-        {"bn.version", "2", other},
-        {"bn.version", "", bad},
-        {"bn.version", "1.0", bad},
-        {"bn.receptive_radius", "256", good},
-        {"bn.receptive_radius", "257", bad},
-        {"bn.receptive_radius", "-1", bad},
-        {"bn.receptive_radius", " 1", bad},
-        {"bn.receptive_radius", "4294967297", bad},
-        {"bn.receptive_radius", "", bad},
-        {"bn.align", "64", good},
-        {"bn.align", "65", bad},
-        {"bn.align", "0", bad},
-        {"bn.align", "", bad},
-        {"bn.sparse_spacing", "1", good},
-        {"bn.sparse_spacing", "10000", good},
-        {"bn.sparse_spacing", "10001", bad},
-        {"bn.sparse_spacing", "0", bad},
-        {"bn.sparse_spacing", "3.5", bad},
-        {"inputs", "0", bad},
-        {"inputs", "2", bad},
-        {"outputs", "2", bad},
-        {"input", "image", bad},
-        {"axes", "3", bad},
-        {"axes", "5", bad},
-        {"element", "10", bad}, /* float16 */
-        {"element", "0", bad},  /* not a tensor */
-        {"batch", "2", bad},
-        {"in_channels", "2", bad},
-        {"out_channels", "-1", bad}, /* not fixed */
-        {"out_channels", "0", bad},
-        {"out_channels", "16", good},
-        {"out_channels", "17", bad},
-    };
-    char line[2048];
-    bn_neural *neural;
-    model_parts parts = model_parts_default();
-    parts.first = line;
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
-        snprintf(line, sizeof line, "\n%s=%s", cases[i].key, cases[i].value);
-        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == cases[i].expected);
-        bn_neural_close(neural);
-    }
-    snprintf(line, sizeof line, "\noutput=%01500d", 7); /* longer than any name */
-    CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_ERROR_BAD_DATA);
-    CHECK(fake_reset()->living == 0);
-}
-
-static void test_quantiles(void) {
-    static const struct {
-        int count, first, step;
-        bn_result expected;
-    } cases[] = {{65, -1000, 1000, BN_SUCCESS},       {65, 7, 0, BN_ERROR_BAD_DATA},
-                 {65, 100000, -1, BN_ERROR_BAD_DATA}, {64, 0, 1, BN_ERROR_BAD_DATA},
-                 {66, 0, 1, BN_ERROR_BAD_DATA},       {1, 1, 1, BN_ERROR_BAD_DATA}};
-    static const char *const texts[] = {",", "0.5", "-", "--1", "1,,2", "1,"};
-    char line[2048];
-    bn_neural *neural;
-    model_parts parts = model_parts_default();
-    parts.first = line;
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
-        int at = snprintf(line, sizeof line, "\nbn.quantiles=");
-        for (int k = 0; k < cases[i].count; ++k) {
-            at += snprintf(line + at, sizeof line - (size_t)at, "%s%d", k == 0 ? "" : ",",
-                           cases[i].first + k * cases[i].step);
-        }
-        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == cases[i].expected);
-        bn_neural_close(neural);
-    }
-    for (size_t i = 0; i < sizeof texts / sizeof *texts; ++i) {
-        snprintf(line, sizeof line, "\nbn.quantiles=%s", texts[i]);
-        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_ERROR_BAD_DATA);
-    }
-}
-
 static void test_arguments(void) {
-    model_parts parts = model_parts_default();
-    bn_neural *neural = (bn_neural *)&parts;
+    fake_model model = fake_model_default();
+    bn_neural *neural = (bn_neural *)&model;
     uint32_t ranks[16];
     float values[16];
-    message model;
-    make_model(&parts, &model);
     CHECK(bn_neural_open(NULL, NULL) == BN_ERROR_INVALID_ARGUMENT);
     bn_neural_options options = bn_neural_options_default();
-    options.model = model.bytes;
+    options.model = &model;
     CHECK(bn_neural_open(&options, &neural) == BN_ERROR_INVALID_ARGUMENT && neural == NULL);
-    options.model_size = model.size;
+    options.model_size = sizeof model;
     options.model_path = "model.onnx";
     CHECK(bn_neural_open(&options, &neural) == BN_ERROR_INVALID_ARGUMENT);
     options.model = NULL;
@@ -456,12 +370,12 @@ static void test_arguments(void) {
     options.model_path = NULL;
     options.runtime_path = "";
     CHECK(bn_neural_open(&options, &neural) == BN_ERROR_INVALID_ARGUMENT && neural == NULL);
-    CHECK(open_on("", &parts, FAKE_RUNTIME, 1, &neural) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(open_on("CUDA", &parts, FAKE_RUNTIME, 1, &neural) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(open_on("", &model, FAKE_RUNTIME, 1, &neural) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(open_on("CUDA", &model, FAKE_RUNTIME, 1, &neural) == BN_ERROR_INVALID_ARGUMENT);
     bn_neural_close(NULL);
     CHECK(bn_neural_channels(NULL) == 0);
 
-    CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+    CHECK(open_model(&model, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
     memset(ranks, 7, sizeof ranks);
     CHECK(mask_of(NULL, 4, 4, 0, ranks) == BN_ERROR_INVALID_ARGUMENT);
     CHECK(mask_of(neural, 4, 4, 0, NULL) == BN_ERROR_INVALID_ARGUMENT);
@@ -491,14 +405,14 @@ static void test_failing_calls(const char *provider) {
     enum { extent = 40, count = extent * extent };
     static uint32_t ranks[count];
     const int cuda = provider != NULL;
-    model_parts parts = model_parts_default();
+    fake_model model = fake_model_default();
     fake_state *state = fake_reset();
     int runtime = 0, bad_data = 0;
     for (int fail_at = 1;; ++fail_at) {
         bn_neural *neural;
         fake_reset();
         state->fail_at = fail_at;
-        bn_result result = open_on(provider, &parts, FAKE_RUNTIME, 1, &neural);
+        bn_result result = open_on(provider, &model, FAKE_RUNTIME, 1, &neural);
         memset(ranks, 7, sizeof ranks);
         if (result == BN_SUCCESS) {
             result = mask_of(neural, extent, extent, 0, ranks);
@@ -524,15 +438,15 @@ static void test_values_that_are_not_finite(void) {
     enum { extent = 20, count = extent * extent };
     uint32_t ranks[count] = {0};
     float values[count];
-    model_parts parts = model_parts_default();
+    fake_model model = fake_model_default();
     for (int i = 0; i < 3; ++i) {
         fake_state *state = fake_reset();
         bn_neural *neural;
         state->spoil_from = 1;
         state->spoil_with = bad[i];
-        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_ERROR_BAD_DATA);
+        CHECK(open_model(&model, FAKE_RUNTIME, 1, &neural) == BN_ERROR_BAD_DATA);
         state->spoil_from = 0;
-        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+        CHECK(open_model(&model, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
         state->spoil_from = 1;
         memset(ranks, 0, sizeof ranks);
         CHECK(mask_of(neural, extent, extent, 0, ranks) == BN_ERROR_BAD_DATA);
@@ -555,31 +469,31 @@ static void test_libraries_that_will_not_do(void) {
                                             "/"};
     static const fake_state lacking[] = {
         {.lacks_base = 1}, {.lacks_table = 1}, {.version = "1.16.3"}, {.version = "nightly"}};
-    model_parts parts = model_parts_default();
+    fake_model model = fake_model_default();
     bn_neural *neural;
     for (size_t i = 0; i < sizeof libraries / sizeof *libraries; ++i) {
-        CHECK(open_parts(&parts, libraries[i], 1, &neural) == BN_ERROR_RUNTIME && neural == NULL);
+        CHECK(open_model(&model, libraries[i], 1, &neural) == BN_ERROR_RUNTIME && neural == NULL);
         setenv("BN_ONNXRUNTIME", libraries[i], 1);
-        CHECK(open_parts(&parts, NULL, 1, &neural) == BN_ERROR_RUNTIME);
-        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+        CHECK(open_model(&model, NULL, 1, &neural) == BN_ERROR_RUNTIME);
+        CHECK(open_model(&model, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
         bn_neural_close(neural);
     }
     for (size_t i = 0; i < sizeof lacking / sizeof *lacking; ++i) {
         *fake_reset() = lacking[i];
-        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_ERROR_RUNTIME && neural == NULL);
+        CHECK(open_model(&model, FAKE_RUNTIME, 1, &neural) == BN_ERROR_RUNTIME && neural == NULL);
     }
     fake_state *state = fake_reset();
     state->version = "1.18.2";
-    CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS && state->asked_version == 18);
+    CHECK(open_model(&model, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS && state->asked_version == 18);
     bn_neural_close(neural);
     fake_reset();
     setenv("BN_ONNXRUNTIME", FAKE_RUNTIME, 1);
-    CHECK(open_parts(&parts, NULL, 1, &neural) == BN_SUCCESS);
+    CHECK(open_model(&model, NULL, 1, &neural) == BN_SUCCESS);
     bn_neural_close(neural);
     unsetenv("BN_ONNXRUNTIME");
     /* A library that nobody else had loaded gets its telemetry switched off. */
     unsetenv("ORT_DISABLE_TELEMETRY");
-    CHECK(open_parts(&parts, BN_FAKE_DIR "/libfake_other.so", 1, &neural) == BN_SUCCESS);
+    CHECK(open_model(&model, BN_FAKE_DIR "/libfake_other.so", 1, &neural) == BN_SUCCESS);
     void *handle = dlopen(BN_FAKE_DIR "/libfake_other.so", RTLD_NOW | RTLD_LOCAL);
     void *symbol = dlsym(handle, "fake_get_state");
     fake_state_getter getter;
@@ -600,8 +514,6 @@ int main(void) {
     test_progress();
     test_cuda();
     test_nothing_to_run_on();
-    test_models();
-    test_quantiles();
     test_arguments();
     test_failing_calls(NULL);
     test_failing_calls("cuda");

@@ -16,10 +16,10 @@ enum { OTHER_USER = 65534, LOADED = 10, NOT_LOADED = 11, SAME_RIGHTS = 12 };
 
 /* Opens a network as any program would; says whether the library of the test was loaded for it. */
 static int child(int expects_more_rights) {
-    model_parts parts = model_parts_default();
+    fake_model model = fake_model_default();
     bn_neural *neural;
     if (expects_more_rights && getuid() == geteuid()) return SAME_RIGHTS;
-    open_parts(&parts, NULL, 1, &neural);
+    open_model(&model, NULL, 1, &neural);
     bn_neural_close(neural);
     return dlopen(FAKE_RUNTIME, RTLD_NOW | RTLD_NOLOAD) != NULL ? LOADED : NOT_LOADED;
 }

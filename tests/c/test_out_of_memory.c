@@ -54,11 +54,11 @@ static double error;
 
 #ifndef BN_NO_NEURAL
 static bn_result call_network(int only_open, uint32_t channels) {
-    model_parts parts = model_parts_default();
+    fake_model model = fake_model_default();
     bn_neural *neural;
-    parts.channels = channels;
-    parts.spacing = "400";
-    bn_result result = open_parts(&parts, FAKE_RUNTIME, 1, &neural);
+    model.channels = channels;
+    model.spacing = 400;
+    bn_result result = open_model(&model, FAKE_RUNTIME, 1, &neural);
     if (result == BN_SUCCESS && !only_open) {
         bn_mask made = bn_mask_u32(ranks, SIZE, SIZE);
         made.channels = channels;

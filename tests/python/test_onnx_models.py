@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Models that ONNX Runtime rejects, and those that it runs but libbn cannot use. tests/c/test_neural.c checks every rule."""
+"""Models that ONNX Runtime rejects, and those that it runs but libbn cannot use: what they say about themselves is checked."""
 
 import os
 
@@ -17,10 +17,29 @@ ONE = convolution(KERNEL)
 CONV = node("Conv", "noise,weights", "mask") + tensor("weights", (1, 1, 3, 3), bytes(36))
 
 
+def quantiles(values):
+    return ",".join(map(str, values))
+
+
+# Of the entries of the metadata. A convolution of the wide radius takes every 256th texel.
+GOOD = {"align": [1, 64], "sparse_spacing": [1, 10000], "quantiles": [quantiles(range(-1000, 64000, 1000))]}
+BAD = {"version": ["", "1.0"], "align": [0, 65, ""], "sparse_spacing": [0, 10001, 3.5],
+       "receptive_radius": [257, -1, " 1", 2**32 + 1, "", 2],  # 2 is not what the model does
+       "quantiles": [*map(quantiles, (range(64), range(66), [7] * 65, range(65, 0, -1))), ",", "0.5", "--1", "1,,2"]}
+WIDE = model(node("Conv", "noise,weights", "mask", dilations=(256, 256)) + tensor("weights", (1, 1, 3, 3), bytes(36)),
+             receptive_radius=256)
+
+
 @pytest.mark.parametrize(("bytes_", "words"), [
-    (convolution(KERNEL, version=2), "not supported"),
-    (convolution(KERNEL, receptive_radius=257), "bad data"),
-    (convolution(KERNEL, receptive_radius=2), "bad data"),  # not what the model does
+    *((convolution(KERNEL, version=version), "not supported") for version in (0, 2)),
+    *((convolution(KERNEL, **{key: value}), "bad data") for key, values in BAD.items() for value in values),
+    (model(node("Transpose", "noise", "mask", perm=(0, 2, 1, 3)), outputs=value("mask", 12, (1, "h", 1, "w")), receptive_radius=0),
+     "bad data"),
+    (model(node("Concat", "noise,noise", "mask", axis=0), outputs=value("mask", 12, (2, 1, "h", "w")), receptive_radius=0), "bad data"),
+    (model(CONV + node("Identity", "noise", "copy"), outputs=value("mask", 12) + value("copy", 12)), "bad data"),
+    (model(CONV, inputs=value("noise", 11, (1, 1, "w"))), "bad data"),
+    (model(CONV, inputs=value("noise", 11, (1, 2, "h", "w"))), "bad data"),
+    (model(CONV, inputs=b""), "bad data"),
     (convolution(np.full((17, 3, 3), 0.1)), "bad data"),
     (convolution(np.full((1, 3, 3), np.nan)), "bad data"),
     (model(CONV, inputs=value("image", 11)), "bad data"),
@@ -38,7 +57,9 @@ def test_what_cannot_be_used_gets_one_line(bytes_, words, capfd):
 
 
 def test_what_can_be_used():
-    assert NeuralGenerator(ONE).channels == 1
+    assert NeuralGenerator(ONE).channels == NeuralGenerator(WIDE).channels == 1
+    for key, value_ in ((key, value_) for key, values in GOOD.items() for value_ in values):
+        NeuralGenerator(convolution(KERNEL, **{key: value_}))
     assert NeuralGenerator(convolution(np.full((16, 3, 3), 0.1))).channels == 16
 
 
