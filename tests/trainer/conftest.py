@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests run the trainer from the source tree; `scripts/setup --with-trainer` installs its dependencies."""
 
-import os
 import sys
 from pathlib import Path
 
@@ -18,10 +17,3 @@ pytest.importorskip("onnxruntime", reason="scripts/setup --with-trainer installs
 @pytest.fixture(scope="session", autouse=True)
 def one_thread() -> None:
     torch.set_num_threads(1)
-
-
-@pytest.fixture(scope="session")
-def trainer_environment() -> dict[str, str]:
-    """The environment for `python -m bn_trainer` as a separate process."""
-    path = os.pathsep.join(filter(None, [str(TRAINER), os.environ.get("PYTHONPATH", "")]))
-    return {**os.environ, "PYTHONPATH": path, "OMP_NUM_THREADS": "1"}

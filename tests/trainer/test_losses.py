@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 import torch
-from bn_trainer.losses import DitheringError, VectorEnergy, ranks
+from bn_trainer.losses import Direction, DitheringError, VectorEnergy, ranks
 
 import bluenoise
 
@@ -61,6 +61,32 @@ def test_energy_ranks_vector_masks():
     assert energies[0] == pytest.approx(0.612, abs=0.005)
     # Channels that are blue alone repel each other less than those made together.
     assert energies[0] - 0.01 > energies[1] > energies[2] + 0.003
+
+
+def direction(masks):
+    """The definition: over eight rings, how much more power lies near an axis than near a diagonal, above a tolerance."""
+    power = np.mean(np.abs(np.fft.fft2(masks - 0.5)) ** 2, axis=0)
+    f = np.fft.fftfreq(masks.shape[1])
+    radius, angle = np.hypot(f[:, None], f), np.degrees(np.arctan2(*np.abs(np.meshgrid(f, f, indexing="ij"))))
+    axis, parts = np.minimum(angle, 90 - angle) < 22.5, []
+    for low in 0.25 + np.arange(8) / 32:
+        ring = (radius >= low) & (radius < low + 1 / 32)
+        a, d = power[ring & axis].mean(), power[ring & ~axis].mean()
+        parts.append(max(abs(a - d) / (a + d) - 0.1, 0) ** 2)
+    return np.mean(parts)
+
+
+def test_direction_by_its_definition():
+    white = np.random.default_rng(3).random((2, 64, 64))
+    rings, f = [], np.fft.fftfreq(64)
+    for low in np.arange(8) / 32 + 0.25:  # more power along the rows, in one ring at a time
+        ring = (abs(f[:, None]) < 0.05) & (np.hypot(f[:, None], f) >= low) & (np.hypot(f[:, None], f) < low + 1 / 32)
+        masks = 0.5 + np.fft.ifft2(np.fft.fft2(white - 0.5) * np.where(ring, 4, 1)).real
+        rings.append(float(Direction(64)(torch.from_numpy(masks).float())))
+        assert rings[-1] == pytest.approx(direction(masks), rel=1e-3)
+    assert min(rings) > 4 * float(Direction(64)(torch.from_numpy(white).float()))
+    blue = np.stack([uniform((64, 64), seed, bluenoise.void_and_cluster)[1] for seed in range(4)])
+    assert float(Direction(64)(torch.from_numpy(blue).float())) < 0.01
 
 
 def test_ranks_are_exact_and_ties_are_in_order():

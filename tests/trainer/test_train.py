@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The search finds minima; training learns, resumes exactly, runs in several processes, and reports mistakes in one line."""
+"""The search finds minima; training learns, resumes exactly, and reports mistakes in one line."""
 
 import csv
 import math
 import shutil
-import subprocess
-import sys
 
 import pytest
 import torch
@@ -190,26 +188,6 @@ def test_noise_depends_on_seed_and_iteration_alone():
     assert torch.equal(noise(3, 8, (2, 5)), noise(3, 8, (2, 5)))
     assert not torch.equal(noise(3, 8, (2, 5)), noise(3, 9, (2, 5)))
     assert not torch.equal(noise(3, 8, (2, 5)), noise(4, 8, (2, 5)))
-
-
-def test_two_processes_train_as_one(tmp_path, trainer_environment):
-    # An odd number of candidates, so the processes have different numbers of them.
-    path = tiny(tmp_path, iterations=6, population=7)
-    alone, shared = tmp_path / "alone", tmp_path / "shared"
-    assert run(path, alone) == 0
-    # As torchrun --standalone, but by address: names may not be resolved on a bare system, and torch then waits long.
-    here = "127.0.0.1"
-    done = subprocess.run(
-        [sys.executable, "-m", "torch.distributed.run", "--nnodes", "1", "--nproc-per-node", "2", "--rdzv-backend", "c10d",
-         "--rdzv-endpoint", f"{here}:0", "--local-addr", here, "-m", "bn_trainer", "train",
-         "--config", str(path), "--folder", str(shared), "--threads", "1", "--quiet"],
-        env={**trainer_environment, "GLOO_SOCKET_IFNAME": "lo"}, cwd=tmp_path, capture_output=True, text=True,
-        timeout=240,
-    )
-    assert done.returncode == 0, done.stderr
-    # Every loss is that of one process plus zeros, so even the bits agree.
-    assert states_equal(load_checkpoint(alone / "checkpoint.pt"), load_checkpoint(shared / "checkpoint.pt"))
-    assert log_of(alone) == log_of(shared) and len(log_of(shared)) == 3
 
 
 @pytest.mark.parametrize(

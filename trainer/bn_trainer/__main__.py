@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""python -m bn_trainer train | evaluate | export | schedule | train-paper | table | wronski"""
+"""python -m bn_trainer train | evaluate | export | schedule | train-paper | table"""
 
 from __future__ import annotations
 
@@ -86,7 +86,6 @@ OWN: dict[str, tuple[str, Callable[[argparse.Namespace], None], dict[str, dict[s
 MODULES = {
     "train-paper": ("paper.perceptron", "train the paper's perceptron"),
     "table": ("paper.table", "reproduce the paper's Table I"),
-    "wronski": ("paper.wronski", "optimise masks by gradient descent, without a network"),
 }
 
 

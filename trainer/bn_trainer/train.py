@@ -5,8 +5,7 @@ Steps amplify small differences, so gradients through several of them are noise.
 parameters at random around the current ones, ranks them by the loss of the same few masks, and moves towards the better
 half, learning which changes belong together. It sees the whole network, exact ranks included.
 
-All random numbers are functions of seed and iteration, so a resumed run continues exactly as if it had never stopped, and
-several processes (`torchrun`) share the candidates of a single one.
+All random numbers are functions of seed and iteration, so a resumed run continues exactly as if it had never stopped.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from torch import Tensor, distributed
+from torch import Tensor
 
 from .config import Config, TrainerError, checked, load
 from .evolution import Evolution
@@ -31,6 +30,7 @@ from .model import Relaxation
 
 LOG_COLUMNS = ["iteration", "loss", "e_1", "e_1.5", "energy", "step", "seconds"]
 HELD_OUT = 4
+
 
 def noise(seed: int, iteration: int, shape: tuple[int, ...]) -> Tensor:
     """White noise in [0, 1), a function of (seed, iteration), equal on every machine."""
@@ -65,8 +65,6 @@ class Trainer:
 
     def __init__(self, config: Config, device: torch.device) -> None:
         self.config, self.device = config, device
-        self.rank = distributed.get_rank() if distributed.is_initialized() else 0
-        self.world = distributed.get_world_size() if distributed.is_initialized() else 1
         self.model = Relaxation(config.model.reaches, config.model.channels).to(device)
         start = self.model.vector().cpu()
         population = config.train.population or Evolution.usual_population(start.numel())
@@ -102,14 +100,7 @@ class Trainer:
         """One generation. Returns the mean loss of its better half."""
         t = self.config.train
         batch = noise(t.seed, self.iteration, (t.batch, 1, t.size, t.size)).to(self.device)
-        candidates = self.search.candidates()
-        losses = torch.zeros(len(candidates), dtype=torch.float64)
-        for i in range(self.rank, len(candidates), self.world):
-            losses[i] = self.figures(candidates[i], batch)[0]
-        if self.world > 1:
-            shared = losses.to(self.device)
-            distributed.all_reduce(shared)
-            losses = shared.cpu()
+        losses = torch.tensor([self.figures(each, batch)[0] for each in self.search.candidates()], dtype=torch.float64)
         self.search.learn(losses)
         return float(losses.sort().values[: len(losses) // 2].mean())
 
@@ -172,21 +163,6 @@ def train(config_path: Path | None, folder: Path | None, *, resume: bool = False
     where = torch.device(device)
     if where.type == "cuda" and not torch.cuda.is_available():
         raise TrainerError("no CUDA device is available; use --device cpu")
-    workers = int(os.environ.get("WORLD_SIZE", "1"))
-    if workers > 1:
-        if where.type == "cuda":
-            where = torch.device("cuda", int(os.environ.get("LOCAL_RANK", "0")))
-            torch.cuda.set_device(where)
-        distributed.init_process_group("nccl" if where.type == "cuda" else "gloo")
-    try:
-        return _run(config, folder, resume, where, stop_after, quiet)
-    finally:
-        if workers > 1:
-            distributed.destroy_process_group()
-
-
-def _run(config: Config | None, folder: Path, resume: bool, device: torch.device, stop_after: int,
-         quiet: bool) -> Path:
     newest, log = folder / "checkpoint.pt", folder / "log.csv"
     checkpoint = load_checkpoint(newest) if resume and newest.exists() else None
     if resume and checkpoint is None and config is None:
@@ -196,14 +172,12 @@ def _run(config: Config | None, folder: Path, resume: bool, device: torch.device
     if checkpoint is not None:
         config = checked(Config, checkpoint["config"])
     assert config is not None
-    trainer = Trainer(config, device)
+    trainer = Trainer(config, where)
     if checkpoint is not None:
         trainer.restore(checkpoint)
-    first = trainer.rank == 0
-    if first:
-        write_atomically(folder / "config.toml", lambda path: path.write_text(as_toml(config)))
-        trim_log(log, trainer.iteration)
-    progress = Progress(quiet or not first)
+    write_atomically(folder / "config.toml", lambda path: path.write_text(as_toml(config)))
+    trim_log(log, trainer.iteration)
+    progress = Progress(quiet)
     total = config.train.iterations
     end = min(total, stop_after) if stop_after else total
     begun, before = time.monotonic(), trainer.iteration
@@ -212,7 +186,7 @@ def _run(config: Config | None, folder: Path, resume: bool, device: torch.device
         loss = trainer.step()
         done = trainer.iteration
         last = done == end
-        if first and (done % config.train.log_every == 0 or last):
+        if done % config.train.log_every == 0 or last:
             e1, e15, energy = trainer.measure()
             spent = time.monotonic() - begun
             append_log(log, [str(done), f"{loss:.6f}", f"{e1:.6f}", f"{e15:.6f}",
@@ -222,7 +196,7 @@ def _run(config: Config | None, folder: Path, resume: bool, device: torch.device
                     + ("" if math.isnan(energy) else f"energy {energy:.5f}  ")
                     + f"{speed:.2f} iterations/s  {clock((end - done) / speed)} left")
             progress.line(text)
-        if first and (done % config.train.check_every == 0 or last):
+        if done % config.train.check_every == 0 or last:
             state = trainer.state()
             write_atomically(newest, lambda path: torch.save(state, path))
     progress.line(f"{text}; in {folder}", final=True)

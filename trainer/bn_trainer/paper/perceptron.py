@@ -12,7 +12,7 @@ blue noise dithering" (2020), from which the three losses come. This makes it si
 Where the text is ambiguous, this follows the authors' published program: the spectrum is the absolute value of the
 unscaled transform, losses are means over all frequencies, weights are initialised Glorot-uniform with zero biases, and
 Adam's epsilon is 1e-7. (That program trains on 6,400 inputs, not 32,000.) Two things differ: inputs come from a
-counter-based generator, so that they need no storage and runs resume exactly; and values are pulled to the position of
+counter-based generator, so that they need no storage; and values are pulled to the position of
 their rank on the ramp instead of being sorted, which gives the same loss and gradient.
 
 `python -m bn_trainer train-paper --config configs/paper-64.toml` trains: 6,000 iterations of 0.05 s at 64x64 and of
@@ -34,9 +34,8 @@ from torch import Tensor
 
 from ..config import Table, TrainerError, checked, load
 from ..files import write_atomically
-from ..train import default_folder, trim_log
+from ..train import default_folder
 
-CHECKPOINT_SECONDS = 30.0
 PROGRESS_SECONDS = 10.0
 
 
@@ -175,7 +174,7 @@ def generate(model: Perceptron, seeds: Iterable[int], size: int) -> np.ndarray:
 
 
 class PaperTraining:
-    """The complete state of a run, so that resuming is exact: model, optimiser and iteration count."""
+    """A run: model, optimiser and iteration count."""
 
     def __init__(self, config: PaperConfig) -> None:
         self.config = config
@@ -198,19 +197,18 @@ class PaperTraining:
         return {"loss": loss.item(), **{name: term.item() for name, term in terms.items()}}
 
     def save(self, path: Path) -> None:
-        """Writes the run to a file, atomically."""
+        """Writes configuration and model to a file, atomically."""
         state = {"config": self.config.model_dump(), "iteration": self.iteration, "seconds": self.seconds,
-                 "model": self.model.state_dict(), "optimiser": self.optimiser.state_dict()}
+                 "model": self.model.state_dict()}
         write_atomically(path, lambda beside: torch.save(state, beside))
 
     @staticmethod
     def load(path: Path) -> PaperTraining:
-        """Reads a file written by `save`. Raises TrainerError if it cannot be read or is something else."""
+        """Reads a file written by `save`, to generate masks. Raises TrainerError if it cannot be read or is something else."""
         try:
             state = torch.load(path, map_location="cpu", weights_only=True)
             run = PaperTraining(checked(PaperConfig, state["config"]))
             run.model.load_state_dict(state["model"])
-            run.optimiser.load_state_dict(state["optimiser"])
             run.iteration, run.seconds = state["iteration"], state["seconds"]
         except OSError as error:
             raise TrainerError(f"cannot read the checkpoint {path}: {error.strerror}") from None
@@ -219,57 +217,32 @@ class PaperTraining:
         return run
 
 
-def train(config: PaperConfig, folder: Path, iterations: Optional[int] = None, resume: bool = False,
-          report: Callable[[str], None] = print) -> PaperTraining:
-    """Trains in a run folder with config.json, log.csv and checkpoint.pt. Stops after `iterations` in total, or at the
-    end of the configuration; a stopped run can be resumed. Returns the run."""
-    checkpoint, log = folder / "checkpoint.pt", folder / "log.csv"
-    if checkpoint.exists() and not resume:
-        raise TrainerError(f"{checkpoint} exists; continue it with --resume or choose another --folder")
-    if resume and checkpoint.exists():
-        run = PaperTraining.load(checkpoint)
-        if run.config != config:
-            raise TrainerError(f"{checkpoint} was trained with {run.config}, not with {config}")
-    else:
-        run = PaperTraining(config)
-    settings = config.model_dump_json(indent=1) + "\n"
-    write_atomically(folder / "config.json", lambda beside: beside.write_text(settings, encoding="utf-8"))
-    if run.iteration == 0:
-        write_atomically(log, lambda beside: beside.write_text("iteration,loss,uniform,histogram,blue\n"))
-    trim_log(log, run.iteration)
-    end = config.iterations if iterations is None else min(iterations, config.iterations)
-    first, started, saved, told = run.iteration, time.monotonic(), time.monotonic(), 0.0
-    while run.iteration < end:
+def train(config: PaperConfig, folder: Path, report: Callable[[str], None] = print) -> PaperTraining:
+    """Trains and writes checkpoint.pt to the folder. Returns the run."""
+    checkpoint = folder / "checkpoint.pt"
+    if checkpoint.exists():
+        raise TrainerError(f"{checkpoint} exists; choose another --folder")
+    run, told = PaperTraining(config), 0.0
+    while run.iteration < config.iterations:
         figures = run.step()
-        now, last = time.monotonic(), run.iteration == end
-        if last or now - told > PROGRESS_SECONDS:
-            told, rate = now, (run.iteration - first) / max(now - started, 1e-9)
+        if run.iteration == config.iterations or time.monotonic() - told > PROGRESS_SECONDS:
+            told, rate = time.monotonic(), run.iteration / run.seconds
             report(f"iteration {run.iteration} of {config.iterations}  "
                    + "  ".join(f"{name} {value:.5g}" for name, value in figures.items())
-                   + f"  {rate:.2f} iterations/s, {(end - run.iteration) / rate / 60:.1f} min left")
-            with open(log, "a", encoding="utf-8") as file:
-                file.write(",".join([str(run.iteration), *(f"{value:.7g}" for value in figures.values())]) + "\n")
-        if last or now - saved > CHECKPOINT_SECONDS:
-            saved = now
-            run.save(checkpoint)
+                   + f"  {rate:.2f} iterations/s, {(config.iterations - run.iteration) / rate / 60:.1f} min left")
+    run.save(checkpoint)
     return run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--config", required=True, type=Path, help="a TOML file such as configs/paper-64.toml")
     parser.add_argument("--folder", type=Path, metavar="FOLDER",
-                        help="folder for configuration, log and checkpoint (default ~/.cache/bn_trainer/<name of the config>)")
-    parser.add_argument("--seed", type=int, help="seed to use instead of the configuration's")
-    parser.add_argument("--stop-after", type=int, metavar="N", help="stop after N iterations in total; continue with --resume")
-    parser.add_argument("--resume", action="store_true", help="continue from the folder's checkpoint if there is one")
+                        help="folder for the checkpoint (default ~/.cache/bn_trainer/<name of the config>)")
     parser.add_argument("--threads", type=int, default=1, help="threads of torch (default 1)")
 
 
 def main(options: argparse.Namespace) -> None:
     torch.set_num_threads(options.threads)
-    config = load(options.config, PaperConfig)
-    if options.seed is not None:
-        config = config.model_copy(update={"seed": options.seed})
     folder = options.folder or default_folder(options.config)
-    run = train(config, folder, options.stop_after, options.resume, lambda line: print(line, flush=True))
-    print(f"{folder / 'checkpoint.pt'}: {run.iteration} of {config.iterations} iterations, {run.seconds:.0f} s")
+    run = train(load(options.config, PaperConfig), folder, lambda line: print(line, flush=True))
+    print(f"{folder / 'checkpoint.pt'}: {run.iteration} iterations, {run.seconds:.0f} s")

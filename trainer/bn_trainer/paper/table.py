@@ -17,7 +17,7 @@ import textwrap
 import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, Optional
+from typing import Any
 
 import numpy as np
 import torch
@@ -71,17 +71,17 @@ def timed(make: Callable[[int], np.ndarray], seeds: Iterable[int]) -> tuple[np.n
     return np.stack(masks), float(np.median(seconds))
 
 
-def library_methods(size: int, count: int, model: Optional[Path]) -> list[Method]:
-    """White noise, void-and-cluster, and this library's network or that in the ONNX file `model`."""
+def library_methods(size: int, count: int) -> list[Method]:
+    """White noise, void-and-cluster, and this library's network."""
     try:
-        generator = bluenoise.NeuralGenerator(model, threads=1)
+        generator = bluenoise.NeuralGenerator(threads=1)
     except (AttributeError, ValueError, OSError, RuntimeError) as error:
-        raise TrainerError(f"--model {model}: {error}" if model else f"this library's network: {error}") from None
+        raise TrainerError(f"this library's network: {error}") from None
     shape, methods = (size, size), []
     for name, kind, make, note in (
             ("white noise", "white", lambda seed: np.random.default_rng(seed).permutation(shape[0] * shape[1]).reshape(shape), ""),
             ("void-and-cluster", "void-and-cluster", lambda seed: bluenoise.mask(shape, seed=seed), ""),
-            ("this library's network", "ours", lambda seed: generator.mask(shape, seed), model.name if model else "the built-in network")):
+            ("this library's network", "ours", lambda seed: generator.mask(shape, seed), "the built-in network")):
         masks, seconds = timed(make, range(count))
         methods.append(Method(name, size, kind, ranks_of(masks), seconds, note=note))
     return methods
@@ -309,8 +309,6 @@ def command_text(options: argparse.Namespace) -> str:
     parts += [f"--picture {picture}" for picture in options.picture]
     if options.masks != 100:
         parts.append(f"--masks {options.masks}")
-    if options.model:
-        parts.append(f"--model {options.model}")
     return " ".join(parts)
 
 
@@ -354,7 +352,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--wronski-iterations", type=int, default=1000, help="iterations of Wronski's method (default 1000)")
     parser.add_argument("--picture", action="append", default=[], metavar="FILE[@X,Y]",
                         help="also dither 256x256 pixels of this picture, from the given upper left corner")
-    parser.add_argument("--model", type=Path, help="an ONNX model to use instead of the library's built-in network")
     parser.add_argument("--out", type=Path, default=ROOT / "evidence" / "results", help="folder for the report (default evidence/results)")
 
 
@@ -366,7 +363,7 @@ def main(options: argparse.Namespace) -> None:
     methods = []
     for size in options.sizes:
         say(f"masks of {size}x{size}")
-        library = library_methods(size, options.masks, options.model)
+        library = library_methods(size, options.masks)
         paper_ones = [method for suffix in ("", "-sum")
                       for method in perceptron_methods(options.runs / f"paper-{size}{suffix}", size, options.masks)]
         descended = wronski_method(size, options.wronski_masks, options.wronski_iterations)

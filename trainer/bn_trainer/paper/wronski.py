@@ -12,18 +12,13 @@ iterations take 1 s per mask at 64x64 and 6 s at 128x128 on one core.
 
 from __future__ import annotations
 
-import argparse
-import io
 import math
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Optional
 
 import numpy as np
 import torch
 
-from ..config import TrainerError
-from ..files import write_atomically
 from . import perceptron
 
 RATE = 0.03
@@ -53,23 +48,3 @@ def flop_per_texel(size: int, iterations: int) -> float:
     """Floating-point operations per texel: two real transforms of 2.5 n log2 n, and 60 for weights, differences, their
     gradients and the update. The comparisons of the sort are not counted."""
     return iterations * (2 * 2.5 * math.log2(size * size) + 60)
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    for name, default, text in (("size", 64, "width and height in texels"), ("count", 1, "number of masks"),
-                                ("seed", 0, "seed of the first mask; the others follow"),
-                                ("iterations", 1000, "number of iterations"), ("threads", 1, "threads of torch")):
-        parser.add_argument(f"--{name}", type=int, default=default, help=f"{text} (default {default})")
-    parser.add_argument("--out", type=Path, required=True, help="the .npy file to write: float32 (count, size, size), nearly in [-1, 1]")
-
-
-def main(options: argparse.Namespace) -> None:
-    if options.size < 2 or options.count < 1 or options.iterations < 0:
-        raise TrainerError(f"--size must be at least 2, --count 1, --iterations 0, not {options.size}, {options.count}, "
-                           f"{options.iterations}")
-    torch.set_num_threads(options.threads)
-    masks = optimise(options.size, range(options.seed, options.seed + options.count), options.iterations)
-    with io.BytesIO() as data:
-        np.save(data, masks)
-        write_atomically(options.out, lambda beside: beside.write_bytes(data.getvalue()))
-    print(f"{options.out}: {options.count} masks of {options.size}x{options.size}")
