@@ -16,8 +16,8 @@ from ..measure.image_error import blurred, displayed
 from . import views
 from .judge import Cells, Run, Task, pictures_of, render_references
 
-SPP, SIGMA, CROP, ENLARGED = 4, 2.1, (96, 96), 3
-SHOWN = {"white": "independent numbers", "sobol": "padded Sobol'", "blue": "blue"}
+SPP, SIGMA, CROP, ENLARGED, CONTRAST = 4, 2.1, (96, 96), 3, 2.5
+SHOWN = {"white": "white noise", "sobol": "padded Sobol'", "blue": "blue"}
 MEASURE = f"displayed_{SIGMA}"
 REFERENCE_SPP = 512
 WORST_SCENE, WORST_OF = "penumbra", 500
@@ -36,16 +36,18 @@ def typical(options):
 
 
 def draw_picture(options):
-    """Writes picture.png: as rendered, and from a distance."""
+    """Writes picture.png: as rendered, and from a distance with more contrast."""
     view, ratio = typical(options)
     columns = [next(pictures_of(options.pathtracer, Task(view, label, 0, (SPP,))))[1] for label in SHOWN]
+    distant = [blurred(displayed(picture, view.exposure), SIGMA) / 2.0**view.exposure for picture in columns]
+    middle = np.mean(distant, axis=(0, 1, 2))
     side, bar = [ENLARGED * length for length in view.size], 28
     figure = Image.new("RGB", (len(columns) * (side[0] + GAP) - GAP, bar + 2 * (side[1] + GAP) - GAP), BACKGROUND)
     draw, font = ImageDraw.Draw(figure), ImageFont.load_default(16)
-    for i, (name, picture) in enumerate(zip(SHOWN.values(), columns)):
+    for i, (name, *rows) in enumerate(zip(SHOWN.values(), columns, (middle + CONTRAST * (picture - middle) for picture in distant))):
         x = i * (side[0] + GAP)
         draw.text((x + side[0] / 2, bar / 2), name, INK, font, anchor="mm")
-        for row, shown in enumerate((picture, blurred(displayed(picture, view.exposure), SIGMA) / 2.0**view.exposure)):
+        for row, shown in enumerate(rows):
             part = preview(shown, view.exposure).resize(side, Image.Resampling.NEAREST)
             figure.paste(part, (x, bar + row * (side[1] + GAP)))
     write_image(options.picture, figure.quantize(256), optimize=True)

@@ -14,7 +14,7 @@ COMMAND = "scripts/bench summary"
 COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
 RESULTS = "renders.csv"
 # The README's rows: sampler, its name, whether it must know the count, whether it shows patterns.
-SHORT = (("blue", "**`blue`**", "no", "no"), ("sobol-global", "global Sobol': one sequence over the image", "no", "[yes](docs/blue.md#no-patterns)"),
+SHORT = (("blue", "**`blue`**", "no", "no"), ("sobol-global", "global Sobol': one sequence over the image", "no", "[yes](docs/blue.md#visible-patterns)"),
          ("zorder", "Z-order, as in pbrt-v4 and Cycles", "yes", "no"), ("sobol", "padded Sobol', in each pixel", "no", "no"))
 LONG = ("white", "mask", "blue", "sobol-global", "zorder", "openqmc-sobolbn", "openqmc-pmjbn", "openqmc-latticebn")
 

@@ -19,8 +19,7 @@ RENDERER = "static float shade(float u, float v, float s, float t, float a, floa
 MAIN = """
 #include <cstdio>
 int main() {
-    const bn::Sampler sampler(1);
-    for (unsigned index = 0; index < 4; ++index) std::printf("%g\\n", double(trace(sampler, 17, 4, index)));
+    for (unsigned index = 0; index < 4; ++index) std::printf("%g\\n", double(trace(17, 4, index)));
 }
 """
 
