@@ -4,9 +4,9 @@
 Arrays are indexed ``[y, x]``. A seed is an integer from 0 to 2**64 - 1, a ``numpy.random.Generator``, from which one
 integer is drawn, a ``numpy.random.SeedSequence``, or None for fresh entropy. Equal seeds give equal bits on every machine,
 except for neural masks and points.
-Functions raise ``ValueError`` for unknown names, numbers out of range, shapes that do not fit or broadcast, and masks that are no
-permutations, ``TypeError`` for other types than those described, ``MemoryError``, ``OSError`` and the two exceptions below; messages
-contain the name and the value of the argument. All functions are thread-safe and release the GIL.
+Functions raise ``ValueError`` for unknown names, numbers out of range, shapes that are wrong or do not broadcast, and masks that are
+not permutations, ``TypeError`` for other types than those described, ``MemoryError``, ``OSError`` and the two exceptions below; messages
+name the argument and its value. All functions are thread-safe and release the GIL; rays and loops count, so do not share them.
 """
 
 from . import _subinterpreters

@@ -34,7 +34,7 @@ def _numbers(u: npt.ArrayLike) -> _Floats:
 
 
 def _parts(packed: object) -> tuple[npt.NDArray[np.uint32], _Floats]:
-    """What was chosen, in the upper half of each word, and the rest of the number, in the lower one."""
+    """Splits packed words into choices (upper half) and remainders (lower half)."""
     words = np.asarray(packed, np.uint64)
     return (words >> np.uint64(32)).astype(np.uint32), np.asarray(words & np.uint64(0xFFFFFFFF)).astype(np.uint32).view(np.float32)
 

@@ -103,7 +103,7 @@ def _prepare() -> None:
 
 
 def _plain(text: str) -> str:
-    """Names of files and what is in them may hold sequences that a terminal would obey."""
+    """Replaces control characters, so that a file name cannot send terminal sequences."""
     return "".join("?" if unicodedata.category(c) == "Cc" else c for c in text)
 
 
@@ -135,7 +135,7 @@ def _print(text: str) -> None:
 
 
 def _flush() -> None:
-    """Writes what is left of the output, so that a full disk is noticed."""
+    """Flushes standard output, so that a full disk is noticed."""
     if sys.stdout is not None:
         with _standard_output():
             sys.stdout.flush()
@@ -202,7 +202,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--mask", type=Path, metavar="FILE", help="the mask (default: the built-in 64x64 mask); of several "
                          "channels, each is for one of the picture")
     command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel of the mask to use, counted from 1")
-    command.add_argument("--rank", action="store_true", help="take a mask in which values occur more than once, such as an 8-bit "
+    command.add_argument("--rank", action="store_true", help="accept a mask with repeated values, such as an 8-bit "
                          "texture, and order equal ones at random")
     command.add_argument("--srgb", action="store_true", help="preserve means in linear light")
 
@@ -325,7 +325,7 @@ def _add_method(
 class _Bar:
     """Shows percentages on a terminal."""
 
-    shown: Optional[int] = None  # what stands on an unfinished line
+    shown: Optional[int] = None  # the percentage on the current line
 
     def __call__(self, fraction: float) -> None:
         percent = int(100 * fraction)

@@ -64,8 +64,8 @@ def dither(
     """Dither an image to a few levels with a mask.
 
     A value v in [0, 1] becomes ``floor(v * (levels - 1) + t) / (levels - 1)``, where t is the value of the mask, which is tiled over
-    the image. 0 and 1 stay. Means stay too: integers that cannot hold evenly spaced levels get the nearest ones, and dithering allows
-    for that.
+    the image. Values 0 and 1 are unchanged. Local means are preserved, also where an integer type cannot represent evenly spaced levels
+    exactly.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def dither(
         window of `NeuralGenerator`. With shape ``(channels, height, width)``, each channel of the image has a mask of its own, the
         first ones if there are more. Defaults to the built-in mask of 64 x 64 texels.
     srgb : bool, default False
-        Whether values are sRGB-encoded; local means then stay in linear light.
+        Whether values are sRGB-encoded; local means are then preserved in linear light.
     channel_offset : bool, default True
         Whether to shift the mask from channel to channel, so that their errors are uncorrelated. Masks with channels of their own
         are never shifted.
@@ -93,7 +93,7 @@ def dither(
     Raises
     ------
     ValueError
-        A number is out of range, or a shape or mode does not fit.
+        A number is out of range, or a shape or mode is not supported.
     TypeError
         The image or the mask has another dtype.
 
@@ -199,7 +199,7 @@ def _dither_channels(
 
 
 def _quantised(plane: _Floats, levels: int, srgb: bool, thresholds: npt.NDArray[np.float64]) -> _Floats:
-    """What bn_dither does, with thresholds of any value."""
+    """bn_dither() for float thresholds."""
     height, width, _ = plane.shape
     rows, columns = (np.arange(size) % n for size, n in zip((height, width), thresholds.shape))
     steps, values = levels - 1, plane.astype(np.float64)

@@ -176,7 +176,7 @@ def _decode_picture(path: Path, data: bytes) -> Any:
 
 
 def _lost(picture: Any, data: bytes) -> str:
-    """What Pillow would leave out without a word."""
+    """Metadata that Pillow would drop silently."""
     if picture.format in ("GIF", "PNG", "WEBP", "TIFF") and getattr(picture, "n_frames", 1) > 1:
         return f"it has {picture.n_frames} frames; save one"
     tags = getattr(picture, "tag_v2", {}) if picture.format == "TIFF" else {}
@@ -360,12 +360,12 @@ def save(path: PathLike, mask: npt.ArrayLike, *, bits: int = 16) -> None:
     mask : array_like of int
         Ranks, as from `mask`. A row becomes an image of height 1.
     bits : {16, 8}, optional
-        Bits per channel of a PNG. 16 bits keep up to 65536 ranks apart, EXR 2**24.
+        Bits per channel of a PNG. With 16 bits, up to 65536 ranks stay distinct; in EXR, 2**24.
 
     Raises
     ------
     ValueError
-        The name has another ending, the mask does not fit the format or is none.
+        The name has another ending, the array is not a mask, or the format cannot hold it.
     OSError
         The file cannot be written.
     ImportError
@@ -395,7 +395,7 @@ def _path(path: PathLike) -> Path:
 
 
 def save_array(path: Path, array: npt.NDArray[Any]) -> None:
-    """What numpy.save writes, but with the reason if it fails."""
+    """numpy.save() with a clear error."""
     with open(path, "wb") as file:
         np.lib.format.write_array_header_1_0(file, np.lib.format.header_data_from_array_1_0(array))
         file.write(np.ascontiguousarray(array).data)

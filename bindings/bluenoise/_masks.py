@@ -44,7 +44,7 @@ def mask(
     out : ndarray of uint32, optional
         A C-ordered array of the result's shape, which is filled and returned. After an exception its contents are undefined.
     progress : callable, optional
-        Called with the fraction done, at last with 1. A true return value stops the work.
+        Called with the fraction done, ending with 1. A true return value stops the work.
 
     Returns
     -------
@@ -128,7 +128,7 @@ def relax(
     shape, seed, out, progress
         As for `mask`, in one or two dimensions.
     threads : int, default 0
-        Number of threads; 0 takes one per core. It does not change the result.
+        Number of threads; 0 means one per core. It does not change the result.
 
     Returns
     -------
@@ -229,7 +229,7 @@ def neural(
     shape, seed, out, progress
         As for `mask`, in two dimensions.
     channels, model, runtime, threads, provider
-        As for `NeuralGenerator`. Two channels are blue each and together, nearly as those of `anneal`, in far less time.
+        As for `NeuralGenerator`. Two channels are jointly blue, nearly as those of `anneal`, in far less time.
 
     Returns
     -------

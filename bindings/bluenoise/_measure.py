@@ -21,7 +21,7 @@ _MIN_RING_TEXELS = 32
 
 @dataclass(frozen=True)
 class MaskMeasures:
-    """What `measure` finds.
+    """Result of `measure`.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ def measure(mask: npt.ArrayLike, *, progress: Optional[arguments.Progress] = Non
         Ranks, or values of any integer or float type, of shape ``(height, width)`` or ``(n,)``. For several channels, use
         ``[measure(channel) for channel in mask]``.
     progress : callable, optional
-        Called with the fraction done, at last with 1. A true return value stops the work with `CancelledError`.
+        Called with the fraction done, ending with 1. A true return value stops the work with `CancelledError`.
 
     Returns
     -------
@@ -88,15 +88,15 @@ def measure(mask: npt.ArrayLike, *, progress: Optional[arguments.Progress] = Non
     Raises
     ------
     ValueError
-        The shape does not fit, or there is a NaN.
+        The shape is not supported, or a value is NaN.
     TypeError
-        The elements are no numbers.
+        The elements are not numbers.
     MemoryError
         There is not enough memory.
 
     Notes
     -----
-    Takes 136 Fourier transforms of the mask's size: 0.1 s for 128 x 128 texels, some seconds for 1024 x 1024.
+    Computes 136 Fourier transforms of the mask's size: 0.1 s for 128 x 128 texels, some seconds for 1024 x 1024.
     """
     arguments.callback("progress", progress)
     ranks, exact = ranks_of("mask", mask)

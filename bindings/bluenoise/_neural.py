@@ -51,7 +51,7 @@ class NeuralGenerator:
         falls back to the processor by itself.
     channels : int, default 0
         The channels of the built-in network: 1 (0, the default, is the same), or 2 for vector masks, whose channels are
-        blue each and together. For a model of your own: 0, or the channels it must have.
+        jointly blue. For a model of your own: 0, or the channels it must have.
 
     Raises
     ------
@@ -135,7 +135,7 @@ class NeuralGenerator:
         out : ndarray of uint32, optional
             A C-ordered array of the result's shape, which is filled and returned.
         progress : callable, optional
-            Called with the fraction done, at last with 1. A true return value stops the work with ``CancelledError``.
+            Called with the fraction done, ending with 1. A true return value stops the work with ``CancelledError``.
 
         Returns
         -------

@@ -13,7 +13,7 @@ from . import _arguments as arguments
 from . import _core
 from ._sampler import Sampler
 
-_MOST = (0, 2**28 - 1)  # rays, and decisions of each kind
+_MOST = (0, 2**28 - 1)  # the limit for rays and for each counter
 
 _Floats = npt.NDArray[np.float32]
 _Words = npt.NDArray[np.uint32]
@@ -44,7 +44,7 @@ def _counter(k: int) -> int:
 
 
 class _OnceOnly:
-    """What hands out numbers: a copy would hand out the same ones again."""
+    """Base of stateful samplers, which must not be copied: a copy would repeat their numbers."""
 
     __slots__ = ()
 
@@ -54,11 +54,11 @@ class _OnceOnly:
 
 
 class PathSampler:
-    """One sample of a pixel as a path, or an array of such paths: each of its decisions has numbers of its own, by name.
+    """One sample of a pixel as a path, or an array of paths: random numbers for each decision, by name.
 
     A path consists of rays: ray 0 leaves the camera, ray d the d-th surface or other event. Each has four numbers, two for
-    where it goes and two for a light where it ends, and hands out as many more as are asked for. No two decisions share a
-    number, and paths that drew differently at one ray agree again at the next. ``bn_path.h`` describes the layout; the bits
+    its direction and two for the light sample at its end, and any count of further ones. No two decisions share a
+    number, and paths that drew different counts at one ray are in step again at the next. ``bn_path.h`` describes the layout; the bits
     are those of C, for samplers of every type.
 
     ``x``, ``y``, ``index`` and ``stream`` are integers or integer arrays that broadcast against each other; ``shape`` is what
@@ -133,14 +133,14 @@ class PathSampler:
         return RaySampler(self, number)
 
     def first_light(self, count: int = 1, k: npt.ArrayLike = 0) -> _Floats:
-        """Draw the light that is tried where ray 0 ends, if a lens has taken its pair or if it is split.
+        """Draw the light sample at the end of ray 0, if a lens uses its second pair or if there are several.
 
         Parameters
         ----------
         count : int, default 1
-            Number of points on lights, the same for all samples of a pixel; index * count must be below 2**32.
+            Number of light samples, the same for all samples of a pixel; index * count must be below 2**32.
         k : array_like of int, default 0
-            Which point, 0 to ``count - 1``; broadcasts with `shape`.
+            Index of the light sample, 0 to ``count - 1``; broadcasts with `shape`.
 
         Returns
         -------
@@ -170,7 +170,7 @@ class PathSampler:
 
 
 class RaySampler(_OnceOnly):
-    """One ray of a path, from ``PathSampler.ray``. It counts what it has handed out: make one for each ray, and pass it on. It cannot
+    """One ray of a path, from ``PathSampler.ray``. It counts the numbers drawn: make one for each ray, and pass it on. It cannot
     be copied or pickled."""
 
     __slots__ = ("_1d", "_2d", "_4d", "_domain", "_kept", "_loops", "_path", "_splits", "shape")
@@ -188,7 +188,7 @@ class RaySampler(_OnceOnly):
         self._kept = np.empty(0, np.float32)
 
     def draw(self) -> _Floats:
-        """Draw where the ray goes, in the first two numbers, and a light where it ends.
+        """Draw the direction of the ray, in the first two numbers, and the light sample at its end.
 
         The same at every call.
 
@@ -349,7 +349,7 @@ class RaySampler(_OnceOnly):
         return Split(self, self._split_domain(self._splits - 1), 0, None, taken)
 
     def next_loop(self) -> LoopSampler:
-        """Return the numbers of a loop without bound, such as tracking through a medium.
+        """Return a sampler for a loop of unknown length, such as delta tracking.
 
         Returns
         -------
@@ -359,7 +359,7 @@ class RaySampler(_OnceOnly):
         return self.draw_loop(self._loops - 1)
 
     def child(self, key: npt.ArrayLike) -> RaySampler:
-        """Return a part of the ray with a key, such as the number of a primitive that may be transparent.
+        """Return a sub-sampler of the ray for a key, such as the index of a primitive that may be transparent.
 
         Parameters
         ----------
@@ -369,7 +369,7 @@ class RaySampler(_OnceOnly):
         Returns
         -------
         RaySampler
-            It draws like a ray of its own, whatever was drawn before. A second part of the same key starts again.
+            It draws as a ray does and does not depend on earlier draws. A second child with the same key starts again.
         """
         keys = arguments.integers("key", key, np.uint32, *arguments.UINT32)
         part = RaySampler.__new__(RaySampler)
@@ -378,7 +378,7 @@ class RaySampler(_OnceOnly):
         return part
 
     def _again(self) -> RaySampler:
-        """A copy, for who has given this one up."""
+        """A copy; the caller must not use this object again."""
         other = RaySampler.__new__(RaySampler)
         for name in (*RaySampler.__slots__,):
             setattr(other, name, getattr(self, name))
@@ -447,8 +447,8 @@ class Split:
 
 
 class LoopSampler(_OnceOnly):
-    """The numbers of a loop without bound, from ``RaySampler.next_loop``: four of the sampler's, then a generator's. It cannot be
-    copied or pickled."""
+    """The numbers of a loop of unknown length, from ``RaySampler.next_loop``: four stratified ones, then those of a counter-based
+    generator. It cannot be copied or pickled."""
 
     __slots__ = ("_domain", "_drawn", "_four", "_path")
 

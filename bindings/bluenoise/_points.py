@@ -47,24 +47,24 @@ def points(
         The number of points, 0 to 2**24.
     method : {"best-candidate", "poisson-disk", "mask"}, optional
         ``"best-candidate"``: each point is the one of some random candidates that is farthest from the points so far, so
-        that the first points of a set are a set, too. Toroidal: sets tile. Time grows with n**2; 4000 points take about a
-        second. Mitchell, "Spectrally optimal sampling for distribution ray tracing", 1991. Needs SciPy.
+        that every prefix is evenly spread, too. Toroidal: sets tile. Takes about a second for 4000 points, in proportion
+        to n**2. Mitchell, "Spectrally optimal sampling for distribution ray tracing", 1991. Needs SciPy.
 
         ``"poisson-disk"``: no two points are closer than a radius, and few more fit in. Random points are thrown, and kept if
-        no other is within a radius, which shrinks slowly until there are n. Toroidal; in no order. 4000 points take a
-        fraction of a second. McCool and Fiume, "Hierarchical Poisson disk sampling distributions", 1992. Needs SciPy.
+        no other is within a radius, which shrinks slowly until there are n. Toroidal; in no order. Takes a fraction of a
+        second for 4000 points. McCool and Fiume, "Hierarchical Poisson disk sampling distributions", 1992. Needs SciPy.
 
-        ``"mask"``: the texels of a mask with the n lowest ranks, in this order, so that the first points of a set are a
-        set, too. Toroidal. The fastest: milliseconds for 1024 points.
+        ``"mask"``: the texels of a mask with the n lowest ranks, in this order, so that every prefix is evenly spread,
+        too. Toroidal. The fastest: milliseconds for 1024 points.
     seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
         As for `mask`.
     progress : callable, optional
-        Called with the fraction done, at last with 1. If it returns a true value, the work stops with
+        Called with the fraction done, ending with 1. If it returns a true value, the work stops with
         ``CancelledError``.
     candidates : int, optional
     mask : array_like of int, optional
     jitter : bool, optional
-        Options of single methods. None stands for the default, in brackets here; for other methods they are errors.
+        Options of single methods. None means the default, in brackets here; for other methods they are errors.
 
         ``"best-candidate"``: ``candidates`` (1), the number of candidates for each point so far, 1 to 64; a point has at most
         65536.

@@ -145,7 +145,7 @@ class Sampler:
         Raises
         ------
         ValueError
-            A number is out of range, or shapes do not fit or broadcast.
+            A number is out of range, or shapes do not broadcast.
         TypeError
             An argument does not hold integers.
 
@@ -234,7 +234,7 @@ class Sampler:
         Raises
         ------
         ValueError
-            An extent is zero, or a range exceeds the last coordinate or index, or `out` does not fit.
+            An extent is zero, or a range exceeds the last coordinate or index, or `out` has another shape.
         MemoryError
             The array is too large.
         """
@@ -261,7 +261,7 @@ class Sampler:
         return result
 
     def seed_words(self) -> npt.NDArray[np.uint32]:
-        """The seed as shaders take it, uint32 of shape (2,); ``tables`` has the rest of what they need."""
+        """The seed for shaders, uint32 of shape (2,). Use it with ``tables``."""
         return self._core.seed_words()
 
     def qmc(self, d: int, *, pixel: tuple[int, int] = (0, 0)) -> SamplerEngine:
@@ -363,12 +363,12 @@ def domain(*keys: Any) -> Any:
 
 
 def tables() -> npt.NDArray[np.uint32]:
-    """Return the tables of ``"blue"``, the same for every seed: what shaders read.
+    """Return the table that shaders need to draw ``"blue"``, the same for every seed.
 
     Returns
     -------
     ndarray of uint32
-        46.5 KiB, flat. ``bn/bn_draw.glsl`` describes the contents, docs/shaders.md how to draw with them.
+        One-dimensional, 46.5 KiB. ``bn/bn_draw.glsl`` describes the contents, docs/shaders.md how to draw with them.
     """
     return _core.tables()
 

@@ -81,8 +81,8 @@ class _Film:
 def _sensor(number: int) -> Any:
     """The sensor that Dr.Jit's registry has under a number, or None.
 
-    Vectorised variants number the sensors that exist from 1, and an array of sensors is an array of these numbers. A sampler is
-    not told its sensor, and Mitsuba has no list of sensors without a scene, so this array of one number is the way to ask."""
+    Vectorised variants number the sensors that exist from 1, and an array of sensors is an array of these numbers. Mitsuba
+    does not pass the sensor to a sampler, and has no list of sensors without a scene, so this array of one number is the way to ask."""
     try:
         return dr.reinterpret_array(mi.SensorPtr, mi.UInt32(number))[0]
     except RuntimeError:  # nothing has the number

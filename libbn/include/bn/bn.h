@@ -186,10 +186,10 @@ enum {
     BN_SAMPLER_WHITE = 2,
     /* One Sobol' sequence along a scrambled Morton curve over the pixels (Ahmed and Wonka, "Screen-Space
      * Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels", 2020). Tuned
-     * for a number of samples: a pixel that stops earlier has little less error than with SOBOL. */
+     * for a number of samples: if a pixel stops earlier, it has little less error than with SOBOL. */
     BN_SAMPLER_ZORDER = 3,
-    /* The usual blue-noise texture, without its loss at higher counts: a mask gives the first sample of a
-     * pixel, a shifted, scrambled Sobol' sequence the others. Blue at 1 sample, SOBOL from 16 on. */
+    /* A blue-noise texture for the first sample of a pixel, then a shifted, scrambled Sobol' sequence. Blue at
+     * 1 sample, like SOBOL from 16 on. */
     BN_SAMPLER_MASK = 4
 };
 
@@ -223,8 +223,8 @@ BN_CONSTEXPR bn_sampler bn_sampler_make(uint64_t seed) {
  * Errors: INVALID_ARGUMENT (sampler is NULL, an unknown type). */
 BN_API bn_result bn_sampler_init(bn_sampler *sampler, bn_sampler_type type, uint64_t seed);
 
-/* Initialises a ZORDER sampler, tuned for a number of samples per pixel: rounded up to a power of two, at
- * most 2^16; 0 means 256. Later indices remain valid. Errors: INVALID_ARGUMENT (sampler is NULL). */
+/* Initialises a ZORDER sampler, tuned for samples_per_pixel, rounded up to a power of two, at most 2^16; 0
+ * means 256. Larger indices are valid, but less even. Errors: INVALID_ARGUMENT (sampler is NULL). */
 BN_API bn_result bn_sampler_init_zorder(bn_sampler *sampler, uint32_t samples_per_pixel,
                                         uint64_t seed);
 
@@ -295,7 +295,7 @@ BN_API bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefro
  * describes them. *version becomes BN_DRAW_TABLE_VERSION of the library. Either may be NULL. */
 BN_API const uint32_t *bn_tables(size_t *count, uint32_t *version);
 
-/* The seed of a sampler as shaders take it: two words. */
+/* The seed of a sampler for shaders: two words. */
 BN_INLINE void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
     for (int i = 0; i < 2; ++i) seed[i] = sampler->seed[i];
 }
@@ -340,8 +340,8 @@ BN_INLINE bn_relax_options bn_relax_options_default(void) {
 }
 
 /* Makes a 2-D mask of one channel by parallel relaxation: the fastest way to a large mask, a little behind
- * void-and-cluster in quality. White noise takes 20 learned steps, which move all texels at once by a
- * weighted sum of clipped differences to their neighbours; the result is ranked. */
+ * void-and-cluster in quality. Starting from white noise, 20 learned steps move all texels at once
+ * by a weighted sum of clipped differences to their neighbours; the result is ranked. */
 BN_API bn_result bn_relax(const bn_relax_options *options, const bn_mask *mask,
                           bn_progress progress, void *user);
 
@@ -373,12 +373,12 @@ BN_INLINE bn_anneal_options bn_anneal_options_default(void) {
 }
 
 /* Makes a 2-D mask of 1 to 4 channels by simulated annealing with swaps (Georgiev and Fajardo, "Blue-noise
- * dithered sampling", 2016): slow, with the least error.
+ * dithered sampling", 2016): slow, but with the least error.
  *
  * With one channel it minimises E_sigma^2 + far_weight * E_far_sigma^2, where E is bn_mask_error(). A trial
  * swap takes about 50 ns. With several, it minimises the sum over pairs of texels of exp(-distance^2 / (4
  * sigma^2)) * exp(-|difference of values|^(channels / 2) / value_sigma^2), with values in [0, 1). A trial
- * swap takes about 1 microsecond. Also fails with BAD_DATA: the ranks to start from are not permutations. */
+ * swap takes about 1 microsecond. Also fails with BAD_DATA: start_from_ranks without permutations. */
 BN_API bn_result bn_anneal(const bn_anneal_options *options, const bn_mask *mask,
                            bn_progress progress, void *user);
 
@@ -418,7 +418,7 @@ typedef struct bn_dither_options {
     size_t struct_size; /* sizeof(bn_dither_options) */
     uint32_t levels;    /* of the output, evenly spaced from 0 to 1: 2 (default) to 256 */
     /* 0 (default): keep the local mean of the values. 1: values and output are sRGB-encoded; keep the local
-     * mean of the light they stand for. */
+     * mean of the light they encode. */
     int32_t srgb;
     int32_t
         channel_offset; /* 1 (default): shift the mask for each channel, so that errors do not correlate */
@@ -431,9 +431,9 @@ BN_INLINE bn_dither_options bn_dither_options_default(void) {
 }
 
 /* Dithers an image[height][width][channels] with values in [0, 1] to a few levels. A value v becomes floor(v
- * * (levels - 1) + t) / (levels - 1), where t is the mask's value (rank + 0.5) / texels at that pixel. 0
- * stays 0 and 1 stays 1; values outside [0, 1] are clamped. With srgb, the fraction of v * (levels - 1)
- * becomes the one that preserves the light of v. `out` may be the same array as `image`. Errors: those of
+ * * (levels - 1) + t) / (levels - 1), where t is the mask's value (rank + 0.5) / texels at that pixel. Values
+ * outside [0, 1] are clamped; 0 and 1 are unchanged. With srgb, the fraction of v * (levels - 1) becomes the
+ * one that preserves the light of v. `out` may be the same array as `image`. Errors: those of
  * bn_sampler_init_mask() for the mask, INVALID_ARGUMENT (a NULL, a zero extent, an option), SIZE_MISMATCH,
  * BAD_DATA (a NaN in the image), OUT_OF_MEMORY, UNSUPPORTED. */
 BN_API bn_result bn_dither(const bn_dither_options *options, const float *image, uint32_t width,

@@ -116,7 +116,7 @@ class Domain {
     uint32_t value_ = BN_DOMAIN_ROOT;
 };
 
-// The sampler types, BN_SAMPLER_...; bn.h says what each is for.
+// The sampler types; see BN_SAMPLER_... in bn.h.
 enum class Type : int32_t {
     blue = BN_SAMPLER_BLUE,
     sobol = BN_SAMPLER_SOBOL,
@@ -130,7 +130,7 @@ class Sampler {
     // Blue noise.
     constexpr Sampler() noexcept : Sampler(uint64_t{0}) {}
     constexpr explicit Sampler(uint64_t seed) noexcept : sampler_(bn_sampler_make(seed)) {}
-    // Throws INVALID_ARGUMENT for a type that there is not. ZORDER is tuned for 256 samples.
+    // Throws INVALID_ARGUMENT for an unknown type. ZORDER is tuned for 256 samples.
     constexpr explicit Sampler(Type type, uint64_t seed = 0) : Sampler(seed) {
         if (type < Type::blue || type > Type::mask)
             throw Error("bn_sampler_init", BN_ERROR_INVALID_ARGUMENT);
@@ -198,7 +198,7 @@ class Sampler {
             count *= extent;
         }
         std::vector<float> out(count);
-        float none = 0; // an empty vector may have no address, which is another mistake
+        float none = 0; // an empty vector may have no address, which would be another error
         check("bn_sample_block",
               bn_sample_block(&sampler_, x0, y0, width, height, first_index, index_count,
                               domain.value(), out.empty() ? &none : out.data(), out.size()));
@@ -223,7 +223,7 @@ class Sampler {
 class PathSampler;
 class SequentialSampler;
 
-// The numbers of a loop without bound: four of the sampler's, then a generator's.
+// The numbers of a loop of unknown length: the first four are stratified, the rest from a counter-based generator.
 class LoopSampler {
   public:
     explicit LoopSampler(const bn_loop &loop) noexcept : loop_(loop) {}
@@ -235,13 +235,13 @@ class LoopSampler {
     bn_loop loop_;
 };
 
-// A path that goes on in several ways.
+// A path that continues in several branches.
 class Split {
   public:
     Split(const bn_sampler *sampler, const bn_split &split) noexcept
         : sampler_(sampler), split_(split) {}
 
-    // Branch k, whose rays begin at 0. Paths may take fewer branches than next_split() said, or more.
+    // Branch k, whose rays begin at 0. A path may use fewer branches than the count of next_split(), or more.
     PathSampler operator[](uint32_t k) const noexcept;
 
   private:
@@ -249,11 +249,11 @@ class Split {
     bn_split split_;
 };
 
-// One ray of a path. It counts what it hands out, so it can be moved but not copied: hand it on by
+// One ray of a path. It counts the numbers drawn, so it can be moved but not copied: pass it by
 // reference. A second RaySampler of the same path and number starts again, with the same numbers.
 class RaySampler {
   public:
-    // Draws nothing before one of a path is assigned to it.
+    // Empty: assign a ray of a path before you draw.
     RaySampler() noexcept = default;
     RaySampler(const bn_sampler *sampler, const bn_ray &ray) noexcept
         : sampler_(sampler), ray_(ray) {}
@@ -280,7 +280,7 @@ class RaySampler {
         return out;
     }
 
-    // What call k + 1 of the matching next_...() below returns. The same at every call.
+    // The same as call k + 1 of the matching next_...() below.
     float draw_1d(uint32_t k) const noexcept { return bn_ray_draw_1d(sampler_, &ray_, k); }
     std::array<float, 2> draw_2d(uint32_t k) const noexcept {
         std::array<float, 2> out{};
@@ -320,8 +320,8 @@ class RaySampler {
     }
     LoopSampler next_loop() noexcept { return LoopSampler(bn_ray_next_loop(sampler_, &ray_)); }
 
-    // A part of the ray with a key, such as a primitive's number: it draws like a ray of its own. A
-    // second part of the same key starts again.
+    // A sub-sampler of the ray, selected by a key such as a primitive's index. It draws as a ray does. A second
+    // child with the same key starts again.
     RaySampler child(uint32_t key) const noexcept {
         return RaySampler(sampler_, bn_ray_child(&ray_, key));
     }
@@ -335,7 +335,7 @@ class RaySampler {
 // One sample of one pixel. The Sampler must outlive it.
 class PathSampler {
   public:
-    // Draws nothing before another one is assigned to it.
+    // Empty: assign a path before you draw.
     PathSampler() noexcept = default;
     PathSampler(const Sampler &sampler, int32_t x, int32_t y, uint32_t index,
                 uint32_t stream = 0) noexcept
@@ -348,7 +348,7 @@ class PathSampler {
     RaySampler ray(uint32_t number) const noexcept {
         return RaySampler(sampler_, bn_path_ray(&state_, number));
     }
-    // The light sample at the end of ray 0, if a lens has taken its pair, or point k of `count`.
+    // The light sample at the end of ray 0, if a lens uses its second pair, or point k of `count`.
     std::array<float, 2> first_light(uint32_t count = 1, uint32_t k = 0) const noexcept {
         std::array<float, 2> out{};
         bn_path_first_light(sampler_, &state_, count, k, out.data());
@@ -361,7 +361,7 @@ class PathSampler {
         return out;
     }
 
-    // 16 bytes to keep for a lane.
+    // The state of the path, 16 bytes. A wavefront keeps one per lane.
     const bn_path &state() const noexcept { return state_; }
 
   private:
@@ -375,9 +375,9 @@ inline PathSampler Split::operator[](uint32_t k) const noexcept {
 }
 
 // For renderers that ask a stateful sampler for the next number or pair, as pbrt's do. A number and the pair after
-// it, or two pairs, share a domain. Each ray has a sequence of its own, without end. Take a pair, not two numbers,
-// for a decision with two dimensions. Name the numbers before you pass them on: C++ does not define the order of
-// the calls in f(next_1d(), next_2d()).
+// it, or two pairs, share a domain. Each ray has its own endless sequence. Use a pair, not two numbers, for a
+// decision with two dimensions. Store numbers in variables before you pass them on: C++ does not define the order
+// of the calls in f(next_1d(), next_2d()).
 class SequentialSampler {
   public:
     // Draws nothing before start(). It holds a copy of the Sampler.
@@ -399,16 +399,16 @@ class SequentialSampler {
         path_ = bn_path_start(x, y, index, stream);
         begin(0);
     }
-    // Call it before each later ray, so that paths agree again, whatever their surfaces drew
-    // before. The ray that has begun goes on, as where a loop steps over a transparent surface. So
-    // does an earlier one, since its numbers are spent; debug builds stop there.
+    // Call it before each later ray: it brings paths back into step. With the number of the current ray, that
+    // ray continues, for loops that step over transparent surfaces. An earlier number also continues the
+    // current ray, because the numbers of the earlier one are used up; debug builds assert.
     void start_ray(uint32_t ray) noexcept {
         assert(ray >= ray_);
         if (ray > ray_) begin(ray);
     }
-    // What rays ask for first, '1' for a number and '2' for a pair: debug builds stop at another
-    // order. expect("22", "1212"): position and lens; a light and the point on it, a lobe and its
-    // direction. Call it before start(), with texts that outlive this; what follows them is free.
+    // Declares the order of calls, '1' for a number and '2' for a pair; debug builds stop at another order.
+    // expect("22", "1212"): position and lens; a light and the point on it, a lobe and its direction.
+    // Call it before start(). The strings must outlive the object. Later calls of a ray are not checked.
     void expect(const char *ray_0, const char *later_rays) noexcept {
         expected_[0] = ray_0;
         expected_[1] = later_rays;

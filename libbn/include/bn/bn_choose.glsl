@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Choose with a number of a draw, and use what is left of it: bn_choose(), bn_choose_u32() and
- * bn_choose_cdf() in the common subset of GLSL, HLSL, Metal, CUDA and C. bn_choose.h compiles them
+ * Make a discrete choice with a random number and reuse the remainder: bn_choose(), bn_choose_u32()
+ * and bn_choose_cdf() in the common subset of GLSL, HLSL, Metal, CUDA and C. bn_choose.h compiles them
  * as C and CUDA and is their manual, bn_choose.hlsl and bn_choose.metal as their languages;
  * libbn/tools/make_wgsl.py writes the WGSL files from this text. The bits are the same. Only a
- * compiler may add a difference: those of shaders may take subnormal numbers as 0, and NaN as
- * anything.
+ * compiler may add a difference: those of shaders may flush subnormal numbers to 0, and treat NaN as
+ * any value.
  *
  * In a shader (GLSL 3.30 or GLSL ES 3.00, no extensions), include this file, before or after
  * bn_draw.glsl or without it:

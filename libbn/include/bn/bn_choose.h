@@ -35,8 +35,8 @@ extern "C" {
 
 /* Returns 1 with the given probability, exactly if *u < probability; else 0. Either way *u becomes the
  * remainder. The chance is the probability rounded up to a multiple of 2^-24: if it is far below 2^-12,
- * divide by the rounded probability, or your estimate is biased by the difference. 0 and less, and NaN, are
- * never chosen; 1 and more, always. */
+ * divide by the rounded probability, or your estimate is biased by the difference. A probability
+ * of 0 or less, or NaN, never returns 1; one of 1 or more always does. */
 BN_DEVICE_INLINE int bn_choose(float probability, float *u);
 
 /* Returns one of `count` items, all equally likely: each has 2^24 / count steps, rounded up or down. Above

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The draws of bn.h inline: bn_draw_1d(), bn_draw_2d(), bn_draw_4d() and bn_draw_4d_u32() return the bits of
  * bn_sample_1d() and its relatives. BLUE is compiled into the caller; the other sampler types call the
- * library. Paths (bn_path.h) and C++ (bn.hpp) draw with these. A program fails to link with a library that
- * has other tables.
+ * library. Paths (bn_path.h) and C++ (bn.hpp) draw with these. Linking against a library with other
+ * tables fails.
  *
  * ON A GPU
  *
@@ -16,16 +16,15 @@
  * The samples of a pixel are a digital sequence: each bit of the sample index, and each bit of the pixel's
  * label, adds (XOR) a vector of digits to each of the four coordinates. Labels are places in a tile of 64 x
  * 64 pixels, arranged by a search (libbn/tools/bn_bake_sampler.c) so that errors of neighbours cancel. Each
- * copy of the tile adds random digits and has a sample order of its own. A family of domains has a shift and
- * a reflection of the tile, and each of its four members other vectors. docs/blue.md has the construction,
- * and why.
+ * copy of the tile adds random digits and has its own sample order. A family of domains has a shift and a
+ * reflection of the tile, and each of its four members other vectors. docs/blue.md explains the construction.
  *
  * COST
  *
  * A draw of four dimensions takes about 115 instructions on x86-64 and four loads of 8 to 16 bytes, from 47
  * KiB of tables, of which one member of a family uses half. A draw of one pair or one dimension takes a few
  * instructions less. Inlined into a loop, draws of many domains in one pixel, or of many indices, share their
- * common work. From index 256 on, every four bits of the index take one more XOR. With SSE2, the last step
+ * common work. From index 256 on, every four bits of the index cost one more XOR. With SSE2, the last step
  * handles all four dimensions at once. Define BN_DRAW_PLAIN to do without SSE2, as CUDA and HIP do; the bits
  * are the same. */
 #ifndef BN_BN_DRAW_H
@@ -60,7 +59,7 @@ BN_HOST_INLINE uint32_t bn_draw_key_factor(uint32_t member) {
 #include <bn/bn_draw.glsl>
 
 BN_DEVICE_INLINE float bn_draw_float(uint32_t bits) {
-    /* 2^-24 in decimal, as C++11 has no hexadecimal floats. 24 bits fit a signed integer. */
+    /* Decimal 2^-24, because C++11 has no hexadecimal floats. A signed integer holds 24 bits. */
     return (float)(int32_t)(bits >> 8) * (1.0f / 16777216.0f);
 }
 
@@ -78,7 +77,8 @@ BN_DEVICE_INLINE void bn_draw_pair_floats(bn_uint2 v, float out[2]) {
 
 /* ---- Draws from words and a seed, as in shaders */
 
-/* bn_sample_4d() of a BLUE sampler with bn_sampler_seed() `seed`. `words` are those of bn_tables(). */
+/* The same as bn_sample_4d() for a BLUE sampler whose bn_sampler_seed() is `seed`. `words` is the table of
+ * bn_tables(). */
 BN_DEVICE_INLINE void bn_draw_blue_4d(const uint32_t *words, bn_uint2 seed, int32_t x, int32_t y,
                                       uint32_t index, uint32_t domain, float out[4]) {
     bn_draw_floats(bn_draw_blue_bits(words, seed, (uint32_t)x, (uint32_t)y, index, domain), out);

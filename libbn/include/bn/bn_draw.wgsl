@@ -17,8 +17,8 @@
  * them. Entries of two words hold the first 16 digits of four coordinates, a half-word each from the
  * lowest up; entries of four, all 32 digits of each. `member` is the domain's number within its
  * family, 0 to 3. */
-/* 64 x 64 pixels, row-major: a byte for each member from the lowest up, the place of the pixel in its
- * block of 4 x 4. */
+/* One word per pixel of the tile of 64 x 64, row-major: byte m is the pixel's place in its block of 4 x 4
+ * for member m. */
 const BN_PIXELS_AT = 0u;
 const BN_BLOCKS_AT = 4096u; /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
 const BN_PLACES_AT = 6144u; /* [member][16][2]: digits of a place in a block */
@@ -129,7 +129,7 @@ fn bn_draw_blue_pixel(seed: vec2u, x: u32, y: u32, domain: u32) -> bn_blue_pixel
      * the copies differently. */
     let column = (x ^ (0u - (family >> 31u))) + (start >> 26u);
     let row = (y ^ (0u - ((family >> 19u) & 1u))) + (family >> 20u);
-    /* Each copy of the tile has random digits and an order of the samples of its own, which all its
+    /* Each copy of the tile has its own random digits and order of the samples, which all its
      * pixels share: so samples in the middle of an octave are as blue as the first ones. */
     var copy = (column >> 6u) + (row >> 6u) * 0x9e3779b1u + family;
     copy = (copy ^ (copy >> 16u)) * 0x21f0aaadu;
@@ -147,8 +147,8 @@ fn bn_draw_blue_pixel(seed: vec2u, x: u32, y: u32, domain: u32) -> bn_blue_pixel
     return pixel;
 }
 
-/* The keys for pair 1: so the first eight digits of the four coordinates are bits of their own. The low
- * digits for pair 1 are low ^ keys. */
+/* The keys for pair 1: a rotation, so that the first eight digits of the four coordinates use different bits
+ * of the hash. The low digits for pair 1 are low ^ keys. */
 fn bn_draw_second_keys(keys: u32) -> u32 {
     return (keys << 8u) | (keys >> 24u);
 }
@@ -243,7 +243,7 @@ fn bn_draw_sobol_next(key: u32) -> u32 {
     return bn_hash32(key + 0x9e3779b9u);
 }
 
-/* The first key of a domain. Each pair takes three, one after the other. */
+/* The first scrambling key of a domain. Each pair uses three consecutive keys. */
 fn bn_draw_sobol_key(seed: vec2u, x: u32, y: u32, domain: u32) -> u32 {
     let key = bn_hash32(y ^ bn_hash32(domain + seed.x));
     return bn_hash32(x ^ bn_hash32(key + seed.y));

@@ -17,7 +17,7 @@
 #define BN_PATH_GLSL
 
 /* Keys that no ray, no decision and no count reaches. */
-#define BN_PATH_CAMERA_KEY 3u /* in place of ray 3, which moves up: what a path draws once */
+#define BN_PATH_CAMERA_KEY 3u /* numbers drawn once per path; ray 3 and later use key ray + 1 */
 #define BN_PATH_STREAMS_KEY 0x80000000u  /* below the root: the parent of streams 1, 2 ... */
 #define BN_PATH_CHILDREN_KEY 0x80000000u /* below a ray: the parent of its keyed parts */
 #define BN_PATH_LOOPS_KEY 0x40000000u    /* below a ray: added to the keys of loops */
@@ -49,20 +49,20 @@ BN_FUNCTION bn_path bn_path_start(BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT s
 }
 #endif
 
-/* Four numbers: where ray `ray` goes, and the light where it ends. */
+/* Four numbers: the direction of ray `ray`, and the light sample at its end. */
 BN_FUNCTION BN_UINT bn_path_ray_domain(bn_path path, BN_UINT ray) {
     BN_UINT key = ray;
     if (ray >= BN_PATH_CAMERA_KEY) key += 1u;
     return bn_draw_domain_child(path.domain, key);
 }
 
-/* Numbers drawn once per path: dimensions (0, 1) for the first light where it is apart, (2, 3) for time and
- * wavelength. */
+/* Numbers drawn once per path: dimensions (0, 1) for the first light with a lens or a split, (2, 3) for time
+ * and wavelength. */
 BN_FUNCTION BN_UINT bn_path_camera_domain(bn_path path) {
     return bn_draw_domain_child(path.domain, BN_PATH_CAMERA_KEY);
 }
 
-/* ---- Further numbers of a ray, from its domain. Each of the four has a sequence of its own, without end. */
+/* ---- Further numbers of a ray, from its domain. Each of the four has its own endless sequence. */
 
 /* The domain of single number k, and the pair there, 0 or 1, of which it is the first number or, if k is
  * odd, the second. */
@@ -98,7 +98,7 @@ BN_FUNCTION BN_UINT bn_ray_loop_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, (k * 4u + 3u) ^ BN_PATH_LOOPS_KEY);
 }
 
-/* The domain of a part of a ray that has a key, from which it draws as a ray does. */
+/* The domain of a ray's child with a key. Draw from it as from the domain of a ray. */
 BN_FUNCTION BN_UINT bn_ray_child_domain(BN_UINT ray, BN_UINT key) {
     return bn_draw_domain_child(bn_draw_domain_child(ray, BN_PATH_CHILDREN_KEY), key);
 }
@@ -147,7 +147,7 @@ BN_FUNCTION BN_FLOAT2 bn_path_draw_2d(BN_TABLE bn_uint2 seed, bn_path path, BN_U
     return bn_draw_blue_2d(BN_PASS_TABLE seed, path.x, path.y, path.index, domain, pair);
 }
 
-/* The light at the end of ray 0 where it is apart: after a lens, or point k of `count`. */
+/* The light sample at the end of ray 0 with a lens, or point k of `count`. */
 BN_FUNCTION BN_FLOAT2 bn_path_first_light(BN_TABLE bn_uint2 seed, bn_path path, BN_UINT count,
                                           BN_UINT k) {
     bn_path one = path;
@@ -156,7 +156,7 @@ BN_FUNCTION BN_FLOAT2 bn_path_first_light(BN_TABLE bn_uint2 seed, bn_path path, 
     return bn_path_draw_2d(BN_PASS_TABLE seed, one, bn_path_camera_domain(path), 0u);
 }
 
-/* x: the time in the shutter's interval, y: the place in the spectrum. */
+/* x: time as a fraction of the shutter interval, y: position in the spectrum. */
 BN_FUNCTION BN_FLOAT2 bn_path_time_wavelength(BN_TABLE bn_uint2 seed, bn_path path) {
     return bn_path_draw_2d(BN_PASS_TABLE seed, path, bn_path_camera_domain(path), 1u);
 }
@@ -173,14 +173,14 @@ BN_FUNCTION bn_ray bn_path_ray(bn_path path, BN_UINT number) {
     return ray;
 }
 
-/* A part of a ray that has a key, such as a primitive. */
+/* A sub-sampler of a ray, selected by a key such as a primitive's index. It draws as a ray does. */
 BN_FUNCTION bn_ray bn_ray_child(bn_ray ray, BN_UINT key) {
     bn_ray child = ray;
     child.domain = bn_ray_child_domain(ray.domain, key);
     return child;
 }
 
-/* xy: where the ray goes, zw: the light at its end. */
+/* xy: direction of the ray, zw: light sample at its end. */
 BN_FUNCTION BN_FLOAT4 bn_ray_draw(BN_TABLE bn_uint2 seed, bn_ray ray) {
     return bn_path_draw_4d(BN_PASS_TABLE seed, ray.path, ray.domain);
 }
@@ -251,7 +251,7 @@ BN_FUNCTION bn_loop bn_ray_draw_loop(bn_ray ray, BN_UINT k) {
     return walk;
 }
 
-/* Number k of a loop: what call k + 1 of bn_loop_next_1d() returns in C. */
+/* Number k of a loop, as call k + 1 of bn_loop_next_1d() returns it in C. */
 BN_FUNCTION float bn_loop_draw_1d(BN_TABLE bn_uint2 seed, bn_loop walk, BN_UINT k) {
     float scale = 1.0f / 16777216.0f;
     if (k > 3u) return float(bn_loop_later_bits(seed, walk.path, walk.domain, k) >> 8u) * scale;

@@ -45,7 +45,7 @@
  * the pixel's earlier samples took to bn_ray_next_split_from(). Without that number, pass a count near the
  * mean: a sample with fewer branches stops early, one with more goes on with k = count and later.
  *
- * A loop without bound, such as delta tracking or a random walk, draws from bn_ray_next_loop(). Decisions
+ * A loop of unknown length, such as delta tracking or a random walk, draws from bn_ray_next_loop(). Decisions
  * that neighbours meet in different order, such as the transparency of layers, need a key: draw from
  * bn_ray_child(&ray, primitive).
  *
@@ -61,7 +61,7 @@
 extern "C" {
 #endif
 
-/* 16 bytes: what a wavefront keeps for each lane. */
+/* The state of a path, 16 bytes. A wavefront keeps one per lane. */
 typedef struct bn_path bn_path;
 
 #define BN_PATH_IN_C
@@ -90,8 +90,8 @@ BN_DEVICE_INLINE bn_ray bn_path_ray(const bn_path *path, uint32_t ray) {
     return result;
 }
 
-/* A part of a ray with a key, such as a primitive that may be transparent. It draws like a ray of its own,
- * whatever was drawn before. A second part of the same key starts again. */
+/* A sub-sampler of a ray, selected by a key such as the index of a primitive. It draws as a ray does and does
+ * not depend on earlier draws. A second child with the same key starts again. */
 BN_DEVICE_INLINE bn_ray bn_ray_child(const bn_ray *ray, uint32_t key) {
     bn_ray result = bn_path_ray(&ray->path, 0);
     result.domain = bn_ray_child_domain(ray->domain, key);
@@ -193,7 +193,7 @@ BN_HOST_INLINE void bn_ray_next_4d(const bn_sampler *s, bn_ray *ray, float out[4
 
 /* ---- Once per path */
 
-/* The light sample at the end of ray 0, if a lens has taken its pair, or point k of `count`, which must be
+/* The light sample at the end of ray 0, if a lens uses its second pair, or point k of `count`, which must be
  * the same for all samples of the pixel; 0 counts as 1. */
 BN_HOST_INLINE void bn_path_first_light(const bn_sampler *s, const bn_path *path, uint32_t count,
                                         uint32_t k, float out[2]) {
@@ -201,7 +201,7 @@ BN_HOST_INLINE void bn_path_first_light(const bn_sampler *s, const bn_path *path
                bn_path_camera_domain(*path), 0, out);
 }
 
-/* out[0]: the time, in the shutter's interval. out[1]: the wavelength, in the spectrum. */
+/* Both in [0, 1). out[0]: time as a fraction of the shutter interval. out[1]: position in the spectrum. */
 BN_HOST_INLINE void bn_path_time_wavelength(const bn_sampler *s, const bn_path *path,
                                             float out[2]) {
     bn_path_draw_2d(s, path, bn_path_camera_domain(*path), 1, out);

@@ -6,7 +6,7 @@
  *     let u: vec4f = bn_ray_draw(seed, bn_path_ray(path, depth)); */
 
 /* Keys that no ray, no decision and no count reaches. */
-const BN_PATH_CAMERA_KEY = 3u; /* in place of ray 3, which moves up: what a path draws once */
+const BN_PATH_CAMERA_KEY = 3u; /* numbers drawn once per path; ray 3 and later use key ray + 1 */
 const BN_PATH_STREAMS_KEY = 0x80000000u;  /* below the root: the parent of streams 1, 2 ... */
 const BN_PATH_CHILDREN_KEY = 0x80000000u; /* below a ray: the parent of its keyed parts */
 const BN_PATH_LOOPS_KEY = 0x40000000u;    /* below a ray: added to the keys of loops */
@@ -39,7 +39,7 @@ fn bn_path_start(x: u32, y: u32, index: u32, stream: u32) -> bn_path {
     return path;
 }
 
-/* Four numbers: where ray `ray` goes, and the light where it ends. */
+/* Four numbers: the direction of ray `ray`, and the light sample at its end. */
 fn bn_path_ray_domain(path: bn_path, ray: u32) -> u32 {
     var key = ray;
     if (ray >= BN_PATH_CAMERA_KEY) {
@@ -48,13 +48,13 @@ fn bn_path_ray_domain(path: bn_path, ray: u32) -> u32 {
     return bn_domain_child(path.domain, key);
 }
 
-/* Numbers drawn once per path: dimensions (0, 1) for the first light where it is apart, (2, 3) for time and
- * wavelength. */
+/* Numbers drawn once per path: dimensions (0, 1) for the first light with a lens or a split, (2, 3) for time
+ * and wavelength. */
 fn bn_path_camera_domain(path: bn_path) -> u32 {
     return bn_domain_child(path.domain, BN_PATH_CAMERA_KEY);
 }
 
-/* ---- Further numbers of a ray, from its domain. Each of the four has a sequence of its own, without end. */
+/* ---- Further numbers of a ray, from its domain. Each of the four has its own endless sequence. */
 
 /* The domain of single number k, and the pair there, 0 or 1, of which it is the first number or, if k is
  * odd, the second. */
@@ -90,7 +90,7 @@ fn bn_ray_loop_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, (k * 4u + 3u) ^ BN_PATH_LOOPS_KEY);
 }
 
-/* The domain of a part of a ray that has a key, from which it draws as a ray does. */
+/* The domain of a ray's child with a key. Draw from it as from the domain of a ray. */
 fn bn_ray_child_domain(ray: u32, key: u32) -> u32 {
     return bn_domain_child(bn_domain_child(ray, BN_PATH_CHILDREN_KEY), key);
 }
@@ -137,7 +137,7 @@ fn bn_path_draw_2d(seed: vec2u, path: bn_path, domain: u32, pair: u32) -> vec2f 
     return bn_draw_blue_2d(seed, path.x, path.y, path.index, domain, pair);
 }
 
-/* The light at the end of ray 0 where it is apart: after a lens, or point k of `count`. */
+/* The light sample at the end of ray 0 with a lens, or point k of `count`. */
 fn bn_path_first_light(seed: vec2u, path: bn_path, count: u32, k: u32) -> vec2f {
     var one = path;
     if (count > 1u) {
@@ -147,7 +147,7 @@ fn bn_path_first_light(seed: vec2u, path: bn_path, count: u32, k: u32) -> vec2f 
     return bn_path_draw_2d(seed, one, bn_path_camera_domain(path), 0u);
 }
 
-/* x: the time in the shutter's interval, y: the place in the spectrum. */
+/* x: time as a fraction of the shutter interval, y: position in the spectrum. */
 fn bn_path_time_wavelength(seed: vec2u, path: bn_path) -> vec2f {
     return bn_path_draw_2d(seed, path, bn_path_camera_domain(path), 1u);
 }
@@ -164,14 +164,14 @@ fn bn_path_ray(path: bn_path, number: u32) -> bn_ray {
     return ray;
 }
 
-/* A part of a ray that has a key, such as a primitive. */
+/* A sub-sampler of a ray, selected by a key such as a primitive's index. It draws as a ray does. */
 fn bn_ray_child(ray: bn_ray, key: u32) -> bn_ray {
     var child = ray;
     child.domain = bn_ray_child_domain(ray.domain, key);
     return child;
 }
 
-/* xy: where the ray goes, zw: the light at its end. */
+/* xy: direction of the ray, zw: light sample at its end. */
 fn bn_ray_draw(seed: vec2u, ray: bn_ray) -> vec4f {
     return bn_path_draw_4d(seed, ray.path, ray.domain);
 }
@@ -247,7 +247,7 @@ fn bn_ray_draw_loop(ray: bn_ray, k: u32) -> bn_loop {
     return walk;
 }
 
-/* Number k of a loop: what call k + 1 of bn_loop_next_1d() returns in C. */
+/* Number k of a loop, as call k + 1 of bn_loop_next_1d() returns it in C. */
 fn bn_loop_draw_1d(seed: vec2u, walk: bn_loop, k: u32) -> f32 {
     let scale = 1.0f / 16777216.0f;
     if (k > 3u) {

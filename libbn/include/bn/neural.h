@@ -155,8 +155,8 @@ BN_API bn_result bn_neural_window(const bn_neural *neural, int64_t x0, int64_t y
                                   bn_progress progress, void *user);
 
 /* The white noise that goes into the network, for training one or running it elsewhere: noise[height][width]
- * in [0, 1), a hash of the seed and the coordinates, the same bits everywhere. A window shows what the
- * network makes of the noise around it; a mask uses the noise from (0, 0), repeated with the mask's extents.
+ * in [0, 1), a hash of the seed and the coordinates, the same bits everywhere. A window contains the
+ * network's output for the noise around it; a mask uses the noise from (0, 0), repeated with the mask's extents.
  * Errors: INVALID_ARGUMENT (noise NULL, a zero extent, coordinates beyond +-2^41), SIZE_MISMATCH,
  * OUT_OF_MEMORY (extents exceed the address space). */
 BN_API bn_result bn_neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t height,
