@@ -53,7 +53,7 @@ def name_of(measure):
 
 
 def processor_seconds(command, what, environment=None):
-    """Runs a program and returns its processor seconds; RenderError has the last line that it wrote."""
+    """Runs a program and returns its CPU seconds; RenderError has the last line that it wrote."""
     with tempfile.TemporaryFile() as log:
         try:
             process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment)
@@ -93,7 +93,7 @@ class OtherRun(Run):
     """Renders tasks in another renderer, or finds their results in the cache of a folder. References come from a sampler that hashes pixel,
     dimension and seed: with seeds of their own, their errors are independent of all others'.
 
-    A subclass has key(), render(task, spp, seed, out), which returns processor seconds, reference_key(view, spp), and `reference`, the
+    A subclass has key(), render(task, spp, seed, out), which returns CPU seconds, reference_key(view, spp), and `reference`, the
     sampler of references, whose seeds are REFERENCE_SEED and the next.
     """
 
@@ -106,7 +106,7 @@ class OtherRun(Run):
         return {}
 
     def rendered(self, task, spp, seed, **more):
-        """(processor seconds, picture)."""
+        """(CPU seconds, picture)."""
         with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
             out = Path(folder) / "out.exr"
             return self.render(task, spp, seed, out, **more), read_exr(out)[0]
@@ -202,15 +202,18 @@ class OtherReport:
             name: functools.partial(own.over, than, measure=measure) for than, name in (thans or self.thans).items()})
 
     def summary(self, thans=None):
-        """The table of the guide, over the first set: as displayed, and in brackets raw."""
-        views, rows = self.compared.views, []
-        for than, name in (thans or self.thans).items():
-            found = [[self.compared.over(than, spp, measure) for measure in HEADLINE] for spp in self.counts]
-            rows.append([name, *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
-        scenes = len({view.scene for view in views})
-        crops = f"; crops: {len(views)}" if len(views) > scenes else ""
-        return (f"{self.title}: {scenes}{crops}; seeds: {self.options.seeds}.\n\n"
-                + md_table(["error over `blue`'s, at spp", *map(str, self.counts)], rows))
+        """The tables of the guide, one for each set: as displayed, and in brackets raw."""
+        parts = []
+        for title, own in self.sets.items():
+            rows = []
+            for than, name in (thans or self.thans).items():
+                found = [[own.over(than, spp, measure) for measure in HEADLINE] for spp in self.counts]
+                rows.append([name, *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
+            scenes = len({view.scene for view in own.views})
+            crops = f", {len(own.views)} crops" if len(own.views) > scenes else ""
+            parts.append(f"{title} ({scenes} scenes{crops}, {self.options.seeds} seeds):\n\n"
+                         + md_table(["error over `blue`'s, at spp", *map(str, self.counts)], rows))
+        return "\n\n".join(parts)
 
     def scenes_table(self, own, measure, than):
         """One row per scene: the ratio at SPREAD_COUNTS, and its smallest and greatest over crops."""
@@ -226,20 +229,20 @@ class OtherReport:
         return md_table([f"{self.name(than)} over `blue`", *map(str, counts)], rows)
 
     def rate(self, view, label):
-        """Processor seconds per sample of all pixels, without what starting the program takes."""
+        """CPU seconds per sample of all pixels, without what starting the program takes."""
         first, last = self.counts[0], self.counts[-1]
         seconds = [statistics.median(self.cells.get(view, label, spp, "seconds")) for spp in (first, last)]
         return max((seconds[1] - seconds[0]) / max(last - first, 1), 1e-9)
 
     def time(self, label):
-        """Processor time per sample over that of the first sampler, the geometric mean over views."""
+        """CPU time per sample over that of the first sampler, the geometric mean over views."""
         return statistics.geometric_mean(self.rate(view, label) / self.rate(view, self.samplers[0]) for view in self.references)
 
     def times_table(self):
         rows = [[self.name(label), f"{self.time(label):.2f}",
                  f"{statistics.median(1e6 * self.rate(view, label) / math.prod(view.size) for view in self.references):.2f}"]
                 for label in self.samplers]
-        return md_table(["sampler", f"processor time over {self.name(self.samplers[0])}'s, mean over pictures", "median, µs per sample"], rows)
+        return md_table(["sampler", f"CPU time over {self.name(self.samplers[0])}'s, mean over images", "median, µs per sample"], rows)
 
     def references_table(self):
         """A reference's own error over the smallest of any sampler at the largest count, the greatest of a scene."""
@@ -271,7 +274,7 @@ class OtherReport:
             for than in self.SPREAD:
                 parts += [self.scenes_table(own, HEADLINE[0], than), ""]
         return "\n".join([
-            *parts, "## Time", "", "Processor seconds of one thread, without what starting the program takes. On a machine with other work a few "
+            *parts, "## Time", "", "CPU seconds of one thread, without what starting the program takes. On a machine with other work a few "
             "per cent mean nothing.", "", self.times_table(), "",
             "## How it was measured", "", f"`{self.options.command}`, {self.options.seeds} seeds. {self.METHOD}", "",
             f"Own errors are those of references over the smallest error of any sampler at {self.counts[-1]} samples, the greatest of a "
@@ -287,5 +290,5 @@ class OtherReport:
             update_table(self.options.guide, f"scripts/bench {name}", guide)
         print(text)
         print(f"Written: {self.options.out}/{name}.md and {self.options.pages}/{name}.csv. References took "
-              f"{Progress.format_interval(sum(reference.seconds for reference in self.references.values()))} of processor time once.", file=sys.stderr)
+              f"{Progress.format_interval(sum(reference.seconds for reference in self.references.values()))} of CPU time once.", file=sys.stderr)
         return whole

@@ -1,49 +1,45 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares `blue` with pbrt-v4's own samplers, in pbrt-v4: `scripts/bench pbrt --pbrt DIR --luxcore DIR` writes evidence/results/pbrt.md
+"""Compares `blue` with pbrt-v4's own samplers, in pbrt-v4: `scripts/bench pbrt --pbrt DIR --luxcore DIR` writes evidence/results/pbrt.*
 
 DIR are checkouts of pbrt-v4, with submodules, and of LuxCoreRender, at the commits that builds.py and lux_scenes.py name; they stay
-as they are. The first run builds pbrt for a quarter of an hour. Crops of LuxCoreRender's scenes and of ours are rendered with every
-sampler at 1 to 64 samples per pixel and several seeds, and measured against references. Pictures, references and the build are cached in
-~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes, and a change of libbn renders only `blue` again.
+as they are. The first run builds pbrt for a quarter of an hour. Crops of LuxCoreRender's scenes are rendered with every sampler at 1 to 16
+samples per pixel, and measured against references. Images, references and the build are cached in ~/.cache/libbn
+($XDG_CACHE_HOME): an interrupted run resumes.
 """
 
 import argparse
 import tempfile
-from pathlib import Path
 
 from ..base.cache import cache_folder
 from ..base.command import Parser
-from ..base.files import read_exr, sha256_of
+from ..base.files import sha256_of
 from ..measure import compare
-from ..renders.judge import Cells, pixels_key
+from ..renders.judge import Cells
 from ..renders.renderer import REFERENCE_SEED
 from . import builds, lux_scenes, other_renderer
 from .other_renderer import EXPOSED, HEADLINE, MEASURES, Task, name_of
-from .pbrt_scenes import CROP, CROPS, HEIGHT, PROBES, SCENES, WIDTH, View, crops, write_files
+from .pbrt_scenes import CROP, CROPS, HEIGHT, OWN, WIDTH, View, crops, write_files
 
 # pbrt's samplers, then libbn's. Lines of a scene file; sample counts and seeds are options of pbrt.
 SAMPLERS = {name: f'Sampler "{name}"' for name in ("independent", "sobol", "zsobol", "pmj02bn", "blue")}
 LINES = {**SAMPLERS, "reference": 'Sampler "paddedsobol"'}  # which hashes pixel, dimension and seed
-COUNTS = (1, 2, 3, 4, 6, 16, 64)
-SEEDS = 4
-MINUTES = 15  # of processor time, for two crops and seeds and up to 16 samples
+COUNTS, SEEDS = (1, 2, 3, 4, 6, 16), 2
+MINUTES = 15  # of CPU time
 # zsobol rounds sample counts down to powers of two.
 ROUNDED = {("zsobol", 3): 2, ("zsobol", 6): 4}
 # What --picture shows: a part of a scene's middle, its samplers, and where in it the part begins.
 PICTURE, PICTURE_SPP = "docs/pbrt.jpg", 6
 PICTURE_VIEW, PICTURE_PART = View("penumbra", "picture", 512, 302, (216, 206)), (8, 8, 200, 190)
 PICTURE_SAMPLERS = ("independent", "zsobol", "blue")
-SPECTRAL = "hair"
-SETS = {"Scenes from LuxCoreRender": tuple(lux_scenes.SCENES),
-        "The same with fixed wavelengths": tuple(name + lux_scenes.FIXED for name in lux_scenes.SCENES),
-        "Scenes of ours": tuple(name for name in SCENES if name != SPECTRAL),
-        "Hair": (SPECTRAL,)}
+SCENES = {**OWN}  # and those of lux_scenes.scenes()
+SETS = {"Fixed wavelengths": tuple(name + lux_scenes.FIXED for name in lux_scenes.SCENES),
+        "Four random wavelengths": tuple(lux_scenes.SCENES)}
 
 
 # ---- Running pbrt
 
 def render(program, scene, sampler, bounds, spp, seed, out):
-    """Renders into `out`; returns the processor seconds."""
+    """Renders into `out`; returns the CPU seconds."""
     with tempfile.TemporaryDirectory(prefix="libbn-pbrt-") as folder:
         path = write_files(folder, scene, sampler, LINES[sampler])
         command = [str(program), "--quiet", "--nthreads", "1", "--spp", str(spp), "--seed", str(seed),
@@ -60,28 +56,15 @@ class PbrtRun(other_renderer.OtherRun):
         super().__init__(program, "pbrt", jobs)
         self._sha256 = sha256_of(program)
 
-    def build(self, label):
-        """Identifies a sampler by the pixels of small pictures that it renders."""
-        key = {"probe": [label, LINES[label], [scene.text("") for scene in PROBES]], "program": self._sha256}
-        return pixels_key(self.store, key, lambda: self._pictures(label))
-
-    def _pictures(self, label):
-        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
-            out = Path(folder) / "probe.exr"
-            for scene in PROBES:
-                for spp, bounds in ((1, (560, 720, 440, 584)), (3, (600, 640, 500, 540)), (64, (620, 640, 500, 518))):
-                    render(self.program, scene, label, bounds, spp, 1, out)
-                    yield read_exr(out)[0]
-
     def key(self, task, reference):
         return {"scene": SCENES[task.view.scene].text(SAMPLERS[task.label]), "bounds": task.view.bounds, "seed": task.seed,
-                "counts": task.counts, "build": self.build(task.label)}
+                "counts": task.counts, "program": self._sha256}
 
     def render(self, task, spp, seed, out):
         return render(self.program, SCENES[task.view.scene], task.sampler, task.view.bounds, spp, seed, out)
 
     def reference_key(self, view, spp):
-        return {"reference": SCENES[view.scene].text(LINES["reference"]), "bounds": view.bounds, "spp": spp, "build": self.build(self.reference)}
+        return {"reference": SCENES[view.scene].text(LINES["reference"]), "bounds": view.bounds, "spp": spp, "program": self._sha256}
 
 
 class PbrtCells(Cells):
@@ -106,18 +89,18 @@ class Report(other_renderer.OtherReport):
     """remarks: of builds.pbrt()."""
 
     TITLE, SCENES, SPREAD = "# In pbrt-v4", SCENES, ("zsobol", "sobol")
-    INTRO = f"""How the sampler of [examples/pbrt](../../examples/pbrt/README.md) compares with pbrt-v4's own, in pbrt-v4. Figures are error
-ratios, pbrt's sampler over `blue`, at the same `--spp`: 1.20 means that pbrt's sampler has 1.20 times the
-error of `blue`, less than 1 that `blue` has more. They are geometric means over scenes, crops and seeds.
+    INTRO = f"""**Errors on this page are over those of `blue`: above 1, `blue` is better.** 1.20 means that pbrt's sampler has 1.20 times the error of the
+sampler of [examples/pbrt](../../examples/pbrt/README.md) at the same `--spp`. Figures are geometric means over scenes, crops and seeds.
 
-Errors are root mean squares over the pixels and channels of crops of {CROP[0]}x{CROP[1]} pixels from pictures of {WIDTH}x{HEIGHT}, after
-a Gaussian blur or without. *As displayed* clips pictures to 0..1 before the blur; *exposed and displayed* first multiplies them so
+Errors are root mean squares over the pixels and channels of crops of {CROP[0]}x{CROP[1]} pixels from images of {WIDTH}x{HEIGHT}, after
+a Gaussian blur or without. *As displayed* clips images to 0..1 before the blur; *exposed and displayed* first multiplies them so
 that the mean luminance of a crop's reference is {EXPOSED}; *raw* does neither. Hashes of the names place the crops. Nothing was chosen
-or tuned by these crops, nor by any of LuxCoreRender's scenes. Two other crops of `{SPECTRAL}` prompted how wavelengths are spread, so it
-is apart. A path has four random wavelengths, which `blue` spreads evenly. Where light is even, nothing else is noisy. So all of
-LuxCoreRender's crops are shown once more with the same wavelengths in all samples (pbrt's option `disablewavelengthjitter`).
+or tuned by these scenes.
 
-`zsobol` rounds counts down to powers of two: at 3 and 6 it takes 2 and 4 samples. `sobol` is one sequence over the whole picture.
+With *fixed wavelengths* (pbrt's option `disablewavelengthjitter`) all samples of an image have the same four: what differs is the sampler.
+By default a path has four random wavelengths, which `blue` spreads evenly; where light is even, nothing else is noisy.
+
+`zsobol` rounds counts down to powers of two: at 3 and 6 it takes 2 and 4 samples. `sobol` is one sequence over the whole image.
 """
     METHOD = f"""pbrt-v4 is at commit `{builds.PBRT_COMMIT[:8]}`. Its film has its neutral sensor (`cie1931`) and a box filter one pixel wide, the integrator
 is `volpath`. `--spp` and `--seed` set counts and seeds, other options of samplers are pbrt's defaults. `sobol` keeps the positions in the
@@ -153,20 +136,21 @@ Get the checkout with:
   git -C DIR submodule update --init --recursive
 and that of LuxCoreRender with:
   git clone https://github.com/LuxCoreRender/LuxCore DIR && git -C DIR checkout {lux_scenes.COMMIT}
-The first stays as it is: a copy of it is patched and built in ~/.cache/libbn/pbrt, in 9 minutes of processor time. The report's
-comparison, --crops 2 --seeds 2 --spp 16, then takes {MINUTES} minutes of processor time the first time. Builds, references and results are cached there: a run
-that was interrupted resumes, and a change of libbn renders only `blue` again.""")
+The first stays as it is: a copy of it is patched and built in ~/.cache/libbn/pbrt, in 9 minutes of CPU time. The
+comparison then takes {MINUTES} minutes of CPU time. Builds, references and results are cached there: a run that was interrupted resumes.""")
     known = sum(SETS.values(), ())
     parser.add_argument("--pbrt", metavar="DIR", required=True, help="a checkout of pbrt-v4 with its submodules, see below")
     parser.add_argument("--luxcore", metavar="DIR", help="a checkout of LuxCoreRender, for its scenes")
-    parser.number("--crops", CROPS, f"crops of each picture, at most {CROPS}")
+    parser.number("--crops", CROPS, f"crops of each image, at most {CROPS}")
     other_renderer.add_options(parser, "pbrt", known, SEEDS)
     parser.add_argument("--picture", metavar="FILE", nargs="?", const=PICTURE,
-                        help=f"only make the picture of {PICTURE_SPP} samples per pixel (default {PICTURE})")
+                        help=f"only make the image of {PICTURE_SPP} samples per pixel (default {PICTURE})")
+    parser.set_defaults(spp=max(COUNTS))
     options = parser.parse_args(arguments)
+    if not options.luxcore and not options.picture:
+        parser.error("--luxcore must name a checkout of LuxCoreRender")
     other_renderer.finish_options(parser, options, "pbrt", arguments)
     options.counts = tuple(n for n in COUNTS if n <= options.spp)
-    options.scenes = [name for name in options.scenes if options.luxcore or name in SCENES]
     options.reference_share = 0.125 if options.quick else 0.25
     return options
 
@@ -177,9 +161,8 @@ def run(arguments):
     work = PbrtRun(program, options.jobs)
     if options.picture:
         return make_picture(work, options.picture)
-    if options.luxcore:
-        SCENES.update(lux_scenes.scenes(options.luxcore, cache_folder() / "pbrt"))
-    views = [view for name in options.scenes for view in crops(name, "fresh")[:options.crops]]
+    SCENES.update(lux_scenes.scenes(options.luxcore, cache_folder() / "pbrt"))
+    views = [view for name in options.scenes for view in crops(name)[:options.crops]]
     references = work.references({
         view: max(64, int(SCENES[view.scene].reference_spp * options.reference_share) // 2 * 2) for view in views})
     tasks = [Task(view, label, seed, tuple(n for n in options.counts if (label, n) not in ROUNDED))
@@ -187,4 +170,4 @@ def run(arguments):
     cells = PbrtCells(work.results(references, tasks))
     report = Report(options, cells, references, remarks)
     if report.write("pbrt", report.summary()):
-        compare.write(options.out / "pbrt.csv", report.compared.rows(options.counts, MEASURES))
+        compare.write(options.out / "pbrt.csv", [{**row, "scene": title} for title, own in report.sets.items() for row in own.rows(options.counts, MEASURES)])
