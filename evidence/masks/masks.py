@@ -25,14 +25,12 @@ from ..base.contact_sheet import enlarged_part, grey, sheet
 from ..base.files import kept, write_image, write_text
 from ..base.plots import plt, save
 from ..base.tables import md_table
-from . import vectors
 
 ROOT = Path(__file__).resolve().parents[2]
 SIZES, QUICK_SIZES = (64, 128, 256, 512, 1024, 2048), (64, 128)
 PLAIN = 128  # width and height of peers' masks, and of those in the plot of error against time
 ERRORS = ("e_0.75", "e_1", "e_1.5", "e_2")
 FIELDS = ("method", "options", "width", "threads", "repeats", "seconds", "cpu_seconds", *ERRORS)
-LEVELS = ((1, 128), (1, 64), (1, 32), (1, 16), (1, 8), (1, 4), (1, 2), (3, 4), (7, 8), (15, 16), (31, 32), (63, 64), (127, 128))
 NETWORKS = {"network": "neural.onnx", "fast network": "neural_fast.onnx", "vector network": "neural_vector.onnx"}
 #: Of the methods to choose from: their rows' options, windows of an endless plane, channels, and equal bits on every machine.
 CHOICES = {
@@ -45,7 +43,6 @@ CHOICES = {
 }
 CHOICE_SIZES = (64, 256, 1024, 2048)
 UNTIMED = ("void-and-cluster, sigma 1.9", "builtin")
-PLANE_FIELDS = ("network", "device", "threads", "extent", "windows", "seconds")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -69,10 +66,14 @@ def one_thread(make, **options):
     return lambda size, seed, threads: make((size, size), seed=seed, **options)
 
 
+def white(shape, seed):
+    """Ranks in random order."""
+    return np.random.default_rng(seed).permutation(shape[0] * shape[1]).astype(np.uint32).reshape(shape)
+
 
 def methods():
     return [
-        Method("white", "", one_thread(vectors.white)),
+        Method("white", "", one_thread(white)),
         Method("void-and-cluster", "", one_thread(bluenoise.void_and_cluster)),
         Method("void-and-cluster", "sigma 1.9", one_thread(bluenoise.void_and_cluster, sigma=1.9), (PLAIN,)),
         Method("relax", "", lambda size, seed, threads: bluenoise.relax((size, size), seed=seed, threads=threads), many_threads=True),
@@ -135,32 +136,6 @@ def run_peer(name, command):
                 sys.exit(f"bench: the peer {name} ({command}) failed with status {result.returncode}")
             seconds.append([float(word) for word in result.stdout.split()[-2:]])
         return row_of(name, "", PLAIN, 1, 3, map(statistics.median, zip(*seconds)), errors_of([np.fromfile(path, "<u4").reshape(PLAIN, PLAIN)]))
-
-
-def low_frequency(masks):
-    """What bluenoise.measure() calls so, for each of LEVELS, a mean over masks."""
-    return [np.mean([bluenoise._measure._low_frequency(ranks, a / b) for ranks in masks]) for a, b in LEVELS]
-
-
-def plane(quick):
-    """Rows with PLANE_FIELDS: seconds for windows of an endless plane side by side, of which nothing could be reused, on the processor
-    and, if there is one, on a GPU."""
-    extent, windows, cores = 256 if quick else 2048, 2 if quick else 4, os.cpu_count() or 1
-    for name in ("network", "fast network"):
-        for provider, threads in (*(("cpu", count) for count in sorted({1, cores})), ("cuda", 0)):
-            try:
-                generator = bluenoise.NeuralGenerator(ROOT / "libbn/data" / NETWORKS[name], threads=threads, provider=provider)
-            except bluenoise.RuntimeMissingError:
-                if provider == "cpu":
-                    raise
-                continue
-            count = windows * (8 if provider == "cuda" else 1)
-            generator.window(-extent, 0, extent, extent, seed=1)  # sets up the provider
-            begun = time.perf_counter()
-            for i in range(count):
-                generator.window(i * extent, 0, extent, extent, seed=1)
-            yield dict(zip(PLANE_FIELDS, (name, "processor" if provider == "cpu" else "GPU", threads or min(cores, 4), extent, count,
-                                          f"{time.perf_counter() - begun:.9f}")))
 
 
 # ---- Tables, the plot and the picture
@@ -233,19 +208,6 @@ def picture(groups, path):
     write_image(path, sheet(rows, list(groups), ["ranks", "power spectrum", "1/16", "1/4", "1/2"]).convert("L"))
 
 
-def plane_lines(rows):
-    def number(value):
-        return np.format_float_positional(value, precision=3, fractional=False, trim="-")
-
-    lines = []
-    for row in rows:
-        nanoseconds = 1e9 * row["seconds"] / (row["windows"] * row["extent"] ** 2)
-        lines.append([row["network"], row["device"], str(row["threads"]), number(nanoseconds), number(1 / nanoseconds)])
-    return [f"Windows of {rows[0]['extent']}x{rows[0]['extent']} side by side, into main memory, on one core and on all"
-            + (":" if any(row["device"] == "GPU" for row in rows) else "; no GPU was available for this run:"), "",
-            md_table(["network", "on", "threads", "nanoseconds per texel", "gigatexels per second"], lines)]
-
-
 def answer(rows, threads):
     """What the report found, in a paragraph."""
     size = max(row["width"] for row in rows if row["width"] <= 1024 and row["method"] == "network")
@@ -258,26 +220,24 @@ def answer(rows, threads):
     return (f"At {size}x{size}, on {threads} threads, `void-and-cluster` takes {of('void-and-cluster')}, `relax` {of('relax')}, the network "
             f"{of('network')}; white noise has {white:.4f}. So for a single mask the network is not the best tool: the other two have the same "
             "bits everywhere and need no ONNX Runtime. It is for windows of a plane without end or period, and for two channels that are blue "
-            "together, for which annealing takes far longer. [masks.md](../masks.md) says which method to take.")
+            "together, for which annealing takes far longer. [masks.md](../../docs/masks.md) says which method to take.")
 
 
-def report_text(rows, threads, command, sections):
-    parts = ["# Masks: time against error", "", f"Printed by `{command}`.", "", answer(rows, threads), "",
-             "![Error against time, time against size](masks.png)", "", "## Which method", "",
-             "Wall-clock time on all cores, for those methods that can use several. *Windows*: of an endless plane. *Channels*: vectors that are "
-             "blue each and together. *Same bits*: on every machine; for networks, see bn/neural.h. All methods make any size.", "",
-             choice_table(rows, threads), "",
-             "`bluenoise mask --method auto` chooses by shape and channels: for one channel, relaxation for two-dimensional masks of more "
-             "than 512x512 texels and void-and-cluster otherwise; for two, the vector network; for more, annealing with 100 sweeps.", "",
-             "## Every size", "",
-             "Times are minima over repeats (of other libraries, medians of three) of wall-clock time and of CPU time, summed over threads, on 1 "
-             f"thread unless stated otherwise ({threads} are all cores); the methods for one size were interleaved. Time per texel is CPU time. "
-             "Errors are means of `bn_mask_error` over seeds; lower is better. `builtin` masks were annealed for minutes.", ""]
-    for size in sorted({row["width"] for row in rows}):
-        parts += [f"### {size}x{size}", "", table([row for row in rows if row["width"] == size]), ""]
-    for title, lines in sections.items():
-        parts += [f"## {title}", "", *lines, ""]
-    return "\n".join(parts)
+def report_text(rows, threads, command):
+    return "\n".join([
+        "# Masks: time against error", "", f"Printed by `{command}`.", "", answer(rows, threads), "",
+        "![Error against time, time against size](masks.png)", "", "## Which method", "",
+        "Wall-clock time on all cores, for those methods that can use several. *Windows*: of an endless plane. *Channels*: vectors that are "
+        "blue each and together. *Same bits*: on every machine; for networks, see bn/neural.h. All methods make any size.", "",
+        choice_table(rows, threads), "",
+        "`bluenoise mask --method auto` chooses by shape and channels: for one channel, relaxation for two-dimensional masks of more "
+        "than 512x512 texels and void-and-cluster otherwise; for two, the vector network; for more, annealing with 100 sweeps.", "",
+        f"## {PLAIN}x{PLAIN}", "",
+        "Times are minima over repeats (of other libraries, medians of three) of wall-clock time and of CPU time, summed over threads, on 1 "
+        f"thread unless stated otherwise ({threads} are all cores); the methods for one size were interleaved. Time per texel is CPU time. "
+        "Errors are means of `bn_mask_error` over seeds; lower is better. `builtin` masks were annealed for minutes. [masks.csv](masks.csv) has "
+        f"{min(row['width'] for row in rows)} to {max(row['width'] for row in rows)} texels a side.", "",
+        table([row for row in rows if row["width"] == PLAIN]), ""])
 
 
 def run(arguments):
@@ -286,7 +246,7 @@ def run(arguments):
                         help="another library's generator: `COMMAND WIDTH HEIGHT FILE` writes ranks to FILE as little-endian "
                              "32-bit integers and prints the wall-clock time and the CPU time in seconds")
     parser.add_argument("--quick", action="store_true", help="two sizes and few seeds: a test, not a measurement")
-    parser.add_argument("--again", action="store_true", help="keep the times in masks*.csv and redo everything else")
+    parser.add_argument("--again", action="store_true", help="keep the times in masks.csv and redo everything else")
     parser.out()
     parser.hidden("--picture", "docs/neural.png")
     options = parser.parse_args(arguments)
@@ -299,25 +259,10 @@ def run(arguments):
         *measure(QUICK_SIZES if quick else SIZES, threads, quick), *(run_peer(name, command) for name, _, command in peers)])
     plot(rows, options.out / "masks.png")
     generator, count = bluenoise.NeuralGenerator(), 2 if quick else 16
-    groups = {"network": [generator.mask((128, 128), seed=seed) for seed in range(count)],
-              **{name: [make((128, 128), seed=seed) for seed in range(count)]
-                 for name, make in (("void-and-cluster", bluenoise.void_and_cluster), ("relax", bluenoise.relax), ("white", vectors.white))}}
-    picture({name: masks for name, masks in groups.items() if name != "relax"}, options.picture)
-    levels = {**groups, "builtin": [bluenoise.builtin((128, 128))]}
-    sections = {
-        "Every grey level": [
-            "Power of thresholded masks of 128x128 below half the principal frequency, relative to white noise:", "",
-            md_table(["mask", *(f"{a}/{b}" for a, b in LEVELS)],
-                     [[name, *(f"{power:.3f}" for power in low_frequency(masks))] for name, masks in levels.items()]), "",
-            "In masks of one channel, libbn itself orders the points of the lightest and darkest patterns, which `relax` and the networks space "
-            "poorly. In windows, patterns below about 1/32 and above 31/32 are far less blue.", "",
-            f"Anisotropy of the mean spectrum of {count} masks, in dB (perfectly isotropic masks have {-10 * np.log10(count):.0f}): "
-            + ", ".join(f"{name} {bluenoise.anisotropy(masks):.1f}" for name, masks in groups.items()) + "."],
-        "Vectors": vectors.lines_of(kept(options.out / "masks_vectors.csv", options.again, lambda: vectors.measure(32 if quick else 128, quick))),
-        "An endless plane": plane_lines(kept(options.out / "masks_plane.csv", options.again, lambda: plane(quick))),
-    }
+    picture({name: [make((128, 128), seed=seed) for seed in range(count)] for name, make in (
+        ("network", generator.mask), ("void-and-cluster", bluenoise.void_and_cluster), ("white", white))}, options.picture)
     known = {method.name for method in methods()}
     others = dict.fromkeys(row["method"] for row in rows if row["method"] not in known)
-    text = report_text(rows, threads, "scripts/bench masks" + "".join(f' --peer "{name}=COMMAND"' for name in others), sections)
+    text = report_text(rows, threads, "scripts/bench masks" + "".join(f' --peer "{name}=COMMAND"' for name in others))
     write_text(options.out / "masks.md", text)
     print(text)
