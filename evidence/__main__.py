@@ -13,7 +13,7 @@ from .base.command import run_or_say_why
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # benches do several things at a time
 
 PARTS = {
-    "samplers": ("samplers", "table"),
+    "samplers": ("samplers",),
     "realtime": ("realtime",),
     "masks": ("masks",),
     "renders": ("renders", "headline", "summary", "denoise", "picture"),

@@ -61,7 +61,7 @@ def write_rows(path, fields, rows):
 
 def kept(path, again, make):
     """The rows that make() gives, kept in a CSV, as read_numbers() reads them; with `again` those that are there."""
-    if not again:
+    if not again or not path.is_file():
         rows = list(make())
         write_rows(path, list(rows[0]), rows)
     return read_numbers(path)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Screen-space error and spectral peaks of the samplers: `scripts/bench samplers` writes evidence/results/samplers.*
 
-Every pixel integrates the same function, or one that drifts slowly across the screen (table.py); the times of draws are those of the
+Every pixel integrates the same function, or one that drifts slowly across the screen (integrands.py); the times of draws are those of the
 program bench_draws. samplers.csv has every figure.
 """
 
@@ -9,21 +9,24 @@ import csv
 import functools
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 
 from ..base import peers
 from ..base.command import CommandError, Parser
-from ..base.files import kept, write_text
+from ..base.files import kept, write_image, write_text
 from ..base.plots import finish, plt, save, style
 from ..base.progress import in_parallel
 from ..base.tables import md_table
-from . import table
-from .table import COUNTS, SIDE
+from ..renders.renders import NAMES
+from . import integrands
+from .integrands import COUNTS, EVERY_COUNT, SIDE
 
+EVERY, RUNS_OF_EVERY = ("white", "sobol", "zorder", "sobol-global", "blue"), 4  # what is measured at every count
 OWN = ("white", "sobol", "zorder", "mask", "blue")
 BASE, PEAKS = "sobol", "spectral peaks, the largest of any pair"
-#: Rows of the page: of table.py, what they are.
+#: Rows of the page: of integrands.py, what they are.
 ROWS = {
     "half-planes": "Half-planes over a pair, after sigma 2.1",
     "half-planes, sigma 1.0": "The same after sigma 1.0",
@@ -34,11 +37,12 @@ ROWS = {
     "single numbers": "Steps in a single number, after sigma 2.1",
     "edges along the pixel's sides": "Edges parallel to the screen's, blurred along themselves",
 }
+SHOWN_COUNTS = (1, 2, 3, 5, 7, 11, 16, 24, 32, 64, 256, 1024, 4096)
 PLOTTED = ("half-planes", "products of both pairs", "products of two members")
 
 
 def of_openqmc(program, name):
-    """draw() of table.py, by the program bench_samplers."""
+    """draw() of integrands.py, by the program bench_samplers."""
     @functools.lru_cache(2)
     def members(run, count):
         try:
@@ -59,24 +63,25 @@ def time_draws(program):
     return list(csv.DictReader(text.splitlines()))
 
 
-def measure_all(ways, runs):
+def measure_all(ways, runs, counts=COUNTS, images_of=integrands.images_of_run):
     """Rows with the error of each sampler over that of BASE, or its peaks, by integrand and count."""
     def run(name):
-        found = table.summarised(table.measure(ways[name], runs, one_count=name == "zorder"))
+        found = integrands.summarised(integrands.measure(ways[name], runs, counts, name == "zorder", images_of))
         print(f"bench: measured {name}", file=sys.stderr)
         return found
 
     found = dict(in_parallel(2, run, sorted(ways, key=lambda name: name != "zorder")))
     return [{"row": row, "sampler": name, "spp": spp, "value": f"{value if row.startswith('spectral') else value / found[BASE][row][i]:.4f}"}
-            for row in found[BASE] for name in ways for i, (spp, value) in enumerate(zip(COUNTS, found[name][row]))]
+            for row in found[BASE] for name in ways for i, (spp, value) in enumerate(zip(counts, found[name][row]))]
 
 
-def row_table(rows, row, digits=2):
+def row_table(rows, row, counts=COUNTS):
     found = {}
     for each in rows:
-        if each["row"] == row and (each["sampler"] != BASE or row == PEAKS):
-            found.setdefault(each["sampler"], []).append(f"{each['value']:.{digits}f}")
-    return md_table(["sampler", *map(str, COUNTS)], [[name, *values] for name, values in found.items()])
+        if each["row"] == row and each["spp"] in counts and (each["sampler"] != BASE or row == PEAKS):
+            found.setdefault(each["sampler"], []).append(f"{each['value']:.{1 if row == PEAKS else 2}f}")
+    return md_table(["spectral peaks" if row == PEAKS else "error over padded Sobol'", *map(str, counts)],
+                    [[NAMES.get(name, name), *values] for name, values in found.items()])
 
 
 def times_table(times):
@@ -111,11 +116,11 @@ def answer(rows):
             f"of Z-order {ends(PEAKS, 'zorder')}, of global Sobol' {ends(PEAKS, 'sobol-global')}.")
 
 
-def report_text(rows, times, options):
+def report_text(rows, times, every, options):
     parts = ["# Samplers on simple integrands", "", f"Printed by `{options.command}`.", "", answer(rows), "",
              "![Error over padded Sobol', and spectral peaks](samplers.png)", "",
              "![Flat and drifting half-planes at 1 and 4 samples](../../docs/patterns.png)", "",
-             "*A weave: two half-planes, constant and drifting, at 1 and 4 samples. Global Sobol' arranges samples like an ordered-dither matrix. Drawn by `scripts/bench table --picture docs/patterns.png`.*", "",
+             "*A weave: two half-planes, constant and drifting, at 1 and 4 samples. Global Sobol' arranges samples like an ordered-dither matrix. Drawn by `scripts/bench samplers --picture docs/patterns.png`.*", "",
              f"Figures are errors over padded Sobol's at the same count, below 1 is better, in images of {SIDE}x{SIDE} pixels after a toroidal Gaussian blur: root mean "
              f"squares over {options.runs} seeds, all four members of a family and random integrands that no search has seen. Samplers run progressively; `zorder` is "
              "tuned for each count; `sobol-global` takes the dimensions 2 to 17 of one sequence over the screen. "
@@ -123,8 +128,12 @@ def report_text(rows, times, options):
              + "[samplers.csv](samplers.csv) has all rows.", ""]
     for row, what in ROWS.items():
         parts += [f"## {what}", "", row_table(rows, row), ""]
+    parts += ["## Every count", "", "Half-planes and products of two at 1 to 32 samples and at powers of two to 4,096, from other integrands and "
+              f"{RUNS_OF_EVERY} seeds; [samplers_counts.csv](samplers_counts.csv) has all counts.", ""]
+    for row in ("half-planes", "half-planes, single pixels", "products of both pairs", "products of both pairs, single pixels"):
+        parts += [f"{row.capitalize()}{'' if row.endswith('pixels') else ', after sigma 2.1'}:", "", row_table(every, row, SHOWN_COUNTS), ""]
     parts += ["## Spectral peaks", "", "The mean of the 41 largest powers (1 %) in the spectrum of an error image over its mean power, the largest of any pair of numbers: what the eye "
-              "sees as a weave or a checkerboard. A regular arrangement has little error after a blur and large peaks.", "", row_table(rows, PEAKS, 1), "",
+              "sees as a weave or a checkerboard. A regular arrangement has little error after a blur and large peaks.", "", row_table(rows, PEAKS), "",
               "## Time per draw", "", "Nanoseconds per 4-D draw on one core (`bench_draws`), in the order of a path tracer: six domains for each of 16 indices, pixel after pixel. "
               "*Inline* is `bn_draw.h`, *a call* `bn_sample_4d()`, *a block* `bn_sample_block()`. Minima of many short, interleaved measurements; only ratios travel.", "",
               times_table(times), ""]
@@ -137,16 +146,21 @@ def run(arguments):
     parser.hidden("--draws", "build/evidence/programs/bench_draws")
     parser.pathtracer()
     parser.number("--runs", 8, "seeds")
-    parser.add_argument("--again", action="store_true", help="use the results of the previous run instead of measuring")
+    parser.add_argument("--again", action="store_true", help="measure only what the files of the previous run lack")
     parser.out()
+    parser.add_argument("--picture", type=Path, metavar="FILE", help="only draw flat half-planes with each sampler")
     options = parser.parse_args(arguments)
+    if options.picture:
+        return write_image(options.picture, integrands.patterns())
     others = peers.chosen(options.openqmc, options.pathtracer)
     options.command = "scripts/bench samplers" + (f" --runs {options.runs}" if options.runs != parser.get_default("runs") else "") + (" --openqmc DIR" if others else "")
-    ways = {**{name: table.of_library(name) for name in OWN}, "sobol-global": table.global_sobol, **{name: of_openqmc(options.program, name) for name in others}}
+    ways = {**{name: integrands.of_library(name) for name in OWN}, "sobol-global": integrands.global_sobol, **{name: of_openqmc(options.program, name) for name in others}}
     times = kept(options.out / "samplers_draws.csv", options.again, lambda: [
         row for row in time_draws(options.draws) if row["form"] != "peer" or row["sampler"] in others])
     rows = kept(options.out / "samplers.csv", options.again, lambda: measure_all(ways, options.runs))
+    some = {name: draw for name, draw in ways.items() if name in EVERY}
+    every = kept(options.out / "samplers_counts.csv", options.again, lambda: measure_all(some, RUNS_OF_EVERY, EVERY_COUNT, integrands.images_at_every_count))
     plot(rows, options.out / "samplers.png")
-    text = report_text(rows, times, options)
+    text = report_text(rows, times, every, options)
     write_text(options.out / "samplers.md", text)
     print(text)

@@ -8,7 +8,7 @@ import pytest
 from conftest import ROOT
 
 from evidence.base import peers
-from evidence.samplers import samplers, table
+from evidence.samplers import integrands, samplers
 
 
 @pytest.fixture
@@ -19,15 +19,23 @@ def program(pathtracer):
     return folder / "bench_samplers"
 
 
-def test_every_row_is_measured_over_padded_sobol(monkeypatch):
-    monkeypatch.setattr(table, "COUNTS", (1, 4))
-    monkeypatch.setattr(samplers, "COUNTS", (1, 4))
-    monkeypatch.setattr(table.measure, "__defaults__", ((1, 4), False))
-    ways = {name: table.of_library(name) for name in ("white", "sobol", "zorder", "blue")}
-    rows = {(row["row"], row["sampler"], row["spp"]): float(row["value"]) for row in samplers.measure_all(ways, 1)}
+def test_every_row_is_measured_over_padded_sobol():
+    ways = {name: integrands.of_library(name) for name in ("white", "sobol", "zorder", "blue")}
+    rows = {(row["row"], row["sampler"], row["spp"]): float(row["value"]) for row in samplers.measure_all(ways, 1, (1, 4))}
     for row in samplers.ROWS:
         assert rows[row, "sobol", 4] == 1 and 0.3 < rows[row, "blue", 4] < (1.1 if row.endswith("pixels") else 0.95), row
     assert 5 < rows[samplers.PEAKS, "white", 1] < 7 and rows[samplers.PEAKS, "blue", 1] < 8
+
+
+def test_odd_counts_are_those_of_one_run():
+    """And of runs of their own where a sampler is tuned for the count."""
+    ways = {name: integrands.of_library(name) for name in ("white", "sobol", "zorder", "blue")}
+    rows = samplers.measure_all(ways, 1, (1, 3, 5), integrands.images_at_every_count)
+    found = {(row["row"], row["sampler"], row["spp"]): float(row["value"]) for row in rows}
+    assert all(found["half-planes", "blue", spp] < 0.8 < found["half-planes", "white", spp] for spp in (1, 3, 5))
+    alone = samplers.measure_all(ways, 1, (3,), integrands.images_at_every_count)
+    assert {(row["sampler"], row["value"]) for row in alone if row["row"] == "half-planes"} == {
+        (row["sampler"], row["value"]) for row in rows if row["row"] == "half-planes" and row["spp"] == 3}
 
 
 def test_peers_draw_uniform_numbers_that_differ(program, pathtracer):

@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Integrands that no search has seen, and the error and spectral peaks that samplers have with them.
+
+Images have 64 x 64 pixels. All prefixes come from one run, those of zorder from one of their own. Families, seeds and integrands are drawn
+at random."""
+
+import functools
+import itertools
+
+import numpy as np
+from scipy.stats import qmc
+
+import bluenoise
+
+from ..base.contact_sheet import grey, sheet
+
+SIDE, PIXELS = 64, 64 * 64
+COUNTS = (1, 2, 4, 8, 16, 32, 64)
+EVERY_COUNT = (*range(1, 33), 64, 128, 256, 512, 1024, 2048, 4096)
+PEAKS = PIXELS // 100
+Y, X = np.mgrid[:SIDE, :SIDE].astype(np.uint32)
+
+
+# ---- Draws: functions of (run, count, member) that return [y][x][sample][4]
+
+def of_library(name):
+    def draw(run, count, member):
+        told = {"samples_per_pixel": count} if name == "zorder" else {}
+        return bluenoise.Sampler(name, seed=run, **told).block(0, 0, SIDE, SIDE, 0, count, bluenoise.domain(run, 4 * run + member))
+    return draw
+
+
+def global_sobol(run, count, member):
+    """One sequence over the screen: its first two dimensions are the pixel, member 0 takes the next four, and so on."""
+    first = 2 + 4 * member
+    points = qmc.Sobol(first + 4, seed=run).random(PIXELS * count)
+    order = np.lexsort((np.arange(PIXELS * count), (points[:, 0] * SIDE).astype(int), (points[:, 1] * SIDE).astype(int)))
+    return points[order, first:].reshape(SIDE, SIDE, count, 4).astype(np.float32)
+
+
+# ---- Integrands: functions of samples that are 1 or 0, and the mean in every pixel
+
+def area(a, b, c):
+    """Of a x + b y < c in the unit square."""
+    c = c - min(a, 0) - min(b, 0)
+    a, b = max(abs(a), 1e-4), max(abs(b), 1e-4)
+    terms = (np.maximum(0, c - sub)**2 for sub in (0, a, b, a + b))
+    first, *two, last = terms
+    return np.clip((first - sum(two) + last) / (2 * a * b), 0, 1)
+
+
+def drift(r, period):
+    """What moves an edge back and forth across the screen."""
+    if not period:
+        return np.zeros((SIDE, SIDE))
+    angle, phase = r.uniform(0, 2 * np.pi, 2)
+    waves = np.round(np.cos(angle) * SIDE / period), np.round(np.sin(angle) * SIDE / period)
+    return 0.35 * np.sin(2 * np.pi * ((waves[0] or not any(waves)) * X + waves[1] * Y) / SIDE + phase)
+
+
+class Plane:
+    """a u + b v < c for two of the four numbers."""
+
+    def __init__(self, r, period=0):
+        self.a, self.b = (f(angle) for angle in [r.uniform(0, 2 * np.pi)] for f in (np.cos, np.sin))
+        self.c = self.a * r.uniform(.2, .8) + self.b * r.uniform(.2, .8) + drift(r, period)
+        self.mean = area(self.a, self.b, self.c)
+
+    def __call__(self, u, v):
+        return np.float32(self.a) * u + np.float32(self.b) * v < self.c[..., None].astype(np.float32)
+
+
+@functools.cache
+def blur(sigma):
+    """A toroidal Gaussian along one axis, as a matrix."""
+    if not sigma:
+        return np.eye(SIDE, dtype=np.float32)
+    kernel = np.exp(-0.5 * (np.minimum(np.arange(SIDE), SIDE - np.arange(SIDE)) / sigma)**2)
+    return np.stack([np.roll(kernel / kernel.sum(), k) for k in range(SIDE)]).astype(np.float32)
+
+
+def error_images(values, mean, counts):
+    """(counts, SIDE, SIDE) from values of all samples."""
+    sums = (np.arange(values.shape[-1])[:, None] < counts) / np.float32(counts)
+    return np.moveaxis(values.astype(np.float32) @ sums.astype(np.float32), -1, 0) - np.asarray(mean, np.float32)
+
+
+def mean_square(images, down, across):
+    return ((blur(down) @ images @ blur(across)) ** 2).mean((1, 2))
+
+
+def peaks(images):
+    """The mean of the largest hundredth of the powers over the mean of all."""
+    powers = np.abs(np.fft.fft2(images - images.mean((1, 2), keepdims=True))).reshape(len(images), -1) ** 2
+    return np.sort(powers)[:, -PEAKS:].mean(1) / powers.mean(1)
+
+
+# ---- Measures: each a generator of (row, integrand images, blurs) of one run
+
+SIGMAS = {"": (2.1, 2.1), ", sigma 1.0": (1.0, 1.0), ", single pixels": (0, 0)}
+
+
+def images_of_run(draw, run, counts):
+    """Yields (row, images, blurs) of every integrand."""
+    samples = [draw(run, counts[-1], member) for member in range(4)]
+    for period, member in itertools.product((0, 64, 24), range(4)):
+        r = np.random.default_rng([run, member, period, 5])
+        u = np.moveaxis(samples[member], -1, 0)
+        for _ in range(6):
+            first, second = Plane(r, period), Plane(r, period)
+            inside = first(u[0], u[1]), second(u[2], u[3])
+            name = f"half-planes, period {period}" if period else "half-planes"
+            for pair, plane in enumerate((first, second)):
+                images = error_images(inside[pair], plane.mean, counts)
+                for ending, sigma in SIGMAS.items():
+                    yield name + ending, images, sigma
+                yield f"peaks, member {member}, pair {pair}{', drifting' if period else ''}", images, None
+            images = error_images(inside[0] & inside[1], first.mean * second.mean, counts)
+            for ending, sigma in SIGMAS.items():
+                yield f"products of both pairs{f', period {period}' if period else ''}{ending}", images, sigma
+    for member, other in itertools.combinations(range(4), 2):
+        r = np.random.default_rng([run, member, other, 6])
+        for k in range(4):
+            first, second = Plane(r), Plane(r)
+            values = (first(*np.moveaxis(samples[member], -1, 0)[2 * (k & 1):][:2]) &
+                      second(*np.moveaxis(samples[other], -1, 0)[2 * (k >> 1):][:2]))
+            images = error_images(values, first.mean * second.mean, counts)
+            for ending, sigma in SIGMAS.items():
+                yield f"products of two members{ending}", images, sigma
+    r = np.random.default_rng([run, 7])
+    for k in range(24):
+        d, c = k % 2, np.float32((k // 2 + r.uniform()) / 12)
+        images = error_images(samples[0][..., d] < c, c, counts)
+        yield "edges along the pixel's sides", images, (2.1, 0) if d == 0 else (0, 2.1)
+    for k in range(16):  # edges that lean a little
+        member, angle = k % 4, np.arctan(r.uniform(.03, .1) * (-1)**(k // 4)) + np.pi / 2 * (k // 8)
+        a, b = np.cos(angle), np.sin(angle)
+        c = a * r.uniform() + b * r.uniform()
+        u = np.moveaxis(samples[member], -1, 0)
+        values = np.float32(a) * u[0] + np.float32(b) * u[1] < np.float32(c)
+        yield "edges that lean", error_images(values, area(a, b, c), counts), (2.1, 2.1)
+    for k in range(24):
+        member, d = k % 4, k // 4 % 4
+        c = np.clip(r.uniform(.05, .95) + drift(r, (0, 64)[k % 2]) * .7, 0, 1).astype(np.float32)
+        images = error_images(samples[member][..., d] < c[..., None], c, counts)
+        for ending, sigma in SIGMAS.items():
+            yield f"single numbers{ending}", images, sigma
+    for member, chosen in itertools.product(range(4), (2, 3)):
+        u = np.moveaxis(samples[member], -1, 0)
+        for _ in range(4):
+            share, first, second = r.uniform(.25, .75), Plane(r), Plane(r)
+            values = np.where(u[chosen] < np.float32(share), first(u[0], u[1]), second(u[0], u[1]))
+            images = error_images(values, share * first.mean + (1 - share) * second.mean, counts)
+            yield f"choice by u[{chosen}], then a pair", images, (2.1, 2.1)
+    for _ in range(48):  # position, and time or lens
+        member = 0
+        angle, speed = r.uniform(0, 2 * np.pi), 16 * r.uniform(.1, 1)
+        a, b = np.cos(angle), np.sin(angle)
+        e = speed * np.cos(r.uniform(0, 2 * np.pi))
+        c = a * r.uniform(16, 48) + b * r.uniform(16, 48) + e / 2
+        normal, at = np.array([a, b, e]), c - a * X - b * Y
+        u = np.moveaxis(samples[member], -1, 0)
+        values = np.float32(a) * u[0] + np.float32(b) * u[1] + np.float32(e) * u[2] < at[..., None].astype(np.float32)
+        yield "edges that move", error_images(values, half_space(normal, at), counts), (2.1, 2.1)
+
+
+def images_at_every_count(draw, run, counts):
+    """The same for half-planes and products of two alone, which leaves time for thousands of samples."""
+    u, r = np.moveaxis(draw(run, counts[-1], run % 4), -1, 0), np.random.default_rng([run, 9])
+    for _ in range(6):
+        first, second = Plane(r), Plane(r)
+        inside = first(u[0], u[1])
+        for name, values, mean in (("half-planes", inside, first.mean), ("products of both pairs", inside & second(u[2], u[3]), first.mean * second.mean)):
+            images = error_images(values, mean, counts)
+            yield name, images, (2.1, 2.1)
+            yield f"{name}, single pixels", images, (0, 0)
+
+
+def half_space(normal, at):
+    """The volume of normal . u < at in the unit cube of as many dimensions."""
+    at = at - np.minimum(normal, 0).sum()
+    size = np.maximum(np.abs(normal), 1e-3)
+    corners = ((np.array(corner) @ size, (-1) ** sum(corner)) for corner in itertools.product((0, 1), repeat=len(normal)))
+    total = sum(sign * np.maximum(0, at - away) ** len(normal) for away, sign in corners)
+    return np.clip(total / (np.prod(size) * np.prod(np.arange(1, len(normal) + 1))), 0, 1)
+
+
+def measure(draw, runs, counts=COUNTS, one_count=False, images_of=images_of_run):
+    """{row: root mean squares, or mean peaks, at all counts}."""
+    found = {}
+    for run in range(1, runs + 1):
+        for some in [(n,) for n in counts] if one_count else [counts]:
+            at = counts.index(some[0])
+            for row, images, sigma in images_of(draw, run, some):
+                sums = found.setdefault(row, np.zeros((2, len(counts))))
+                sums[0, at:at + len(some)] += peaks(images) if sigma is None else mean_square(images, *sigma)
+                sums[1, at:at + len(some)] += 1
+    return {row: sums[0] / sums[1] if row.startswith("peaks") else np.sqrt(sums[0] / sums[1]) for row, sums in found.items()}
+
+
+# ---- The image, and rows of a page
+
+def patterns():
+    """Images of two flat half-planes, one of which drifts slowly, at 1 and 4 samples: each pixel enlarged twice."""
+    draws = {"white noise": of_library("white"), "blue": of_library("blue"), "Z-order": of_library("zorder"), "global Sobol'": global_sobol}
+    cells = []
+    for period, count in itertools.product((0, 128), (1, 4)):
+        cells.append([])
+        for draw in draws.values():
+            plane = Plane(np.random.default_rng(3), period)
+            u = np.moveaxis(draw(5, count, 1), -1, 0)
+            shade = np.uint8(255 * (plane(u[0], u[1]).mean(-1) * .8 + .1))
+            cells[-1].append([grey(np.kron(shade, np.ones((2, 2), np.uint8)))])
+    names = [f"{'drifting' if period else 'constant'}\n{count} sample{'s' * (count > 1)}" for period, count in itertools.product((0, 1), (1, 4))]
+    return sheet(cells, names, list(draws))
+
+
+def summarised(found):
+    """Rows of one kind over all members: the largest of the peaks."""
+    rows = {row: values for row, values in found.items() if not row.startswith("peaks")}
+    for ending in ("", ", drifting"):
+        of = [values for row, values in found.items() if row.startswith("peaks") and row.endswith("drifting") == bool(ending)]
+        if of:
+            rows[f"spectral peaks, the largest of any pair{ending}"] = np.max(of, 0)
+    return rows
