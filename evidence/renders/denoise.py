@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the samplers after denoising: `scripts/bench denoise` writes evidence/results/denoise.*
+"""Compares the samplers after denoising, and by FLIP: `scripts/bench denoise` writes evidence/results/denoise.*
 
-Renders the views with white, sobol, blue and the peers in the build at 1 to 16 samples per pixel, denoises each picture in
-three ways with Open Image Denoise (the optional package pyoidn), and measures the remaining error against the references
-of `scripts/bench renders`. Results are cached in ~/.cache/libbn, so an interrupted run resumes.
+Renders the views with white, sobol, blue and the peers in the build at 1 to 16 samples per pixel, denoises each image in
+several ways with Open Image Denoise (the optional package pyoidn), and measures the remaining error against the references
+of `scripts/bench renders`, also by FLIP (the optional package flip-evaluator). Results are cached in ~/.cache/libbn, so an interrupted run
+resumes.
 """
 
 import dataclasses
 import importlib.metadata
+import math
 import threading
 
 import numpy as np
@@ -18,7 +20,7 @@ from ..base.files import write_text
 from ..base.plots import finish, plt, save, style
 from ..measure import compare
 from ..measure.compare import MARKED, Comparison
-from ..measure.image_error import displayed_rmse, own_errors, relative_rmse, trimmed_relative_rmse
+from ..measure.image_error import displayed, displayed_rmse, own_errors, relative_rmse
 from ..measure.statistics import estimate
 from . import variants, views
 from .judge import Cells, Run, Task, pictures_of, plan, render_references
@@ -26,12 +28,16 @@ from .renders import NAMES, REFERENCE_SPP
 
 # What the denoiser is given.
 WAYS = {
+    "none": "not denoised",
+    "colour": "colour alone",
     "plain": "colour, albedo and normal of the same samples",
     "primary": "albedo and normal of additional primary rays, declared noise-free (`cleanAux`)",
     "apart": "as `primary`, with directly visible light added after denoising, from the same rays",
 }
-MEASURES = {"relative": "relative RMSE", "trimmed": "trimmed relative RMSE", "displayed": "RMSE as displayed, unblurred",
-            "displayed_2.1": "RMSE as displayed, after sigma 2.1"}
+DENOISED = tuple(WAYS)[1:]
+MEASURES = {"relative": "relative RMSE", "displayed": "RMSE as displayed, unblurred",
+            "displayed_2.1": "RMSE as displayed, after sigma 2.1", "flip_75": "FLIP at 75 cm", "flip_35": "FLIP at 35 cm"}
+FLIP_WAYS, FLIP_COUNTS, FLIP_DPI = ("none", "plain"), (1, 4, 16), 96  # FLIP takes longer than everything else
 PRIMARY_RAYS, PRIMARY_SAMPLER, PRIMARY_SEED = 16, "blue", 500_000
 
 # All calls share one filter and its threads.
@@ -42,12 +48,21 @@ def load():
     """(denoise(colour, albedo, normal, clean), version)."""
     pyoidn = package("pyoidn", ".venv/bin/python -m pip install pyoidn")
 
-    def denoise(colour, albedo, normal, clean):
-        arrays = [np.ascontiguousarray(array, np.float32) for array in (np.maximum(colour, 0), np.clip(albedo, 0, 1), normal)]
+    def denoise(colour, albedo=None, normal=None, clean=False):
+        guides = {} if albedo is None else {"albedo": np.ascontiguousarray(np.clip(albedo, 0, 1), np.float32), "clean_aux": clean,
+                                            "normal": np.ascontiguousarray(normal, np.float32)}
         with _LOCK:
-            return pyoidn.denoise(arrays[0], albedo=arrays[1], normal=arrays[2], hdr=True, clean_aux=clean)
+            return pyoidn.denoise(np.ascontiguousarray(np.maximum(colour, 0), np.float32), hdr=True, **guides)
 
     return denoise, importlib.metadata.version("pyoidn")
+
+
+def flip(image, reference, exposure, distance):
+    """Mean FLIP of the displayed images, so many centimetres from a screen of FLIP_DPI."""
+    flip_evaluator = package("flip_evaluator", ".venv/bin/python -m pip install flip-evaluator")
+    pixels_per_degree = distance / 2.54 * FLIP_DPI * math.tan(math.radians(1))
+    shown = (displayed(each, exposure).astype(np.float32) for each in (reference, image))
+    return float(flip_evaluator.evaluate(*shown, "LDR", inputsRGB=False, applyMagma=False, parameters={"ppd": pixels_per_degree})[1])
 
 
 # ---- Pictures with their layers
@@ -90,6 +105,10 @@ def primary_rays(program, view, seed):
 
 
 def denoised(denoise, way, picture, rays):
+    if way == "none":
+        return picture.colour
+    if way == "colour":
+        return denoise(picture.colour)
     if way == "plain":
         return denoise(picture.colour, picture.albedo, picture.normal, False)
     if way == "primary":
@@ -99,12 +118,12 @@ def denoised(denoise, way, picture, rays):
 
 # ---- Measures
 
-def errors(image, reference, exposure):
+def errors(image, reference, exposure, with_flip=True):
     """{measure: error} for all MEASURES."""
     reference = np.maximum(reference, 0)
-    return {"relative": relative_rmse(image, reference), "trimmed": trimmed_relative_rmse(image, reference),
-            **{f"displayed_{sigma}" if sigma else "displayed": displayed_rmse(image, reference, exposure, sigma)
-               for sigma in (0.0, 2.1)}}
+    return {"relative": relative_rmse(image, reference),
+            **{f"displayed_{sigma}" if sigma else "displayed": displayed_rmse(image, reference, exposure, sigma) for sigma in (0.0, 2.1)},
+            **({f"flip_{distance}": flip(image, reference, exposure, distance) for distance in (75, 35)} if with_flip else {})}
 
 
 class DenoisedRun(Run):
@@ -115,7 +134,7 @@ class DenoisedRun(Run):
         self.denoise, self.version = denoiser
 
     def key(self, task, reference):
-        return {**super().key(task, reference), "denoiser": self.version, "rays": [PRIMARY_RAYS, PRIMARY_SAMPLER],
+        return {**super().key(task, reference), "denoiser": self.version, "rays": [PRIMARY_RAYS, PRIMARY_SAMPLER], "ways": list(WAYS),
                 "primary": self.builds.key(task.view, PRIMARY_SAMPLER), **({"told": True} if task.label in variants.DECLARED else {})}
 
     def measure(self, task, reference):
@@ -124,7 +143,8 @@ class DenoisedRun(Run):
         rays = primary_rays(self.program, task.view, task.seed)
         return [{"spp": spp, **{
             f"{way}:{name}": error for way in WAYS
-            for name, error in errors(denoised(self.denoise, way, picture, rays), reference.picture, reference.exposure).items()}}
+            for name, error in errors(
+                denoised(self.denoise, way, picture, rays), reference.picture, reference.exposure, way in FLIP_WAYS and spp in FLIP_COUNTS).items()}}
             for spp, picture in pictures.items()], {}
 
 
@@ -144,8 +164,8 @@ class Report:
     def over(self, label, way, measure, views=None):
         return lambda spp: self.compared.over(label, spp, f"{way}:{measure}", views)
 
-    def table(self, way, measure):
-        return compare.table("error over padded Sobol'", self.counts, {
+    def table(self, way, measure, counts=None):
+        return compare.table("error over padded Sobol'", counts or self.counts, {
             NAMES.get(label, label): self.over(label, way, measure) for label in self.labels if label != "sobol"})
 
     def way_table(self, measure):
@@ -158,7 +178,7 @@ class Report:
             return of
 
         return compare.table("error over that of `plain`", self.counts, {f"{label}, `{way}`": over_plain(label, way) for label in ("sobol", "blue")
-                                                                       for way in list(WAYS)[1:]})
+                                                                       for way in ("colour", "primary", "apart")})
 
     def rows(self):
         return self.compared.rows(self.counts, [f"{way}:{name}" for way in WAYS for name in MEASURES], ("plain:displayed", "plain:displayed_2.1"))
@@ -179,8 +199,13 @@ class Report:
                  f"Every figure is an error over that of padded Sobol' after the same denoiser: below 1 is better. {crops} crops of {len(self.compared.by_scene())} scenes, "
                  f"those of [renders.md](renders.md), denoised by themselves; {'one seed' if options.seeds == 1 else f'{options.seeds} seeds'}. {MARKED} [denoise.csv](denoise.csv) has intervals, scenes and more "
                  "measures. Relative RMSE divides the difference by the reference plus a tenth of its mean.", ""]
-        for way, what in WAYS.items():
-            parts += [f"## `{way}`: {what}", ""]
+        parts += ["## FLIP", "", f"The mean difference that a viewer of the displayed image sees (Andersson and others, 2020), {FLIP_DPI} dpi at 75 and at 35 cm. It has a part that no "
+                  "sample removes, so ratios are nearer to 1 than those of errors.", ""]
+        for way in FLIP_WAYS:
+            for measure in ("flip_75", "flip_35"):
+                parts += [f"{MEASURES[measure]}, `{way}`:", "", self.table(way, measure, [spp for spp in FLIP_COUNTS if spp in self.counts]), ""]
+        for way in DENOISED:
+            parts += [f"## `{way}`: {WAYS[way]}", ""]
             for measure in ("displayed", "displayed_2.1", "relative"):
                 parts += [f"{MEASURES[measure]}:", "", self.table(way, measure), ""]
         return "\n".join([*parts, "## Which way", "", f"Keep directly visible light (lamps, the sky) out of the denoiser: denoise the rest and add that light afterwards, from "
@@ -188,8 +213,8 @@ class Report:
                           f"What that changes, {MEASURES['relative']}:", "", self.way_table("relative")]) + "\n"
 
     def draw(self, path):
-        figure, axes = plt.subplots(1, len(WAYS), figsize=(4 * len(WAYS), 3.6), sharey=True)
-        for axis, way in zip(axes, WAYS):
+        figure, axes = plt.subplots(1, len(DENOISED), figsize=(3.4 * len(DENOISED), 3.6), sharey=True)
+        for axis, way in zip(axes, DENOISED):
             for label in (label for label in self.labels if label != "sobol"):
                 found = {spp: own.value for spp in self.counts if (own := self.over(label, way, "displayed")(spp))}
                 axis.plot(list(found), list(found.values()), **{**style(label, self.labels), "label": NAMES[label].replace("`", "")})
