@@ -62,6 +62,3 @@ class Store:
             found = make()
             self.save(key, *found)
         return found
-
-    def drop(self, key):
-        self._path(key).unlink(missing_ok=True)

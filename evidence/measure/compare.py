@@ -6,7 +6,6 @@ import math
 import numpy as np
 
 from ..base import files
-from ..base.peers import PEERS
 from ..base.tables import md_table
 from .statistics import estimate, samples_to_error
 
@@ -14,7 +13,6 @@ from .statistics import estimate, samples_to_error
 REFERENCE_MARGIN = 3.0
 # and white noise at one sample differs from the reference by this much, as displayed: not in an empty sky.
 VISIBLE = 1e-3
-BEST_PEER = "best of OpenQMC"
 FIELDS = ("measure", "scene", "sampler", "spp", "error", "low", "high", "scenes", "crops", "left_out")
 MARKED = "Bold: the 95 % interval excludes 1."
 
@@ -54,18 +52,10 @@ class Comparison:
 
     def over(self, label, spp, measure, views=None, base=None):
         """The Estimate of a sampler's error over that of the base; None where nothing was measured."""
-        if label == BEST_PEER:
-            label = self.best(spp, measure)
         key = label, spp, measure, views, base
         if key not in self._found:
-            self._found[key] = estimate(*self.logs_of(*key)) if label else None
+            self._found[key] = estimate(*self.logs_of(*key))
         return self._found[key]
-
-    def best(self, spp, measure, labels=PEERS):
-        """The sampler with the least mean error, over the views in which all were measured."""
-        found = {label: self.over(label, spp, measure) for label in labels if label in self.labels}
-        found = {label: own.value for label, own in found.items() if own}
-        return min(found, key=found.get) if found else None
 
     def by_scene(self):
         scenes = {}

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs the path tracer, and keeps references while nothing they depend on changes.
 
-References take minutes: they are rendered in parts, so that an interrupted one resumes, and remain valid while the path tracer gives
-the same bits for one sample in every pixel, so that changes to other samplers do not affect them.
+References take minutes. They remain valid while the path tracer gives the same bits for one sample in every pixel, so that changes to other
+samplers do not affect them.
 """
 
 import dataclasses
-import functools
 import hashlib
 import re
 import signal
@@ -94,29 +93,24 @@ def progressive(program, request, counts, threads=None, read=read_exr):
 
 def make_reference(program, request, report=lambda fraction: None):
     """(picture, mean of the first half of its samples, {"seconds", "mean_error": standard error of the mean luminance}), from the cache
-    or as the mean of renders of consecutive samples, which are kept until all are there. report(fraction) is called after each."""
+    or as the mean of renders of consecutive samples. report(fraction) is called after each."""
     store, step = Store(cache_folder() / "references"), request.spp // REFERENCE_PARTS
     last_sample = dataclasses.replace(request, spp=1, first_sample=request.spp - 1)
     (_, probe, _), = progressive(program, last_sample, [1])
     key = {**request.key(), "program": hashlib.sha256(probe.tobytes()).hexdigest(), "parts": REFERENCE_PARTS}
-    keys = [{**key, "part": i} for i in range(REFERENCE_PARTS)]
-
-    def part(i):
-        report(i / REFERENCE_PARTS)
-        (_, picture, attributes), = progressive(program, dataclasses.replace(request, spp=step, first_sample=i * step), [step])
-        return {"seconds": attributes["seconds"]}, {"picture": picture}
 
     def whole():
-        rows, arrays = zip(*(store.get(own, functools.partial(part, i)) for i, own in enumerate(keys)))
-        pictures = [own["picture"] for own in arrays]
-        first, second = (np.mean(half, 0, np.float64) for half in (pictures[:len(keys) // 2], pictures[len(keys) // 2:]))
-        error = np.std([np.mean(picture @ LUMINANCE) for picture in pictures], ddof=1) / np.sqrt(len(keys))
-        return ({"seconds": sum(row["seconds"] for row in rows), "mean_error": float(error)},
-                {"picture": np.float32((first + second) / 2), "first_half": np.float32(first)})
+        pictures, seconds = [], 0.0
+        for i in range(REFERENCE_PARTS):
+            report(i / REFERENCE_PARTS)
+            (_, picture, attributes), = progressive(program, dataclasses.replace(request, spp=step, first_sample=i * step), [step])
+            pictures.append(picture)
+            seconds += attributes["seconds"]
+        first, second = (np.mean(half, 0, np.float64) for half in (pictures[:REFERENCE_PARTS // 2], pictures[REFERENCE_PARTS // 2:]))
+        error = np.std([np.mean(picture @ LUMINANCE) for picture in pictures], ddof=1) / np.sqrt(REFERENCE_PARTS)
+        return {"seconds": seconds, "mean_error": float(error)}, {"picture": np.float32((first + second) / 2), "first_half": np.float32(first)}
 
     row, arrays = store.get(key, whole)
-    for own in keys:
-        store.drop(own)
     return arrays["picture"], arrays["first_half"], row
 
 

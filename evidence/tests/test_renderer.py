@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""References are rendered once, again if anything they depend on changes, and resumed after an interruption."""
+"""References are rendered once, and again if anything they depend on changes."""
 
 import dataclasses
 import os
@@ -57,18 +57,6 @@ def test_reference_is_the_picture_of_all_its_samples(pathtracer, tmp_path):
         whole, _ = read_exr(rendered(pathtracer, tmp_path, dataclasses.replace(SMALL, spp=spp)))
         np.testing.assert_allclose(picture, whole, rtol=1e-5, atol=1e-6)
     assert row["seconds"] > 0 and 0 < row["mean_error"] < 0.2 * merged.mean()
-
-
-def test_interrupted_reference_goes_on(pathtracer, cache, runs):
-    def interrupt(fraction):
-        if fraction == 0.5:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        make_reference(pathtracer, SMALL, interrupt)
-    assert len(runs) == 3 and len(list((cache / "references").iterdir())) == 2
-    make_reference(pathtracer, SMALL)
-    assert len(runs) == 6 and len(list((cache / "references").iterdir())) == 1
 
 
 def test_reference_is_kept_while_the_path_tracer_draws_the_same(pathtracer, tmp_path, runs):

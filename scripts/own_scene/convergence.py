@@ -32,10 +32,6 @@ from evidence.measure.image_error import (
     SIGMAS,
     all_errors,
     blurred,
-    error_image,
-    luminance_error,
-    radial_spectrum,
-    spectrum_image,
 )
 from evidence.measure.statistics import ratio
 from evidence.renders.judge import Cells, Run, Task, pictures_of, render_references
@@ -43,6 +39,7 @@ from evidence.renders.renderer import REFERENCE_PARTS, progressive, scene_label
 from evidence.renders.variants import OWN
 from evidence.renders.views import View
 
+from .spectra import error_image, luminance_error, radial_spectrum, spectrum_image
 from .to_gltf import scene_for
 
 MEASURES = {"rmse": "RMSE", "rmse_1.0": "sigma 1.0", "rmse_2.1": "sigma 2.1", "displayed_2.1": "displayed, sigma 2.1"}
