@@ -69,7 +69,7 @@ def test_wrong_options_of_a_part_are_refused_before_set_up(tmp_path):
     if not (ROOT / ".venv").is_dir():
         pytest.skip("no .venv; scripts/setup makes it")
     (program / ".venv").symlink_to(ROOT / ".venv")
-    for part in ("table", "summary", "samplers"):
+    for part in ("summary", "samplers", "denoise"):
         done = run(program, "bench", part, "--nope")
         assert done.returncode == 2 and done.stderr.rstrip().endswith("error: unrecognized arguments: --nope")
         assert "Traceback" not in done.stderr and not (program / "build").exists()
