@@ -37,6 +37,10 @@ fn amalgamation(here: &Path, out: &Path) -> PathBuf {
     let root = here.join("../../..");
     let script = root.join("scripts/amalgamate");
     if !script.is_file() {
+        let packaged = here.join("amalgamation"); // of a published crate
+        if packaged.join("bn.c").is_file() {
+            return packaged;
+        }
         fail("no scripts/amalgamate three folders up; set BN_AMALGAMATION to a folder with bn.c and bn.h");
     }
     for watched in ["libbn/src", "libbn/include", "libbn/data", "scripts/amalgamate"] {
