@@ -103,7 +103,6 @@ def build(folder, jobs, name, options, target):
 
 CYCLES = ROOT / "examples" / "cycles"
 CYCLES_PATCH = CYCLES / "cycles.patch"
-CYCLES_TAG, CYCLES_COMMIT = "v4.2.0", "6170e50fbd5fb8e36d71676e78c2693e58bf6c3d"
 CYCLES_OFF = ("ALEMBIC", "EMBREE", "OPENCOLORIO", "OPENIMAGEDENOISE", "OPENSUBDIV", "OPENVDB", "NANOVDB", "OSL", "USD", "DEVICE_CUDA",
               "DEVICE_OPTIX", "DEVICE_HIP", "HYDRA_RENDER_DELEGATE")
 CYCLES_OPTIONS = ("-DCMAKE_BUILD_TYPE=Release", "-DWITH_CYCLES_NATIVE_ONLY=ON", *(f"-DWITH_CYCLES_{name}=OFF" for name in CYCLES_OFF))
@@ -126,11 +125,12 @@ def change_cycles(copy):
 
 
 def cycles(checkout, jobs):
-    """The path of Cycles with the pattern `blue`. Raises RenderError unless `checkout` is Cycles at CYCLES_TAG."""
+    """The path of Cycles with the pattern `blue`. Raises RenderError unless the patch applies to `checkout`."""
     checkout = Path(checkout).resolve()
-    check(checkout, "Cycles", "src/kernel/sample/pattern.h", CYCLES_COMMIT,
-          f"git clone --branch {CYCLES_TAG} https://github.com/blender/cycles", f"git -C {checkout} checkout {CYCLES_TAG}")
-    depends = [CYCLES_COMMIT, git(checkout, "diff", "HEAD", "--", "src"), *(word for words in CYCLES_CHANGES for word in words)]
+    done = subprocess.run([ROOT / "scripts" / "patches", "cycles", checkout], capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RenderError(f"{checkout} is no checkout of Cycles that takes the patch; {(done.stdout or done.stderr).strip()}")
+    depends = [git(checkout, "rev-parse", "HEAD"), git(checkout, "diff", "HEAD", "--", "src"), *(word for words in CYCLES_CHANGES for word in words)]
     own = [(path, "src/kernel/sample") for path in (CYCLES / "blue.h", INCLUDE / "bn_draw.glsl", INCLUDE / "bn_path.glsl")]
     # The folder lib has precompiled libraries.
     folder = prepare(checkout, "cycles", CYCLES_PATCH, depends, own, change_cycles, ("lib",))

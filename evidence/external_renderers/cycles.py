@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares `blue` with Cycles' own sampling patterns, in Cycles: `scripts/bench cycles --cycles DIR` writes evidence/results/cycles.md
 
-DIR is a checkout of Cycles at the tag that builds.py names; it stays as it is. The first run builds Cycles' stand-alone program
+DIR is a checkout of Cycles; it stays as it is. The first run builds Cycles' stand-alone program
 for a quarter of an hour. The scenes are rendered with every pattern at 1 to 64 samples per pixel and several seeds,
 and with adaptive sampling, and measured against references. All is cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes.
 """
@@ -130,8 +130,8 @@ def text(scene, checkout, integrator):
 
 # ---- The comparison
 
-# Values of Cycles' `sampling_pattern`: its default, its two kinds of blue noise, and that of examples/cycles.
-NAMES = {"tabulated_sobol": "Tabulated Sobol", "blue_noise_first": "blue noise (first)", "blue_noise_pure": "blue noise (pure)"}
+# Values of Cycles' `sampling_pattern`: its default, what that tabulates, its two kinds of blue noise, and that of examples/cycles.
+NAMES = {"tabulated_sobol": "Tabulated Sobol", "sobol_burley": "Sobol-Burley", "blue_noise_first": "blue noise (first)", "blue_noise_pure": "blue noise (pure)"}
 SAMPLERS = (*NAMES, "blue")
 SEEDS = 4
 # What the page begins with.
@@ -142,7 +142,7 @@ REFERENCE_SAMPLER = "sobol_burley"  # which hashes pixel, dimension and seed
 ADAPTIVE, ADAPTIVE_SPP = 0.05, 128  # threshold, samples at most
 # Patterns that have to be told the number of samples, told so many, and stopped before.
 PREVIEW, PREVIEW_SPP = ("blue_noise_first", "blue_noise_pure"), 64
-TOLD = {f"{than} {PREVIEW_SPP}": f"{NAMES[than]}, told {PREVIEW_SPP}" for than in PREVIEW}
+TOLD = {f"{than} {PREVIEW_SPP}": f"{NAMES[than]}, tuned for {PREVIEW_SPP}" for than in PREVIEW}
 
 
 # ---- Running Cycles
@@ -193,7 +193,8 @@ class CyclesRun(other_renderer.OtherRun):
         return {"samples": float(np.mean(self.rendered(task, spp, task.seed, counts=True)[1][..., 0])) * spp}
 
     def reference_key(self, view, spp):
-        return {"reference": text(view.scene, self.checkout, integrator(REFERENCE_SAMPLER, spp, 0)), "size": SIZE, "seed": REFERENCE_SEED}
+        return {"reference": text(view.scene, self.checkout, integrator(REFERENCE_SAMPLER, spp, 0)), "size": SIZE, "seed": REFERENCE_SEED,
+                "build": self.build}
 
     def picture(self, path, reference):
         """Writes PICTURE_SCENE as the patterns of PICTURE render it."""
@@ -206,23 +207,22 @@ class CyclesRun(other_renderer.OtherRun):
 class Report(other_renderer.OtherReport):
     TITLE, SCENES, SPREAD = "# In Cycles", SCENES, ("tabulated_sobol", "blue_noise_pure")
     INTRO = f"""Figures are error ratios, Cycles' pattern over `blue` of [examples/cycles](../../examples/cycles/README.md), at the same number of
-samples per pixel: 1.20 means that Cycles' pattern has 1.20 times the error of `blue`, less than 1 that `blue` has more. They are geometric
-means over scenes and seeds. Errors are root mean squares over the pixels and
-channels of pictures of {SIZE[0]}x{SIZE[1]} pixels, the middle of ones {ZOOM} times as wide, after a Gaussian blur or without. *As displayed*
-clips pictures to 0..1 before the blur; *exposed and displayed* first multiplies them so that the mean luminance of the reference is
-{EXPOSED}; *raw* does neither.
+samples per pixel: 1.20 means that Cycles' pattern has 1.20 times the error of `blue`. They are geometric means over scenes and seeds.
+Errors are root mean squares over the pixels and channels of images of {SIZE[0]}x{SIZE[1]} pixels, the middle of images {ZOOM} times as
+wide, with and without a Gaussian blur. *As displayed* clips images to 0..1 before the blur; *exposed and displayed* first multiplies them
+so that the mean luminance of the reference is {EXPOSED}; *raw* does neither.
 """
-    METHOD = f"""Cycles is at {builds.CYCLES_TAG}. The patterns are the values `tabulated_sobol`, `blue_noise_first` and `blue_noise_pure` of Cycles'
-`sampling_pattern`, which are told the number of samples (`aa_samples`) of each picture unless a table says otherwise, and `blue`, which is
-not. Clamping of indirect light is Cycles' own, and the pixel filter is the stand-alone program's, a box. Cycles puts sample 0 into the
-middle of the pixel, whatever the pattern. `penumbra` and `lens` guided the choice of what is drawn where.
+    METHOD = """Cycles is {version}. The patterns are the values `tabulated_sobol`, `sobol_burley`, `blue_noise_first` and `blue_noise_pure` of
+Cycles' `sampling_pattern`, tuned for the number of samples (`aa_samples`) of each image unless a table says otherwise, and `blue`, which is
+tuned for no number. Clamping of indirect light is Cycles' own, and the pixel filter is the stand-alone program's, a box. Cycles puts sample
+0 into the middle of the pixel, whatever the pattern. `penumbra` and `lens` guided the choice of what is drawn where.
 
-References are means of two pictures by `sobol_burley` with seeds of their own, so their errors are independent of all others'. Half the
+References are means of two images by `sobol_burley` with seeds of their own, so their errors are independent of all others'. Half the
 difference of the two is a reference's own error. A scene counts where the error of `blue` is at least three times that; where a cell is
 empty, the reference is too noisy."""
 
     def adaptive_ratio(self, name, than):
-        """Mean and interval, as a text, of a figure of adaptive pictures, the other's over that of `blue`."""
+        """Mean and interval, as a text, of a figure of adaptive images, the other's over that of `blue`."""
         scenes = []
         for view in self.compared.views:
             own, other = (self.cells.get(view, f"{label} {ADAPTIVE}", ADAPTIVE_SPP, name) for label in ("blue", than))
@@ -233,49 +233,48 @@ empty, the reference is too noisy."""
     def sections(self):
         early = [spp for spp in self.counts if spp < PREVIEW_SPP]
         found = {"Stopped early": [
-            f"As a preview shows them: told {PREVIEW_SPP} samples, of which so many have been taken. `blue` is not told.", "",
+            f"As in a preview: tuned for {PREVIEW_SPP} samples and stopped after so many. `blue` is tuned for no number.", "",
             *(line for measure in HEADLINE for line in (f"{name_of(measure).capitalize()}:", "", self.ratios(self.compared, measure, early, TOLD), ""))]}
         samples = {label: [np.mean(own) for view in self.compared.views if (own := self.cells.get(view, f"{label} {ADAPTIVE}", ADAPTIVE_SPP, "samples"))]
                    for label in self.samplers}
         if any(samples.values()):
             found["Adaptive sampling"] = [
-                f"A threshold of {ADAPTIVE}, at most {ADAPTIVE_SPP} samples, which is also what the patterns are told, with Cycles' default minimum. "
-                "Cycles splits a pixel's samples into two halves by bits of the index and stops where they agree: if the halves of a pattern are "
-                "better spread, they agree sooner, though its error may not be less.", "",
+                f"A threshold of {ADAPTIVE}, Cycles' default minimum and at most {ADAPTIVE_SPP} samples, which the patterns are tuned for. Cycles splits "
+                "a pixel's samples into two halves by bits of the index and stops where they agree. The halves of a better pattern agree sooner, "
+                "though its error may not be less.", "",
                 md_table(["pattern", "mean samples", "samples over `blue`'s", *(f"error over `blue`'s, {name_of(measure)}" for measure in HEADLINE)], [
                     [self.name(label), f"{np.mean(samples[label]):.1f}", *(self.adaptive_ratio(name, label) if label != "blue" else ""
                                                                          for name in ("samples", *HEADLINE))] for label in self.samplers])]
         return found
 
     def answer(self):
-        """Three sentences."""
+        """A few sentences."""
         counts = [n for n in (1, 4, 16, 64) if n in self.counts]
 
-        def of(than, measure=HEADLINE[0], most=math.inf):
-            found = (self.compared.over(than, spp, measure) for spp in counts if spp < most)
-            return ", ".join(f"{own.value:.2f}" if own else "?" for own in found)
+        def of(than, most=math.inf):
+            shown, raw = (", ".join(f"{own.value:.2f}" if own else "?" for own in (
+                self.compared.over(than, spp, measure) for spp in counts if spp < most)) for measure in HEADLINE)
+            return f"{shown} times (raw {raw})"
 
-        said = {than: f"{of(than)} times{{}} (raw {of(than, HEADLINE[1])})" for than in NAMES}
         samples, error = (self.adaptive_ratio(name, "tabulated_sobol") for name in ("samples", HEADLINE[0]))
         last = (f"With adaptive sampling and a threshold of {ADAPTIVE}, Tabulated Sobol takes {samples} times the samples of `blue` and ends "
                 f"with {error} times its error. " if samples and error else "")
+        first, pure = ("blue_noise_first", "blue_noise_pure")
         return (f"At {', '.join(map(str, counts))} samples, Tabulated Sobol, the default of Cycles' stand-alone program, has "
-                f"{said['tabulated_sobol'].format(' the error of `blue` as displayed')}. Told the number of samples, Cycles' blue noise has "
-                f"{said['blue_noise_pure'].format(' with *pure*')} and {said['blue_noise_first'].format(' with *first*')}. Told {PREVIEW_SPP} and stopped "
-                f"before, as in a preview, *pure* has {of(f'blue_noise_pure {PREVIEW_SPP}', most=PREVIEW_SPP)} times and *first* "
-                f"{of(f'blue_noise_first {PREVIEW_SPP}', most=PREVIEW_SPP)} times. "
-                f"{last}A sample with `blue` takes about as long as with Tabulated Sobol ({self.time('blue'):.2f} times).")
+                f"{of('tabulated_sobol')} the error of `blue` as displayed, Sobol-Burley {of('sobol_burley')}. Tuned for the number of samples, "
+                f"Cycles' blue noise has {of(pure)} with *pure* and {of(first)} with *first*. Tuned for {PREVIEW_SPP} and stopped before, as in "
+                f"a preview, *pure* has {of(f'{pure} {PREVIEW_SPP}', PREVIEW_SPP)} and *first* {of(f'{first} {PREVIEW_SPP}', PREVIEW_SPP)}. "
+                f"{last}A sample takes {self.time('blue'):.2f} times as long with `blue` as with Tabulated Sobol.")
 
 
 # ---- The command
 
 def parse_options(arguments):
-    parser = Parser("cycles", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter, epilog=f"""
-Get the checkout with:
-  git clone --branch {builds.CYCLES_TAG} https://github.com/blender/cycles DIR
-It stays as it is: a copy of it is patched and built in ~/.cache/libbn/cycles, in a quarter of an hour on two cores, with the packages
-that examples/cycles/README.md names. The whole comparison then takes about an hour on one core the first time. Builds, references
-and results are cached there, and a run that was interrupted resumes.""")
+    parser = Parser("cycles", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter, epilog="""
+`scripts/patches cycles DIR` says whether its version takes the patch. DIR stays as it is: a copy of it is patched and built in
+~/.cache/libbn/cycles, in a quarter of an hour on two cores, with the packages that examples/cycles/README.md names. The whole comparison
+then takes about an hour on one core the first time. Builds, references and results are cached there, and a run that was interrupted
+resumes.""")
     parser.add_argument("--cycles", metavar="DIR", required=True, help="a checkout of Cycles, see below")
     other_renderer.add_options(parser, "cycles", SCENES, SEEDS)
     parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of references")
@@ -298,6 +297,7 @@ def run(arguments):
     tasks += [Task(view, sampler, seed, early, told=PREVIEW_SPP) for view in views for sampler in PREVIEW for seed in seeds]
     if not options.no_adaptive:
         tasks += [Task(view, sampler, seed, (ADAPTIVE_SPP,), ADAPTIVE) for view in views for sampler in SAMPLERS for seed in seeds]
+    Report.METHOD = Report.METHOD.format(version=builds.git(options.cycles, "describe", "--tags"))
     report = Report(options, Cells(work.results(references, tasks)), references, SAMPLERS, NAMES, {"Scenes": SCENES})
     if report.write("cycles", report.summary({**NAMES, **TOLD})):
         work.picture(options.pictures / "cycles.jpg", references[View(PICTURE_SCENE)])
