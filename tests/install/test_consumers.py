@@ -68,13 +68,32 @@ def test_other_folders(lib, include, expected, tmp_path):
 
 
 @pytest.mark.parametrize("language", ["C", "CXX"])
-@pytest.mark.parametrize("way", ["add_subdirectory", "fetch_content", "find_package"])
+@pytest.mark.parametrize("way", ["add_subdirectory", "find_package"])
 def test_a_project_of_one_language(way, language, static_library, expected, tmp_path):
     """One of C++ alone knows no standard of C."""
     cmake_build(HERE / "part", tmp_path, f"-DWAY={way}", f"-DLANGUAGE={language}", f"-DBN_SOURCE_DIR={ROOT}",
                 f"-DCMAKE_PREFIX_PATH={static_library.prefix}")
     printed = run(tmp_path / "consumer")
     assert printed == expected if language == "C" else printed.splitlines() == [*expected.splitlines()[:5], "0"]
+
+
+def test_fetch_content_of_a_tag(expected, tmp_path):
+    """The listing of docs/porting.md, with a shallow clone of a repository."""
+    repository, project = tmp_path / "libbn", tmp_path / "project"
+    for name in run("git", "-C", ROOT, "ls-files", "CMakeLists.txt", "LICENSE", "libbn").splitlines():
+        (repository / name).parent.mkdir(parents=True, exist_ok=True)
+        (repository / name).write_bytes((ROOT / name).read_bytes())
+    guide = (ROOT / "docs/porting.md").read_text(encoding="utf-8")
+    (listing,) = re.findall(r"```cmake\n(include\(FetchContent\)\n.*?)```", guide, re.DOTALL)
+    (tag,) = re.findall(r"GIT_TAG (\S+)", listing)
+    identity = ("-c", "user.name=test", "-c", "user.email=test@localhost", "-c", "commit.gpgsign=false")
+    for arguments in (["init", "-q"], ["add", "."], [*identity, "commit", "-q", "-m", "Test"], [*identity, "tag", tag]):
+        run("git", "-C", repository, *arguments)
+    project.mkdir()
+    (project / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.21)\nproject(renderer LANGUAGES C)\n"
+                                            f"add_executable(renderer {HERE}/consumer.c)\n{listing}")
+    cmake_build(project, tmp_path / "build", f"-DLIBBN_REPOSITORY=file://{repository}", "-DBN_SMALL_DATA=ON")
+    assert run(tmp_path / "build" / "renderer") == expected
 
 
 # What a parent project may have decided for its own sources, as much as goes together.
