@@ -23,16 +23,3 @@ def resolve(page, target):
     """The path from the root of the repository, and the anchor, that a relative link of a page means."""
     path, _, anchor = target.partition("#")
     return posixpath.normpath(posixpath.join(posixpath.dirname(page), path)) if path else page, anchor
-
-
-def anchors(text):
-    """Those that code hosts give headings."""
-    seen, found = {}, set()
-    tokens = PARSER.parse(text)
-    for token, inline in zip(tokens, tokens[1:]):
-        if token.type == "heading_open":
-            heading = "".join(child.content for child in inline.children or ())
-            name = re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-")
-            count = seen[name] = seen.get(name, -1) + 1
-            found.add(f"{name}-{count}" if count else name)
-    return found

@@ -2,9 +2,6 @@
 """How the pixels of BLUE differ: those of a copy of the tile share the order of their samples, copies do not; so each sample by itself
 is as blue as the first. False-alarm rates are for fresh seeds."""
 
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 from conftest import plane_at_angle
@@ -14,7 +11,6 @@ import bluenoise
 ndimage = pytest.importorskip("scipy.ndimage")
 
 TILE, SEED = 64, 21
-HEADER = (Path(__file__).resolve().parents[2] / "libbn/include/bn/bn_draw.glsl").read_text(encoding="utf-8")
 
 
 def look(x, y, domain, count=64):
@@ -88,16 +84,3 @@ def test_single_samples(index):
         square += (error**2).mean() / (mean * (1 - mean) * gain) / 12
     print(f"\nsample {index} alone: {np.sqrt(square):.3f} of white noise after a blur")
     assert np.sqrt(square) < 0.65
-
-
-def test_cells():
-    """Over the 4,096 labels the first six digits of the two coordinates of a pair are each of 64 x 64 cells once."""
-    words = bluenoise.tables()
-    pixels, places, blocks = (int(re.search(rf"#define BN_{name}_AT (\d+)u?", HEADER)[1]) for name in ("PIXELS", "PLACES", "BLOCKS"))
-    row, column = np.mgrid[:TILE, :TILE]
-    for member in range(4):
-        place = words[pixels + row * TILE + column] >> 8 * member & 15
-        at = places + 2 * (member * 16 + place), blocks + 2 * ((row // 4 * 16 + column // 4) * 4 + member)
-        for pair in (0, 1):
-            coordinates = [(words[at[0] + pair] ^ words[at[1] + pair]) >> shift & 63 for shift in (10, 26)]
-            assert len(np.unique(np.ravel_multi_index(coordinates, (64, 64)))) == TILE**2

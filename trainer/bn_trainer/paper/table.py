@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reproduces the paper's Table I: `python -m bn_trainer table` writes evidence/results/paper.md and paper.png.
+"""Reproduces the paper's Table I: `python -m bn_trainer table` writes the tables of evidence/results/paper.md, and paper.png.
 
 Pictures of 256x256 are dithered to 1 bit with tiled masks of each method. The error is the root mean square of the blurred
 difference between dithered and original picture (Gaussian, mirrored edges): mean and standard deviation over masks. A
@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import re
 import sys
-import textwrap
 import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -30,7 +30,7 @@ from ..config import TrainerError
 from ..files import write_atomically
 from ..train import default_folder
 from . import perceptron, wronski
-from .pictures import PICTURE_SIZE, blurred_errors, dithering_errors, floyd_steinberg, read_picture, synthetic_pictures
+from .pictures import blurred_errors, dithering_errors, floyd_steinberg, read_picture, synthetic_pictures
 
 ROOT = Path(__file__).resolve().parents[3]
 SIGMAS = (0.75, 1.0, 1.5)  # of the blur, in texels; the error columns use TABLE_SIGMA
@@ -141,7 +141,7 @@ def threshold_error(values: np.ndarray, sigma: float) -> float:
 
 def mask_figures(method: Method) -> dict[Any, float]:
     """Means over at most MEASURED of a method's masks of E_1, E_1.5, the standard deviation of values, and the power below
-    half the principal frequency for each level; the similarity of all masks; and the extreme standard deviations."""
+    half the principal frequency for each level; and the similarity of all masks."""
     values = method.values[:MEASURED]
     measured = [bluenoise.measure(mask) for mask in values]
     if method.raw:
@@ -153,8 +153,7 @@ def mask_figures(method: Method) -> dict[Any, float]:
     return {"e_1": e_1, "e_1.5": e_15, "deviation": values.std(axis=(1, 2)).mean(),
             "grey": np.mean([bluenoise.power_spectrum(mask)[quarter].mean() for mask in values]),
             **{level: np.mean([figures.low_frequency[level] for figures in measured]) for level in LEVELS},
-            "alike": likeness(method.values), "least": method.values.std(axis=(1, 2)).min(),
-            "most": method.values.std(axis=(1, 2)).max()}
+            "alike": likeness(method.values)}
 
 
 def likeness(values: np.ndarray) -> float:
@@ -165,16 +164,6 @@ def likeness(values: np.ndarray) -> float:
     flat /= np.linalg.norm(flat, axis=1, keepdims=True)
     pairs = np.triu_indices(len(flat), 1)
     return float(np.abs((flat @ flat.T)[pairs]).mean()) if len(flat) > 1 else float("nan")
-
-
-def descent_figures(size: int, iterations: Sequence[int], count: int = 2) -> list[tuple[int, float, float]]:
-    """Loss and E_1 during Wronski's descent: rows (iterations, loss, E_1)."""
-    rows = []
-    for steps in iterations:
-        history = []
-        masks = wronski.optimise(size, range(count), steps, progress=history.append)
-        rows.append((steps, history[-1], np.mean([bluenoise.dithering_error(mask) for mask in masks])))
-    return rows
 
 
 def say(line: str) -> None:
@@ -229,87 +218,22 @@ def figure_table(methods: list[Method], figures: list[dict[Any, float]]) -> str:
     return markdown(header, rows)
 
 
-def report_text(methods: list[Method], figures: list[dict[Any, float]], tables: tuple[str, str],
-                descent: list[tuple[int, float, float]], sigmas: list[float], options: argparse.Namespace) -> str:
-    error, figure = tables
-    notes = dict.fromkeys(f"{m.size}x{m.size} {m.name}: {m.note}" for m in methods if m.note and "exact" not in m.name)
-    parts = [
-        "# The paper, reproduced",
-        filled(f"""A reproduction of Giunchi, Sztrajman and Steed, "Fast blue-noise generation via unsupervised learning" (IJCNN
-        2022). Printed by `{command_text(options)}` in trainer/; trainer/bn_trainer/paper/README.md describes how the
-        perceptrons are trained."""),
-        "![Masks, their spectra, thresholded patterns](paper.png)",
-        filled("""*For each method: a mask, the mean spectrum of several masks (frequency 0 in the middle, white noise mid-grey),
-        the mask thresholded at 1/16, 1/4 and 1/2, and part of the dithered scene.*"""),
-        "## Table I",
-        filled(f"""Root mean square error of {PICTURE_SIZE}x{PICTURE_SIZE} pictures, dithered to 1 bit with tiled masks, after a
-        Gaussian of sigma {TABLE_SIGMA:g} texel (mirrored edges): mean and standard deviation over masks, then the mean over
-        the pictures and its ratio to that of white noise after several blurs. The paper reports .069 for white noise, .046
-        for its network, .046 for Wronski and .029 for void-and-cluster, but states neither picture nor blur, so only ratios
-        can be compared. After a blur of {sigmas[-1]:g} texels, void-and-cluster has the published ratio here; compare that
-        column with the last. The outputs of perceptrons and of Wronski's method are thresholded directly, unless marked as
-        exact ranks. Error diffusion is Floyd and Steinberg's, a benchmark that no mask reaches."""),
-        error,
-        "## Why its masks fall short",
-        filled("""Time is per mask, one at a time (Wronski's method as one batch), on one thread of a shared machine; published
-        times are from the authors' machine. E_1 and E_1.5 are the dithering errors over all grey levels (white noise: .115
-        and .076). Deviation is the standard deviation of the values in [0, 1]; a flat histogram has .289. Powers are relative
-        to white noise: of the grey mask below a quarter cycle per texel, and of patterns thresholded at 1/16, 1/4 and 1/2
-        below half their principal frequency. Similarity is the mean absolute correlation between two masks of a method; 1
-        means equal or inverted masks."""),
-        figure,
-        *explanation(methods, figures, descent),
-        filled("Training and generation: " + "; ".join(notes) + "."),
-    ]
-    return "\n\n".join(parts) + "\n"
+def descent_table(size: int, iterations: Sequence[int], count: int = 2) -> str:
+    """Loss and E_1 during Wronski's descent."""
+    rows = []
+    for steps in iterations:
+        history: list[float] = []
+        masks = wronski.optimise(size, range(count), steps, progress=history.append)
+        rows.append([f"{steps:,}", f"{history[-1]:.3g}", number(np.mean([bluenoise.dithering_error(mask) for mask in masks]))])
+    return markdown([f"iterations at {size}x{size}", "loss", "E_1"], rows)
 
 
-def explanation(methods: list[Method], figures: list[dict[Any, float]],
-                descent: list[tuple[int, float, float]]) -> list[str]:
-    """Paragraphs whose figures all come from this run."""
-    found = {(m.size, m.name): values for m, values in zip(methods, figures)}
-    size = max(m.size for m in methods)
-    paragraphs = []
-    raw, exact = found.get((size, "perceptron")), found.get((size, "perceptron, ranks made exact"))
-    if raw:
-        paragraphs += [filled(f"""**The losses measure the grey mask, not its patterns.** At {size}x{size} the perceptron's grey mask
-        has {raw["grey"]:.3f} of white noise's power below a quarter cycle per texel. But masks are used thresholded, and the
-        thresholded patterns have {raw[1 / 16]:.2f} at 1/16 and {raw[1 / 4]:.2f} at 1/4.""")]
-    paragraphs += [filled(f"""The losses are the cause, not the network: Wronski's descent minimises the same losses texel by
-    texel, and E_1 does not follow. After
-    {listed(f"{count:,}" for count, _, _ in descent)} iterations the loss is {listed(f"{loss:.3g}" for _, loss, _ in descent)}
-    and E_1 {listed(f"{error:.4f}" for _, _, error in descent)}.""")]
-    if raw:
-        paragraphs += [filled(f"""**The histogram is only weakly constrained.** The paper averages the histogram loss over texels,
-        Wronski sums it. The average is {size * size:,} times weaker relative to the spectral losses: the deviation of the values
-        is {raw["deviation"]:.3f}, and exact ranks change E_1 from {raw["e_1"]:.4f} to {exact["e_1"]:.4f}.""")]
-        summed = found.get((size, "perceptron, summed histogram"))
-        if summed:
-            exact = found[(size, "perceptron, summed histogram, ranks made exact")]
-            paragraphs[-1] = filled(f"""{paragraphs[-1]} With the summed loss the deviation is {summed["deviation"]:.3f},
-            and E_1 is {summed["e_1"]:.4f}, or {exact["e_1"]:.4f} with exact ranks.""")
-        paragraphs += [filled(f"""**Nothing makes masks differ.** No loss compares two masks, and only 100 hidden units distinguish
-        them: the mean absolute correlation of two masks is {raw["alike"]:.2f} for this perceptron and
-        {found[(size, "white noise")]["alike"]:.3f} for white noise. Between a mask and its inverse there are grey ones: the
-        deviation of the values ranges from {raw["least"]:.3f} to {raw["most"]:.3f}.""")]
-    return paragraphs
-
-
-def listed(words: Iterable[str]) -> str:
-    *first, last = words
-    return f"{', '.join(first)} and {last}" if first else last
-
-
-def filled(text: str) -> str:
-    return textwrap.fill(" ".join(text.split()), 120, break_long_words=False, break_on_hyphens=False)
-
-
-def command_text(options: argparse.Namespace) -> str:
-    parts = ["python -m bn_trainer table"]
-    parts += [f"--picture {picture}" for picture in options.picture]
-    if options.masks != 100:
-        parts.append(f"--masks {options.masks}")
-    return " ".join(parts)
+def with_tables(page: str, tables: dict[str, str]) -> str:
+    """The page with the tables between its marks."""
+    for name, table in tables.items():
+        page = re.sub(rf"(<!-- table: {name} -->\n\n).*?(\n\n<!-- end of the table -->)", lambda marks: marks[1] + table + marks[2],
+                      page, flags=re.DOTALL)
+    return page
 
 
 def contact_sheet(methods: list[Method], size: int) -> Image.Image:
@@ -379,10 +303,14 @@ def main(options: argparse.Namespace) -> None:
     say("measuring masks")
     figures = [mask_figures(method) for method in methods]
     n = options.wronski_iterations
-    descent = descent_figures(min(options.sizes), [max(1, n // 10), max(1, n // 3), n, 3 * n])
-    tables = error_table(methods, list(pictures), errors, diffused, sigmas), figure_table(methods, figures)
-    text = report_text(methods, figures, tables, descent, sigmas, options)
+    descent = descent_table(min(options.sizes), [max(1, n // 10), max(1, n // 3), n, 3 * n])
+    tables = {"errors": error_table(methods, list(pictures), errors, diffused, sigmas), "masks": figure_table(methods, figures),
+              "descent": descent}
+    notes = dict.fromkeys(f"{m.size}x{m.size} {m.name}: {m.note}" for m in methods if m.note and "exact" not in m.name)
+    print("\n\n".join([*tables.values(), "; ".join(notes)]))
     sheet = contact_sheet(methods, max(options.sizes)).quantize(64, dither=Image.Dither.NONE)  # a smaller file
-    write_atomically(options.out / "paper.md", lambda path: path.write_text(text, encoding="utf-8"))
+    page = options.out / "paper.md"
+    if page.exists():
+        text = with_tables(page.read_text(encoding="utf-8"), tables)
+        write_atomically(page, lambda path: path.write_text(text, encoding="utf-8"))
     write_atomically(options.out / "paper.png", lambda path: sheet.save(path, format="PNG"))
-    print(text)
