@@ -34,6 +34,20 @@ def _out_of_range(name: str, value: object, low: float, high: float) -> NoReturn
     raise ValueError(f"{name} must be in {low} .. {high}, not {value}")
 
 
+def together(names: str, *shapes: tuple[int, ...]) -> tuple[int, ...]:
+    """The shape that shapes broadcast to."""
+    try:
+        return np.broadcast_shapes(*shapes)
+    except ValueError:
+        raise ValueError(f"{names} do not broadcast: shapes {', '.join(map(str, shapes))}") from None
+
+
+def flag(name: str, value: object) -> bool:
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name} must be True or False, not {reprlib.repr(value)}")
+    return bool(value)
+
+
 def integer(name: str, value: object, low: int, high: int) -> int:
     """An integer of any type, except bool, in low .. high."""
     if isinstance(value, (bool, np.bool_)):

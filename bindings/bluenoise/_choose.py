@@ -52,14 +52,14 @@ def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np
     Returns
     -------
     chosen : ndarray of bool
-        ``u < probability``.
+        ``u < probability``, with the probability rounded to float32 and up to a multiple of 2**-24.
     rest : ndarray of float32
         The unused part of `u`, rescaled to [0, 1): use it for the decision that follows.
 
     Raises
     ------
     ValueError
-        A number is out of range.
+        A number is out of range, or shapes do not broadcast.
     TypeError
         An argument does not hold numbers.
 
@@ -75,7 +75,9 @@ def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np
     """
     values = _reals("probability", probability)
     _bad("probability", "[0, 1]", values, ~((values >= 0) & (values <= 1)))
-    chosen, rest = _parts(_core.choose(values.astype(np.float32), _numbers(u)))
+    numbers = _numbers(u)
+    arguments.together("probability and u", values.shape, numbers.shape)
+    chosen, rest = _parts(_core.choose(values.astype(np.float32), numbers))
     return chosen.astype(bool), rest
 
 
@@ -108,7 +110,9 @@ def choose_u32(count: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.u
     ([0, 3], [0.5, 0.25])
     """
     items = arguments.integers("count", count, np.uint32, 1, _STEPS)
-    return _parts(_core.choose_u32(items, _numbers(u)))
+    numbers = _numbers(u)
+    arguments.together("count and u", items.shape, numbers.shape)
+    return _parts(_core.choose_u32(items, numbers))
 
 
 def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uint32], _Floats]:

@@ -164,7 +164,7 @@ class _Parser(argparse.ArgumentParser):
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="bluenoise",
-        description="Makes and measures blue-noise masks, dithers pictures with them, and makes points.",
+        description="Makes and measures blue-noise masks, dithers images with them, and makes points.",
         epilog=_EXAMPLES + "\nThe file name - stands for standard input or output.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -195,12 +195,12 @@ def _parser() -> argparse.ArgumentParser:
     _add_mask_input(command)
     _add_report(command, "print one JSON object")
 
-    command = add(_dither, "dither", "dither a picture", "Dithers a picture to a few levels; see bluenoise.dither. Needs Pillow.")
-    command.add_argument("input", type=Path, help="a picture in any format that Pillow reads, or -")
-    command.add_argument("output", type=Path, help="the picture to write, in a lossless format, or - for PNG")
+    command = add(_dither, "dither", "dither an image", "Dithers an image to a few levels; see bluenoise.dither. Needs Pillow.")
+    command.add_argument("input", type=Path, help="an image in any format that Pillow reads, or -")
+    command.add_argument("output", type=Path, help="the image to write, in a lossless format, or - for PNG")
     command.add_argument("--levels", default=2, type=_integer, help="number of levels, 2 to 256 (default 2)")
     command.add_argument("--mask", type=Path, metavar="FILE", help="the mask (default: the built-in 64x64 mask); of several "
-                         "channels, each is for one of the picture")
+                         "channels, each is for one of the image")
     command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel of the mask to use, counted from 1")
     command.add_argument("--rank", action="store_true", help="accept a mask with repeated values, such as an 8-bit "
                          "texture, and order equal ones at random")
@@ -235,7 +235,7 @@ def _add_report(command: argparse.ArgumentParser, text: str, quiet: bool = True)
 
 
 def _add_mask_input(command: argparse.ArgumentParser) -> None:
-    command.add_argument("mask", type=Path, help="a mask as .npy, .exr (needs OpenEXR) or picture (needs Pillow), or -")
+    command.add_argument("mask", type=Path, help="a mask as .npy, .exr (needs OpenEXR) or image (needs Pillow), or -")
     command.add_argument("--channel", type=_positive, default=0, metavar="N",
                          help="the channel to use, counted from 1 (measure: default all)")
 
@@ -402,12 +402,18 @@ def _mask(options: argparse.Namespace) -> None:
         _print(json.dumps(facts))
 
 
-def _measure(options: argparse.Namespace) -> None:
+def _channels(options: argparse.Namespace) -> Any:
+    """The channels of options.mask, or the one that --channel names."""
     values = _files.load_values(options.mask)
     if options.channel or values.ndim != 3:
-        values = _files.one_channel(options.mask, values, options.channel)[None]
-    elif len(values) > 1 and values.dtype.kind != "f" and arguments.is_permutation(values.reshape(-1)):
-        raise ValueError(f"{options.mask} is a three-dimensional mask, {values.shape}; measure a slice with --channel")
+        return _files.one_channel(options.mask, values, options.channel)[None]
+    if len(values) > 1 and values.dtype.kind != "f" and arguments.is_permutation(values.reshape(-1)):
+        raise ValueError(f"{options.mask} is a three-dimensional mask, {values.shape}; choose a slice with --channel")
+    return values
+
+
+def _measure(options: argparse.Namespace) -> None:
+    values = _channels(options)
     progress = _progress(options.quiet)
 
     def share(channel: int) -> Optional[Callable[[float], None]]:
@@ -445,17 +451,14 @@ def _dither(options: argparse.Namespace) -> None:
     path = options.output
     suffix = ".png" if path == _files.STREAM else path.suffix.lower()
     _files.check_output(path, suffix, _files.LOSSLESS, options.input, options.mask)
-    if options.rank and options.mask is None:
-        raise ValueError("--rank needs --mask")
+    if options.mask is None and (options.rank or options.channel):
+        raise ValueError(f"{'--rank' if options.rank else '--channel'} needs --mask")
     picture = _files.open_picture(options.input)
     if isinstance(picture, bytes) and suffix != ".png":
-        raise ValueError(f"a picture of 16 bits per channel does not fit in {suffix}; write .png")
+        raise ValueError(f"an image of 16 bits per channel does not fit in {suffix}; write .png")
     ranks = None
     if options.mask is not None:
-        values = _files.load_values(options.mask)
-        if options.channel or values.ndim != 3:
-            values = _files.one_channel(options.mask, values, options.channel)[None]
-        planes = _files.without_constants(values)
+        planes = _files.without_constants(_channels(options))
         if len(planes) > 2 and (planes[:3] == planes[0]).all():  # a grey texture saved as RGB or RGBA
             planes = planes[:1]
         ranks = np.stack([_files.ranked(options.mask, plane, options.rank, "--rank") for plane in planes])
@@ -473,6 +476,8 @@ def _dither(options: argparse.Namespace) -> None:
 def _points(options: argparse.Namespace) -> None:
     path, suffix = _output(options, _POINTS_SUFFIXES, options.mask)
     given = _given(options, _POINTS_OPTIONS, POINTS_METHODS)
+    if options.channel and "mask" not in given:
+        raise ValueError("--channel needs --mask")
     if "mask" in given:
         given["mask"] = _files.ranked(options.mask, _files.load_mask(options.mask, options.channel), False, "load(..., rank=True)")
     make: Callable[..., Any] = make_points

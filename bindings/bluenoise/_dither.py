@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dithering of arrays and Pillow pictures."""
+"""Dithering of arrays and Pillow images."""
 
 from __future__ import annotations
 
@@ -107,14 +107,12 @@ def dither(
     0.25
     """
     levels = arguments.integer("levels", levels, 2, 256)
-    for name, flag in (("srgb", srgb), ("channel_offset", channel_offset)):
-        if not isinstance(flag, (bool, np.bool_)):
-            raise TypeError(f"{name} must be True or False, not {flag!r}")
+    srgb, channel_offset = arguments.flag("srgb", srgb), arguments.flag("channel_offset", channel_offset)
     thresholds = None if mask is None else _mask_of(mask)
-    pillow = sys.modules.get("PIL.Image")  # a caller with a picture has imported Pillow
+    pillow = sys.modules.get("PIL.Image")  # a caller with an image has imported Pillow
     if pillow is not None and isinstance(image, pillow.Image):
-        return _dither_picture(image, pillow, levels, bool(srgb), bool(channel_offset), thresholds)
-    return _dither_array(image, levels, bool(srgb), bool(channel_offset), thresholds)
+        return _dither_picture(image, pillow, levels, srgb, channel_offset, thresholds)
+    return _dither_array(image, levels, srgb, channel_offset, thresholds)
 
 
 def _mask_of(mask: npt.ArrayLike) -> npt.NDArray[Any]:

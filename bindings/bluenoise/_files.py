@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Masks and pictures in files. For the command line, ``-`` is standard input or output. Files are replaced atomically."""
+"""Masks and images in files. For the command line, ``-`` is standard input or output. Files are replaced atomically."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from ._measure import ranks_of
 from ._neural import PathLike
 from ._sampler import Sampler
 
-# Lossless formats, which preserve a dithered picture.
+# Lossless formats, which preserve a dithered image.
 LOSSLESS = (".png", ".tif", ".tiff", ".bmp", ".pgm", ".ppm")
 STREAM = Path("-")
 MASK_SUFFIXES = (".png", ".exr", ".npy")
@@ -46,7 +46,7 @@ def needed(module: str, words: str, extra: str) -> Any:
 
 
 def pillow() -> Any:
-    return needed("PIL.Image", "pictures need Pillow", "image")
+    return needed("PIL.Image", "images need Pillow", "image")
 
 
 def openexr() -> Any:
@@ -138,7 +138,7 @@ def about(path: Path) -> Iterator[None]:
 
 
 def open_picture(path: Path) -> Any:
-    """A picture of one frame, read completely: from Pillow, or for a PNG of 16 bits its bytes."""
+    """An image of one frame, read completely: from Pillow, or for a PNG of 16 bits its bytes."""
     data = read_bytes(path)
     if is_png16(data):
         return data
@@ -172,7 +172,7 @@ def _decode_picture(path: Path, data: bytes) -> Any:
         raise
     except Exception as error:  # decoders of damaged files raise many types
         text = "unknown or damaged format" if isinstance(error, Image.UnidentifiedImageError) else str(error)
-        raise ValueError(f"{path} cannot be read as a picture: {text}") from None
+        raise ValueError(f"{path} cannot be read as an image: {text}") from None
 
 
 def _lost(picture: Any, data: bytes) -> str:
@@ -252,7 +252,7 @@ def read_png(path: Path, data: bytes) -> tuple[npt.NDArray[np.uint16], bool]:
     except MemoryError:
         raise
     except Exception as error:
-        raise ValueError(f"{path} cannot be read as a picture: {error}") from None
+        raise ValueError(f"{path} cannot be read as an image: {error}") from None
     return texels, info["alpha"]
 
 
@@ -261,7 +261,7 @@ def is_png16(data: bytes) -> bool:
 
 
 def load_values(path: Path) -> npt.NDArray[Any]:
-    """The numbers in a .npy or .exr file or a picture: (height, width), (channels, height, width), or any shape of a .npy."""
+    """The numbers in a .npy or .exr file or an image: (height, width), (channels, height, width), or any shape of a .npy."""
     data = read_bytes(path)
     if data.startswith(_NPY_MAGIC) or path.suffix.lower() == ".npy":
         return _decode_npy(path, data)
@@ -272,7 +272,7 @@ def load_values(path: Path) -> npt.NDArray[Any]:
     else:
         picture = _decode_picture(path, data)
         if picture.mode in ("P", "PA"):
-            raise ValueError(f"{path} has a palette; a mask is a grey picture")
+            raise ValueError(f"{path} has a palette; a mask is a grey image")
         array = np.asarray(picture.convert("L") if picture.mode == "1" else picture)
     return np.moveaxis(array, -1, 0) if array.ndim == 3 else array
 
@@ -458,7 +458,7 @@ def save_png16(path: Path, texels: npt.NDArray[np.uint16], source: bytes) -> Non
 
 
 def save_picture(path: Path, suffix: str, picture: Any, source: Any) -> None:
-    """Writes a picture with the colour profile, gamma and resolution of its source."""
+    """Writes an image with the colour profile, gamma and resolution of its source."""
     kept = {name: source.info[name] for name in ("icc_profile", "dpi") if source.info.get(name)}
     gamma = source.info.get("gamma")
     if suffix == ".png":
@@ -477,4 +477,4 @@ def save_picture(path: Path, suffix: str, picture: Any, source: Any) -> None:
         try:
             picture.save(beside, **kept)
         except (ValueError, KeyError) as error:
-            raise ValueError(f"{path} cannot hold this picture: {error}") from None
+            raise ValueError(f"{path} cannot hold this image: {error}") from None

@@ -40,7 +40,7 @@ def mask(
     seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
         An integer from 0 to 2**64 - 1, a source of one, or None for fresh entropy.
     channels : int, default 1
-        1 to 4. With more than one, each channel is a permutation and the vectors of values are blue jointly.
+        1 to 4; more than one needs one or two dimensions. Then each channel is a permutation, and they are jointly blue.
     out : ndarray of uint32, optional
         A C-ordered array of the result's shape, which is filled and returned. After an exception its contents are undefined.
     progress : callable, optional
@@ -75,6 +75,8 @@ def mask(
     """
     extents, count = arguments.shape(shape, 3), arguments.integer("channels", channels, 1, 4)
     given: dict[str, Any] = {"seed": seed, "out": out, "progress": progress}
+    if count > 1 and len(extents) == 3:
+        raise ValueError(f"a mask of {count} channels has one or two dimensions, not shape {extents}")
     if count == 1:
         return (relax if len(extents) == 2 and math.prod(extents) > _LARGE else void_and_cluster)(extents, **given)
     if count == 2 and len(extents) == 2:
@@ -200,7 +202,7 @@ def anneal(
     options.start_temperature = start = arguments.real("start_temperature", start_temperature, 0, 1, False)
     options.end_temperature = arguments.real("end_temperature", end_temperature, 0, start, False)
     options.sweeps = arguments.integer("sweeps", sweeps, *arguments.UINT32)
-    options.order_ends = bool(order_ends)
+    options.order_ends = arguments.flag("order_ends", order_ends)
     ranks = _result(extents if channels == 1 else (channels, *extents), out)
     if start_from_ranks is not None:
         _start_from(ranks, start_from_ranks, channels)

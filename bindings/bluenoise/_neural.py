@@ -91,6 +91,8 @@ class NeuralGenerator:
         path = None if model is None or content is not None else _path("model", model)
         if path is not None and not os.path.exists(path):
             raise FileNotFoundError(f"model {path} does not exist")
+        if library is not None and os.sep in library and not os.path.exists(library):
+            raise FileNotFoundError(f"runtime {library} does not exist")
         if path is not None and not os.path.isfile(path):  # a pipe could keep the caller waiting for ever
             raise OSError(f"model {path} is not a regular file")
         if content == b"":

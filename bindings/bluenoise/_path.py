@@ -24,13 +24,6 @@ def _kept(name: str, value: npt.ArrayLike, dtype: npt.DTypeLike, low: int, high:
     return np.array(arguments.integers(name, value, dtype, low, high))
 
 
-def _together(names: str, *shapes: tuple[int, ...]) -> tuple[int, ...]:
-    try:
-        return np.broadcast_shapes(*shapes)
-    except ValueError:
-        raise ValueError(f"{names} do not broadcast: shapes {', '.join(map(str, shapes))}") from None
-
-
 def _sequence(index: _Words, count: int, k: _Words) -> _Words:
     """The samples k of `count` that belong to sample `index` of a pixel."""
     at = index.astype(np.uint64) * np.uint64(count) + k
@@ -108,7 +101,7 @@ class PathSampler:
     def _set(
         self, sampler: Sampler, x: npt.NDArray[Any], y: npt.NDArray[Any], index: _Words, domain: _Words, names: str
     ) -> None:
-        self.shape = _together(names, x.shape, y.shape, index.shape, domain.shape)
+        self.shape = arguments.together(names, x.shape, y.shape, index.shape, domain.shape)
         self._sampler, self._x, self._y, self._index, self._domain = sampler, x, y, index, domain
 
     def _like(self, index: _Words, domain: _Words) -> PathSampler:
@@ -149,7 +142,7 @@ class PathSampler:
         """
         count = arguments.integer("count", count, 1, arguments.UINT32[1])
         points = arguments.integers("k", k, np.uint32, 0, count - 1)
-        _together("the path and k", self.shape, points.shape)
+        arguments.together("the path and k", self.shape, points.shape)
         return self._draw(_core.path_camera_domain(self._domain), _sequence(self._index, count, points), pair=0)
 
     def time_wavelength(self) -> _Floats:
@@ -179,7 +172,7 @@ class RaySampler(_OnceOnly):
 
     def __init__(self, path: PathSampler, number: npt.ArrayLike) -> None:
         numbers = arguments.integers("number", number, np.uint32, *_MOST)
-        self.shape = _together("the path and number", path.shape, numbers.shape)
+        self.shape = arguments.together("the path and number", path.shape, numbers.shape)
         self._start(path, _core.path_ray_domain(path._domain, numbers))
 
     def _start(self, path: PathSampler, domain: _Words) -> None:
@@ -286,9 +279,9 @@ class RaySampler(_OnceOnly):
             Of shape ``(...)``.
         """
         k = self._1d
-        self._1d += 1
         if k & 1 == 0:
             self._kept = self._singles(k)
+        self._1d += 1  # after the draw: one that is interrupted can be repeated
         return self._kept[..., k & 1]
 
     def next_2d(self) -> _Floats:
@@ -301,8 +294,9 @@ class RaySampler(_OnceOnly):
         ndarray of float32
             Of shape ``(..., 2)``.
         """
+        pair = self.draw_2d(self._2d)
         self._2d += 1
-        return self.draw_2d(self._2d - 1)
+        return pair
 
     def next_4d(self) -> _Floats:
         """Draw two pairs whose effects multiply, or a number, the third, and a pair, the first two.
@@ -312,8 +306,9 @@ class RaySampler(_OnceOnly):
         ndarray of float32
             Of shape ``(..., 4)``.
         """
+        four = self.draw_4d(self._4d)
         self._4d += 1
-        return self.draw_4d(self._4d - 1)
+        return four
 
     def next_split(self, count: int) -> Split:
         """Split the path into `count` branches, each a path of its own.
@@ -344,9 +339,10 @@ class RaySampler(_OnceOnly):
         Split
         """
         taken = _kept("first", first, np.uint32, *arguments.UINT32)
-        _together("the ray and first", self.shape, taken.shape)
+        arguments.together("the ray and first", self.shape, taken.shape)
+        split = Split(self, self._split_domain(self._splits), 0, None, taken)
         self._splits += 1
-        return Split(self, self._split_domain(self._splits - 1), 0, None, taken)
+        return split
 
     def next_loop(self) -> LoopSampler:
         """Return a sampler for a loop of unknown length, such as delta tracking.
@@ -355,8 +351,9 @@ class RaySampler(_OnceOnly):
         -------
         LoopSampler
         """
+        loop = self.draw_loop(self._loops)
         self._loops += 1
-        return self.draw_loop(self._loops - 1)
+        return loop
 
     def child(self, key: npt.ArrayLike) -> RaySampler:
         """Return a sub-sampler of the ray for a key, such as the index of a primitive that may be transparent.
@@ -373,7 +370,7 @@ class RaySampler(_OnceOnly):
         """
         keys = arguments.integers("key", key, np.uint32, *arguments.UINT32)
         part = RaySampler.__new__(RaySampler)
-        part.shape = _together("the ray and key", self.shape, keys.shape)
+        part.shape = arguments.together("the ray and key", self.shape, keys.shape)
         part._start(self._path, _core.ray_child_domain(self._domain, keys))
         return part
 
@@ -433,7 +430,7 @@ class Split:
         PathSampler
         """
         branches = arguments.integers("k", k, np.uint32, *arguments.UINT32)
-        _together("the ray and k", self._shape, branches.shape)
+        arguments.together("the ray and k", self._shape, branches.shape)
         domain = np.asarray(_core.branch_domain(self._domain, self._count, branches), np.uint32)
         if self._count > 0:
             branches = branches % np.uint32(self._count)

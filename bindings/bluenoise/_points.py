@@ -100,6 +100,8 @@ def points(
     arguments.one_of("method", method, METHODS)
     arguments.callback("progress", progress)
     given = {name: value for name, value in options.items() if value is not None}
+    if jitter is not None:
+        arguments.flag("jitter", jitter)
     for name, value in given.items():
         if name not in METHODS[method]:
             raise TypeError(f"method {method!r} has no option {name} (given as {value!r})")

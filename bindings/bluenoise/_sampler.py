@@ -168,11 +168,7 @@ class Sampler:
         axes = max(array.ndim for array in given)
         if axes > _MOST_AXES:
             raise ValueError(f"x, y, index and domain have {axes} axes together; {_MOST_AXES} is the most")
-        try:
-            shape = np.broadcast(*given).shape
-        except ValueError:
-            shapes = ", ".join(str(array.shape) for array in given)
-            raise ValueError(f"x, y, index and domain do not broadcast: shapes {shapes}") from None
+        shape = arguments.together("x, y, index and domain", *(array.shape for array in given))
         result = arguments.output(out, (*shape, dims), np.float32)
         if out is not None:
             given = tuple(array.copy() if np.may_share_memory(array, out) else array for array in given)
@@ -353,11 +349,7 @@ def domain(*keys: Any) -> Any:
     found: Any = 0
     for key in keys:
         array = arguments.integers("key", key, np.uint32, *arguments.UINT32)
-        try:
-            np.broadcast(found, array)
-        except ValueError:
-            shapes = f"{np.shape(found)} and {array.shape}"
-            raise ValueError(f"keys do not broadcast: shapes {shapes}") from None
+        arguments.together("keys", np.shape(found), array.shape)
         found = _core.domain_child(found, int(array) if array.ndim == 0 else array)
     return found
 

@@ -314,6 +314,33 @@ static void test_progress(void) {
     }
 }
 
+/* Most of the time of a large relaxation goes to its first and last ranks: that part reports and stops, too. */
+static void test_progress_of_relaxed_ends(void) {
+    enum { SIZE = 512 };
+    static uint32_t mask[SIZE * SIZE];
+    const bn_mask made = bn_mask_u32(mask, SIZE, SIZE);
+    watch all = {0};
+    CHECK(bn_relax(NULL, &made, watch_progress, &all) == BN_SUCCESS);
+    CHECK(all.backwards == 0 && all.calls >= 20 + 4); /* a call for each of the steps */
+    memset(mask, 0x5a, sizeof mask);
+    watch last = {.cancel_at = all.calls};
+    CHECK(bn_relax(NULL, &made, watch_progress, &last) == BN_ERROR_CANCELLED);
+    CHECK(count_touched(mask, SIZE * SIZE) == 0);
+}
+
+/* far_sigma and far_weight are for one channel, far_sigma only with a weight. */
+static void test_unused_far_sigma(void) {
+    static uint32_t mask[2 * 64];
+    bn_anneal_options o = bn_anneal_options_default();
+    bn_mask made = bn_mask_u32(mask, 8, 8);
+    o.sigma = 2, o.sweeps = 1;
+    CHECK(bn_anneal(&o, &made, NULL, NULL) == BN_ERROR_INVALID_ARGUMENT);
+    o.far_weight = 0;
+    CHECK(bn_anneal(&o, &made, NULL, NULL) == BN_SUCCESS);
+    o.far_weight = 1, made.channels = 2;
+    CHECK(bn_anneal(&o, &made, NULL, NULL) == BN_SUCCESS);
+}
+
 int main(void) {
     test_extents();
     test_masks();
@@ -322,6 +349,8 @@ int main(void) {
     test_rank_bits();
     test_strings();
     test_progress();
+    test_progress_of_relaxed_ends();
+    test_unused_far_sigma();
     test_struct_sizes();
     return check_result();
 }

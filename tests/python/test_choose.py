@@ -64,6 +64,8 @@ def test_shapes_broadcast():
         ("choose", (1.5, 0.1), ValueError, ["probability", "1.5"]),
         ("choose", (-0.5, 0.1), ValueError, ["probability", "-0.5"]),
         ("choose", (np.nan, 0.1), ValueError, ["probability", "nan"]),
+        ("choose", ([0.1, 0.2], [0.1, 0.2, 0.3]), ValueError, ["probability and u", "(2,)", "(3,)"]),
+        ("choose_u32", ([1, 2], [0.1, 0.2, 0.3]), ValueError, ["count and u", "(2,)", "(3,)"]),
         ("choose_u32", (0, 0.1), ValueError, ["count", "0"]),
         ("choose_u32", (STEPS + 1, 0.1), ValueError, ["count", str(STEPS + 1)]),
         ("choose_u32", (2.0, 0.1), TypeError, ["count", "2.0"]),

@@ -67,8 +67,10 @@ def test_mask_by_a_network(tmp_path, capsys):
     assert (tmp_path / "mask.png").read_bytes()[24:26] == b"\x10\x04" and lines(capsys) == ([], [])  # 16 bits, two channels
     (tmp_path / "mask.png").unlink()
     assert main([*arguments, "--runtime", str(tmp_path / "nowhere.so"), "-o", str(out)]) == 1
+    assert "nowhere.so does not exist" in lines(capsys)[1][0]
+    assert main([*arguments, "--runtime", "nowhere.so", "-o", str(out)]) == 1
     assert "pip install" in lines(capsys)[1][0]
-    assert main([*arguments, "--provider", "cuda", "--runtime", str(tmp_path / "nowhere.so"), "-o", str(out)]) == 1
+    assert main([*arguments, "--provider", "cuda", "--runtime", "nowhere.so", "-o", str(out)]) == 1
     assert "onnxruntime-gpu" in lines(capsys)[1][0]
     assert sorted(p.name for p in tmp_path.iterdir()) == ["mask.npy", "model.onnx"]
 
@@ -290,6 +292,10 @@ def test_spectrum_as_a_plot(tmp_path):
         (["mask", "--size", "8", "-o", "pipe.npy"], ["pipe.npy", "regular"]),
         (["dither", "colour.png", "out.png", "--mask", "grey.png"], ["grey.png", "8-bit", "--rank"]),
         (["dither", "colour.png", "out.png", "--rank"], ["--rank", "--mask"]),
+        (["dither", "colour.png", "out.png", "--channel", "1"], ["--channel", "--mask"]),
+        (["dither", "colour.png", "out.png", "--mask", "volume.npy"], ["volume.npy", "(2, 4, 4)", "--channel"]),
+        (["points", "--count", "9", "--method", "mask", "--channel", "1", "-o", "p.csv"], ["--channel", "--mask"]),
+        (["mask", "--size", "4x4x4", "--channels", "2", "-o", "m.npy"], ["2 channels", "(4, 4, 4)"]),
         (["points", "--count", "9", "--method", "mask", "--candidates", "2", "-o", "p.csv"], ["--candidates needs --method best"]),
         (["points", "--count", "-9", "-o", "p.csv"], ["n", "-9"]),
         (["points", "--count", "9", "-o", "p.png"], ["p.png", ".csv"]),

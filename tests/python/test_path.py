@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hashes import hash_of, table
 
-from bluenoise import PathSampler, Sampler, _path
+from bluenoise import LoopSampler, PathSampler, Sampler, _path
 
 
 def test_paths_have_the_bits_of_c():
@@ -145,3 +145,26 @@ def test_what_hands_out_numbers_cannot_be_copied(copied):
             copied(each)
     again = pickle.loads(pickle.dumps(path)) if copied is pickle.dumps else copied(path)
     np.testing.assert_array_equal(again.ray(2).draw(), path.ray(2).draw())
+
+
+@pytest.mark.parametrize("call", ["next_1d", "next_2d", "next_4d", "next_loop", lambda ray: ray.next_split(2),
+                                  lambda ray: ray.next_split_from(0)])
+def test_an_interrupted_draw_is_not_counted(monkeypatch, call):
+    def draw(ray):
+        found = call(ray) if callable(call) else getattr(ray, call)()
+        while not isinstance(found, np.ndarray):
+            found = found.next_1d() if isinstance(found, LoopSampler) else found[0].ray(0).draw()
+        return found
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    path = PathSampler(Sampler(seed=4), [1, 2], 3, 0)
+    ray, other = path.ray(1), path.ray(1)
+    expected = [draw(other) for _ in range(4)]
+    found = [draw(ray), draw(ray)]
+    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
+        for name in ("_singles", "draw_2d", "draw_4d", "_split_domain", "draw_loop"):
+            patched.setattr(_path.RaySampler, name, interrupt)
+        draw(ray)
+    np.testing.assert_array_equal([*found, draw(ray), draw(ray)], expected)

@@ -95,6 +95,7 @@ def test_progress(method):
     (ValueError, "method .*'grid'", (4,), {"method": "grid"}),
     (TypeError, "method .*3", (4,), {"method": 3}),
     (TypeError, "jitter .*True", (4,), {"method": "best-candidate", "jitter": True}),
+    (TypeError, "jitter .*no", (4,), {"method": "mask", "jitter": "no"}),
     (ValueError, "candidates .* 0", (4,), {"candidates": 0}),
     (ValueError, "n = 5 .* 4", (5,), {"method": "mask", "mask": [[0, 1], [2, 3]]}),
     (ValueError, "mask .*every rank", (2,), {"method": "mask", "mask": [[0, 1], [2, 2]]}),

@@ -227,7 +227,7 @@ def test_repr_says_what_it_is():
         (lambda: bluenoise.domain(0, 2**32), ValueError, ["key", str(2**32)]),
         (lambda: bluenoise.domain("light"), TypeError, ["key", "'light'"]),
         (lambda: bluenoise.domain([0, -1]), ValueError, ["key", "-1"]),
-        (lambda: bluenoise.domain([1, 2], [1, 2, 3]), ValueError, ["keys do not broadcast: shapes (2,) and (3,)"]),
+        (lambda: bluenoise.domain([1, 2], [1, 2, 3]), ValueError, ["keys do not broadcast: shapes (2,), (3,)"]),
         (lambda: Sampler().sample(1, 2, 3, pair=4), ValueError, ["pair", "4"]),
         (lambda: Sampler().sample(1, 2, 3, pair=-1), ValueError, ["pair", "-1"]),
         (lambda: Sampler().sample(1, 2, 3, pair=True), TypeError, ["pair", "True"]),

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * libbn supplies the random numbers of a path tracer so that the errors of neighbouring pixels cancel. This
- * header has its samplers, dither masks and measures of both.
+ * header has its samplers, and dither masks with their measures.
  *
  * A renderer draws by purpose, with bn_path.h or, in C++14, bn.hpp:
  *
@@ -35,8 +35,8 @@
  *
  * Reproducibility. The same seed gives the same bits on every machine, with every compiler and any number of
  * threads, whatever rounding mode, flush-to-zero or traps the program has set. Exceptions: neural.h;
- * bn_mask_error(), bn_power_spectrum() and bn_rank_to_float() from 2^27 ranks on round as the program has
- * set. The bits of a sampler type stay from version 0.1 on: improvements become new sampler types. Masks may
+ * bn_mask_error() and bn_power_spectrum(), which use the C library's functions; and bn_rank_to_float() from
+ * 2^27 ranks on, which rounds as the program has set. The bits of a sampler type stay from version 0.1 on: improvements become new sampler types. Masks may
  * differ between versions; CHANGELOG.md says when. */
 #ifndef BN_BN_H
 #define BN_BN_H
@@ -104,7 +104,7 @@ enum {
 BN_API const char *bn_result_string(bn_result result);
 BN_API const char *bn_version_string(void);
 
-/* Progress of a long computation, or NULL, with a pointer to pass on: always the last two arguments. Called
+/* Progress of a long computation, or NULL, with a user pointer: always the last two arguments. Called
  * at short intervals, on the thread that called the function, with the fraction done so far, from 0 to 1.
  * Return a non-zero value to cancel; the result is then CANCELLED. */
 typedef int32_t (*bn_progress)(void *user, double fraction);
@@ -122,7 +122,8 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  *     uint32_t roulette = bn_domain_child(ray, 0);
  *
  * A domain has four dimensions. Use the pairs (0, 1) and (2, 3) for two-dimensional decisions. Never use a
- * dimension for two purposes.
+ * dimension for two purposes. A path (bn_path.h) of stream 0 draws from children of BN_DOMAIN_ROOT: use paths
+ * or your own domains, or start paths with another stream.
  *
  * Families. The children of a domain with keys 4 k to 4 k + 3 are a family. With BLUE, the four dimensions of
  * a domain are stratified together, and so, nearly, are any two members of a family. Use them for decisions
@@ -146,7 +147,7 @@ BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 
 /* A mask borrows its ranks: texel (x, y, z) of channel c is ranks[((c * depth + z) * height + y) * width +
  * x]. Each channel holds every rank from 0 to width * height * depth - 1 once, and tiles the plane without
- * seams. Functions that make a mask fill in its ranks, which must be writable; others only read them. */
+ * seams. Functions that make a mask fill in its ranks, which must be writable then; others only read them. */
 typedef struct bn_mask {
     const void *ranks;
     uint32_t rank_bits; /* 16 (up to 65,536 texels) or 32 */
@@ -175,7 +176,7 @@ enum {
     /* The sampler to use. Progressive: it needs no sample count. The error is blue over the image in both
      * pairs of every domain, without visible patterns. Over any aligned square of 2^s x 2^s pixels, every
      * aligned run of 2^m samples is a (0, m + 2 s, 2)-net in dimensions (0, 1) and in (2, 3). In each pixel,
-     * every run of 4^m samples is a (0, m, 4)-net in base 4 in all four dimensions. Every sample index on its
+     * every aligned run of 4^m samples is a (0, m, 4)-net in base 4 in all four dimensions. Every sample index on its
      * own is blue, so the blurred error falls with nearly every sample. Errors do not repeat over the image:
      * each tile of 64 x 64 pixels has its own sample order and scrambling (docs/blue.md). */
     BN_SAMPLER_BLUE = 0,
@@ -266,14 +267,14 @@ typedef struct bn_wavefront {
     size_t struct_size; /* sizeof(bn_wavefront) */
     size_t count;       /* of lanes: the elements of every array below */
     const int32_t *x, *y;
-    /* Of each lane; NULL (default): all lanes have shared_index and shared_domain. */
+    /* Per lane, or NULL (default): all lanes share shared_index and shared_domain. */
     const uint32_t *index, *domain;
     uint32_t shared_index, shared_domain; /* defaults 0 and BN_DOMAIN_ROOT */
     /* NULL (default), or the ray of each lane, below 2^28: the lane draws from bn_path_ray(path, depth[i]) of
      * a path whose domain is the lane's; BN_DOMAIN_ROOT is the path of stream 0. */
     const uint32_t *depth;
-    float *out
-        [4]; /* dimension d of lane i goes to out[d][i * stride]; NULL (default): it is not wanted */
+    /* Dimension d of lane i goes to out[d][i * stride]; NULL (default): it is not wanted. */
+    float *out[4];
     size_t stride; /* default 1; to write u[count][4], set out[d] to u + d and stride to 4 */
 } bn_wavefront;
 
@@ -350,8 +351,8 @@ typedef struct bn_anneal_options {
     /* The viewing blur whose error is minimised, in texels, from 0.25 to 4. Default 1. Texels interact by
      * exp(-distance^2 / (4 sigma^2)). */
     double sigma;
-    /* One channel only: a second, wider blur, from sigma to 4 (default 1.5), and the weight of its squared
-     * error relative to the first's; 0 for none (default 1). */
+    /* One channel only: a second, wider blur, from sigma to 4 (default 1.5: raise it with sigma), and the
+     * weight of its squared error relative to the first's; 0 for none (default 1). */
     double far_sigma, far_weight;
     /* Several channels only: how close values must be to repel each other, from 0.01 to 100. Default 1. */
     double value_sigma;
@@ -362,9 +363,9 @@ typedef struct bn_anneal_options {
     /* One channel only. 1 (default): order the first and the last ranks by void-and-cluster, because their
      * texels are too far apart for the blurs to reach. 0: leave them. */
     int32_t order_ends;
-    int32_t
-        start_from_ranks; /* 1: start from the ranks of the mask; 0 (default): from void-and-cluster */
-    uint64_t seed;        /* default 0 */
+    /* 1: start from the ranks of the mask; 0 (default): from void-and-cluster. */
+    int32_t start_from_ranks;
+    uint64_t seed; /* default 0 */
 } bn_anneal_options;
 
 BN_INLINE bn_anneal_options bn_anneal_options_default(void) {
@@ -420,8 +421,8 @@ typedef struct bn_dither_options {
     /* 0 (default): keep the local mean of the values. 1: values and output are sRGB-encoded; keep the local
      * mean of the light they encode. */
     int32_t srgb;
-    int32_t
-        channel_offset; /* 1 (default): shift the mask for each channel, so that errors do not correlate */
+    /* 1 (default): shift the mask for each channel, so that errors do not correlate. */
+    int32_t channel_offset;
     const bn_mask *mask; /* 2-D, of one channel; NULL (default): the built-in 64 x 64 mask */
 } bn_dither_options;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // libbn for C++14 and later: samplers, paths, domains and draws as values. Everything is inline over bn.h and
-// bn_path.h, which remain the manuals; the draws are equal to the bit.
+// bn_path.h: see there for the documentation. The draws have the same bits.
 //
 //     const bn::Sampler sampler(seed);
 //     const bn::PathSampler path(sampler, x, y, index);
@@ -8,16 +8,20 @@
 //     const std::array<float, 4> u = ray.draw();   // u[0], u[1]: the direction; u[2], u[3]: a light at its end
 //     const float lobe = ray.next_1d();
 //
-//     bn::SequentialSampler numbers(sampler);      // for renderers that ask for the next number or pair
+// Or, for renderers that ask for the next number or pair:
+//
+//     bn::SequentialSampler numbers(sampler);
 //     numbers.start(x, y, index);
 //     const std::array<float, 2> film = numbers.next_2d();
+//
+// Or from domains of your own:
 //
 //     const bn::Domain light = bn::Domain().child(KEY_LIGHT);
 //     const std::array<float, 2> point = sampler.sample_2d(x, y, index, light);
 //
 // A Sampler never changes: all threads may share it. Only functions that are not noexcept throw: bn::Error with the
-// result of the library, or std::bad_alloc for memory of their own. The rest of the library is used as in C;
-// sampler.get() is the bn_sampler.
+// result of the library, or std::bad_alloc for memory of their own. Call the rest of the library as in C, with
+// sampler.get().
 //
 // Which header: C++14 and later bn/bn.hpp; C++11 and C bn/bn_path.h. A C++11 project can also compile one file as C++14:
 //
@@ -97,7 +101,7 @@ inline void check(const char *function, bn_result result) {
     if (result != BN_SUCCESS) throw Error(function, result);
 }
 
-// The name of one decision of a path. A Domain without arguments is the root.
+// Identifies one decision of a path. A Domain without arguments is the root.
 class Domain {
   public:
     constexpr Domain() noexcept = default;
@@ -198,7 +202,7 @@ class Sampler {
             count *= extent;
         }
         std::vector<float> out(count);
-        float none = 0; // an empty vector may have no address, which would be another error
+        float none = 0; // data() of an empty vector may be NULL, which would be another error
         check("bn_sample_block",
               bn_sample_block(&sampler_, x0, y0, width, height, first_index, index_count,
                               domain.value(), out.empty() ? &none : out.data(), out.size()));
@@ -249,8 +253,7 @@ class Split {
     bn_split split_;
 };
 
-// One ray of a path. It counts the numbers drawn, so it can be moved but not copied: pass it by
-// reference. A second RaySampler of the same path and number starts again, with the same numbers.
+// One ray of a path. It is stateful, so it can be moved but not copied: pass it by reference. A second RaySampler of the same path and number starts again, with the same numbers.
 class RaySampler {
   public:
     // Empty: assign a ray of a path before you draw.
@@ -380,7 +383,7 @@ inline PathSampler Split::operator[](uint32_t k) const noexcept {
 // of the calls in f(next_1d(), next_2d()).
 class SequentialSampler {
   public:
-    // Draws nothing before start(). It holds a copy of the Sampler.
+    // Call start() before you draw. It holds a copy of the Sampler.
     SequentialSampler() noexcept : SequentialSampler(Sampler()) {}
     explicit SequentialSampler(const Sampler &sampler) noexcept : sampler_(*sampler.get()) {}
     // From the first ray of a path on, a branch's too; or the numbers of one ray that is not used

@@ -10,7 +10,8 @@
  *         bn_ray_next_2d(sampler, &ray, probe);
  *     }
  *
- * docs/paths.md goes through the decisions of a renderer one by one. All functions are pure and cannot fail.
+ * docs/paths.md explains the decisions of a renderer one by one. Functions allocate nothing, take no locks and
+ * cannot fail. Only those with next_ in their name change their argument.
  *
  * RAYS
  *
@@ -28,13 +29,13 @@
  * the next. For a choice and then a pair, such as a light and the point on it, use u[2] and (u[0], u[1]) of
  * bn_ray_next_4d().
  *
- * Make one bn_ray for each ray and hand it on by pointer, because it counts: a second one of the same path
- * and number returns the same numbers again. To count yourself, call bn_ray_draw_1d(sampler, &ray, k) and its
+ * Make one bn_ray for each ray and pass it by pointer: it is stateful, and a second one of the same path and
+ * number returns the same numbers again. To count yourself, call bn_ray_draw_1d(sampler, &ray, k) and its
  * relatives: they return what call k + 1 of bn_ray_next_1d() returns.
  *
  * SPLITS, LOOPS, KEYS
  *
- * Where a path goes on in several ways, each way is a branch:
+ * A split path has branches:
  *
  *     bn_split split = bn_ray_next_split(&ray, count);
  *     for (uint32_t k = 0; k < count; ++k) {

@@ -116,7 +116,7 @@ BN_INLINE bn_neural_options bn_neural_options_default(void) {
  * to 16 channels. The graph pads nothing. Its metadata hold:
  *
  *   bn.version           1
- *   bn.receptive_radius  r, at most 256: how far a texel sees
+ *   bn.receptive_radius  r, at most 256: the radius of the receptive field
  *   bn.align             h, w and the position of the first texel are multiples of this number, at
  *                        most 64; 1 for a network without strides. Callers may use any extents
  *   bn.quantiles         optional, for outputs that are not uniform in [0, 1): 65 integers with
@@ -140,7 +140,7 @@ BN_API uint32_t bn_neural_channels(const bn_neural *neural);
  * tiles: needs up to 24 bytes per texel and channel besides the ranks, and a few megabytes per thread, with a
  * GPU some tens. Progress is reported at the start, and before each tile that the calling thread works on,
  * which takes a fraction of a second. Ranking, after the last tile, cannot be cancelled. Errors:
- * INVALID_ARGUMENT (a NULL, a zero extent, other channels, a depth), OUT_OF_MEMORY, BAD_DATA (the network
+ * INVALID_ARGUMENT (a NULL, a zero extent, other channels, a depth, rank_bits), OUT_OF_MEMORY, BAD_DATA (the network
  * gave numbers that are not finite), RUNTIME, CANCELLED. */
 BN_API bn_result bn_neural_mask(const bn_neural *neural, const bn_mask *mask, uint64_t seed,
                                 bn_progress progress, void *user);

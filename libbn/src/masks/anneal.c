@@ -15,8 +15,9 @@ static const double BN_ANNEAL_CUTOFF = 4.8;
 /* In sigmas: texels of one value that are this far apart do not interact. */
 static const double BN_ANNEAL_SPARSE = 10.0 / 3;
 
-static int good_anneal_options(const bn_anneal_options *o) {
-    return bn_in_range(o->sigma, 0.25, 4) && bn_in_range(o->far_sigma, o->sigma, 4) &&
+static int good_anneal_options(const bn_anneal_options *o, uint32_t channels) {
+    const int far = channels == 1 && o->far_weight != 0;
+    return bn_in_range(o->sigma, 0.25, 4) && (!far || bn_in_range(o->far_sigma, o->sigma, 4)) &&
            bn_in_range(o->far_weight, 0, DBL_MAX) && bn_in_range(o->value_sigma, 0.01, 100) &&
            bn_in_range(o->start_temperature, DBL_TRUE_MIN, 1) &&
            bn_in_range(o->end_temperature, DBL_TRUE_MIN, o->start_temperature);
@@ -57,7 +58,7 @@ static BN_NOINLINE bn_result anneal(const bn_anneal_options *given, const bn_mas
     bn_result result = bn_options_read(&o, sizeof o, given);
     if (result == BN_SUCCESS) result = bn_check_new_mask(mask, &count);
     if (result != BN_SUCCESS) return result;
-    if (mask->depth != 1 || mask->channels > 4 || !good_anneal_options(&o))
+    if (mask->depth != 1 || mask->channels > 4 || !good_anneal_options(&o, mask->channels))
         return BN_ERROR_INVALID_ARGUMENT;
 
     const uint32_t width = mask->width, height = mask->height, channels = mask->channels;
@@ -92,10 +93,9 @@ static BN_NOINLINE bn_result anneal(const bn_anneal_options *given, const bn_mas
         result = channels == 1 ? bn_anneal_scalar(&job) : bn_anneal_vector(&job);
     }
     const uint32_t extent[3] = {width, height, 1};
-    if (result == BN_SUCCESS && channels == 1 && o.order_ends &&
-        !bn_eliminate_ends(extent, BN_ANNEAL_SPARSE * sigma, o.seed, 1, job.ranks, texels)) {
-        result = BN_ERROR_OUT_OF_MEMORY;
-    }
+    if (result == BN_SUCCESS && channels == 1 && o.order_ends)
+        result = bn_eliminate_ends(extent, BN_ANNEAL_SPARSE * sigma, o.seed, 1, job.ranks, texels,
+                                   1, NULL, NULL);
     if (result == BN_SUCCESS) bn_mask_write(mask, job.ranks, count);
 done:
     bn_free(logs);

@@ -20,7 +20,7 @@ static const double BN_ELIMINATE_REACH = 3;    /* in sigmas */
 /* The share of the points that remain when the Gaussian widens. */
 static const double BN_ELIMINATE_STAGE = 0.5;
 
-enum { BN_ELIMINATE_TABLE = 1024, BN_ELIMINATE_BUCKETS = 1024 };
+enum { BN_ELIMINATE_TABLE = 1024, BN_ELIMINATE_BUCKETS = 1024, BN_ELIMINATE_INTERVAL = 1 << 12 };
 static const uint32_t BN_ELIMINATE_NONE = UINT32_MAX;
 
 typedef struct elimination {
@@ -35,7 +35,23 @@ typedef struct elimination {
     uint64_t bucket_scale;
     uint32_t bucket[BN_ELIMINATE_BUCKETS];
     uint32_t table[BN_ELIMINATE_TABLE + 1]; /* the last entry is 0 */
+    const bn_eliminate_watch *watch;
+    size_t all, calls;
+    int cancelled;
 } elimination;
+
+/* Reports progress now and then, with `remaining` points to order; returns whether to stop. */
+static int cancelled(elimination *t, size_t remaining) {
+    const bn_eliminate_watch *w = t->watch;
+    if (t->cancelled || t->calls++ % BN_ELIMINATE_INTERVAL != 0) return t->cancelled;
+    if (w->progress != NULL) {
+        const double done = 1 - (double)remaining / (double)t->all;
+        t->cancelled = w->progress(w->user, w->from + (w->to - w->from) * done) != 0;
+        if (t->cancelled && w->team != NULL) bn_team_stop(w->team);
+    }
+    if (w->team != NULL && bn_team_next(w->team) == UINT32_MAX) t->cancelled = 1;
+    return t->cancelled;
+}
 
 double bn_spacing(const uint32_t extent[3], size_t points) {
     int used[3] = {1, 1, 1};
@@ -146,7 +162,8 @@ static void collect(elimination *t) {
     uint32_t at[3], cell = 0;
     for (at[2] = 0; at[2] < t->cells[2]; ++at[2]) {
         for (at[1] = 0; at[1] < t->cells[1]; ++at[1]) {
-            for (at[0] = 0; at[0] < t->cells[0]; ++at[0]) collect_cell(t, cell++, at);
+            for (at[0] = 0; at[0] < t->cells[0] && !cancelled(t, t->count); ++at[0])
+                collect_cell(t, cell++, at);
         }
     }
 }
@@ -213,7 +230,7 @@ static void begin_stage(elimination *t, uint64_t seed) {
 /* Removes points until `left` remain. Writes them from `removed` downwards. */
 static void remove_points(elimination *t, size_t left, uint32_t *removed) {
     int top = BN_ELIMINATE_BUCKETS - 1;
-    for (size_t remaining = t->count; remaining > left;) {
+    for (size_t remaining = t->count; remaining > left && !cancelled(t, remaining);) {
         const uint32_t slot = t->bucket[top];
         if (slot == BN_ELIMINATE_NONE) {
             --top;
@@ -235,10 +252,11 @@ static void remove_points(elimination *t, size_t left, uint32_t *removed) {
     }
 }
 
-int bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t count) {
-    if (count < 2) return 1;
+bn_result bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t count,
+                       const bn_eliminate_watch *watch) {
+    if (count < 2) return BN_SUCCESS;
     elimination *t = bn_allocate_zero(1, sizeof *t);
-    if (t == NULL) return 0;
+    if (t == NULL) return BN_ERROR_OUT_OF_MEMORY;
     uint32_t **const arrays[] = {&t->point,   &t->x,    &t->y,      &t->z,
                                  &t->cell_of, &t->next, &t->energy, &t->scratch};
     enum { array_count = sizeof arrays / sizeof *arrays };
@@ -254,7 +272,8 @@ int bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points, size
         goto done;
     }
     t->extent = extent;
-    t->count = count;
+    t->count = t->all = count;
+    t->watch = watch;
     for (int i = 0; i < BN_ELIMINATE_TABLE; ++i) {
         double x = BN_ELIMINATE_REACH * BN_ELIMINATE_REACH / 2 * (i + 0.5) / BN_ELIMINATE_TABLE;
         t->table[i] = (uint32_t)(0x1p24 * bn_portable_exp(-x));
@@ -266,7 +285,7 @@ int bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points, size
         t->y[i] = line % extent[1];
         t->z[i] = line / extent[1];
     }
-    while (t->count > 1) {
+    while (t->count > 1 && !t->cancelled) {
         size_t left = (size_t)(BN_ELIMINATE_STAGE * (double)t->count), kept = 0;
         if (left < 1) left = 1;
         begin_stage(t, seed);
@@ -281,10 +300,13 @@ int bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points, size
         }
         t->count = left;
     }
-    points[0] = t->point[0];
+    if (!t->cancelled) points[0] = t->point[0];
 done:
     for (int i = 0; i < array_count; ++i) bn_free(*arrays[i]);
     bn_free(t->cell_start);
+    const bn_result result = !good          ? BN_ERROR_OUT_OF_MEMORY
+                             : t->cancelled ? BN_ERROR_CANCELLED
+                                            : BN_SUCCESS;
     bn_free(t);
-    return good;
+    return result;
 }

@@ -3,8 +3,8 @@
 #ifndef BN_ELIMINATE_H
 #define BN_ELIMINATE_H
 
-#include <stddef.h>
-#include <stdint.h>
+#include "base/threads.h"
+#include <bn/bn.h>
 
 /* The spacing of `points` points spread evenly over a torus. Axes narrower than the spacing do not
  * count. */
@@ -18,14 +18,26 @@ double bn_eliminate_spacing(double sigma);
  * and at most half of the texels, rounded up. */
 size_t bn_eliminate_count(const uint32_t extent[3], size_t count, double spacing);
 
+/* Whom to tell of progress, which goes `from` one fraction `to` another; `progress` may be NULL. A team stops
+ * together. */
+typedef struct bn_eliminate_watch {
+    bn_progress progress;
+    void *user;
+    double from, to;
+    bn_team *team;
+} bn_eliminate_watch;
+
 /* Orders `count` texels, given as indices into a row-major array, by removing the tightest cluster
- * again and again: on return every prefix of `points` is spread evenly. Returns 0 if out of
- * memory. */
-int bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t count);
+ * again and again: on return every prefix of `points` is spread evenly. Errors: OUT_OF_MEMORY,
+ * CANCELLED. */
+bn_result bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t count,
+                       const bn_eliminate_watch *watch);
 
 /* Reorders the first and the last ranks of a mask, as many as have at least that spacing, on up to
- * two threads. Returns 0 if out of memory, with the ranks unchanged. */
-int bn_eliminate_ends(const uint32_t extent[3], double spacing, uint64_t seed, uint32_t threads,
-                      uint32_t *ranks, size_t count);
+ * two threads. Progress goes from `from` to 1. Errors, which leave the ranks unchanged: OUT_OF_MEMORY,
+ * CANCELLED. */
+bn_result bn_eliminate_ends(const uint32_t extent[3], double spacing, uint64_t seed,
+                            uint32_t threads, uint32_t *ranks, size_t count, double from,
+                            bn_progress progress, void *user);
 
 #endif

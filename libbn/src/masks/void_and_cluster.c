@@ -93,7 +93,7 @@ static void put_back(maker *m, size_t ones) {
 }
 
 /* Lists in m->minority the texels that are set (or not set), and orders them by bn_eliminate(). */
-static int eliminate(maker *m, int set, size_t expected) {
+static bn_result eliminate(maker *m, int set, size_t expected) {
     const bn_field *f = &m->field;
     size_t listed = 0;
     for (uint32_t tile = 0; tile < f->tile_count; ++tile) {
@@ -105,7 +105,10 @@ static int eliminate(maker *m, int set, size_t expected) {
             if (listed < expected) m->minority[listed++] = (uint32_t)bn_field_index(f, texel);
         }
     }
-    return bn_eliminate(f->extent, m->options->seed, m->minority, listed);
+    double at = (double)m->done / (double)m->expected;
+    if (at > 1) at = 1;
+    const bn_eliminate_watch watch = {m->progress, m->progress_user, at, at, NULL};
+    return bn_eliminate(f->extent, m->options->seed, m->minority, listed, &watch);
 }
 
 static bn_result make(maker *m, const uint32_t extent[3]) {
@@ -121,12 +124,14 @@ static bn_result make(maker *m, const uint32_t extent[3]) {
     empty(m, sparse);
     if (m->cancelled) return BN_ERROR_CANCELLED;
     /* bn_eliminate() uses the front of the list; the texels behind it are still to be put back. */
-    if (!eliminate(m, 1, sparse)) return BN_ERROR_OUT_OF_MEMORY;
+    bn_result result = eliminate(m, 1, sparse);
+    if (result != BN_SUCCESS) return result;
     for (size_t i = 0; i < sparse; ++i) m->ranks[m->minority[i]] = (uint32_t)i;
     put_back(m, initial);
     fill(m, m->count - last, m->ranks);
     if (m->cancelled || cancelled(m)) return BN_ERROR_CANCELLED;
-    if (!eliminate(m, 0, last)) return BN_ERROR_OUT_OF_MEMORY;
+    result = eliminate(m, 0, last);
+    if (result != BN_SUCCESS) return result;
     for (size_t i = 0; i < last; ++i) m->ranks[m->minority[i]] = (uint32_t)(m->count - 1 - i);
     return BN_SUCCESS;
 }

@@ -387,11 +387,11 @@ static bn_result fill_image(image *m) {
     return BN_SUCCESS;
 }
 
-static BN_NOINLINE int eliminate_ends(const bn_neural *n, uint32_t width, uint32_t height,
-                                      uint64_t seed, uint32_t *ranks) {
+static BN_NOINLINE bn_result eliminate_ends(const bn_neural *n, uint32_t width, uint32_t height,
+                                            uint64_t seed, uint32_t *ranks) {
     const uint32_t extent[3] = {width, height, 1};
     return bn_eliminate_ends(extent, n->model.sparse_spacing / 100.0, seed, n->threads, ranks,
-                             (size_t)width * height);
+                             (size_t)width * height, 1, NULL, NULL);
 }
 
 /* Orders the first and the last ranks of a mask, whose points lie too far apart for the network to
@@ -401,9 +401,9 @@ static bn_result order_ends(const bn_neural *n, uint32_t width, uint32_t height,
     if (n->model.sparse_spacing == 0) return BN_SUCCESS;
     bn_float_environment host;
     bn_float_environment_set(&host);
-    const int good = eliminate_ends(n, width, height, seed, ranks);
+    const bn_result result = eliminate_ends(n, width, height, seed, ranks);
     bn_float_environment_restore(&host);
-    return good ? BN_SUCCESS : BN_ERROR_OUT_OF_MEMORY;
+    return result;
 }
 
 bn_result bn_neural_mask(const bn_neural *n, const bn_mask *mask, uint64_t seed,
