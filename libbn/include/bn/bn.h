@@ -121,9 +121,9 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  *     uint32_t ray      = bn_domain_child(BN_DOMAIN_ROOT, bounce); // 1, 2, ...: direction, next light
  *     uint32_t roulette = bn_domain_child(ray, 0);
  *
- * A domain has four dimensions. Use the pairs (0, 1) and (2, 3) for two-dimensional decisions. Never use a
- * dimension for two purposes. A path (bn_path.h) of stream 0 draws from children of BN_DOMAIN_ROOT: use paths
- * or your own domains, or start paths with another stream.
+ * A domain has four dimensions. Use the pairs (0, 1) and (2, 3) for two-dimensional decisions, and no
+ * dimension twice. A path (bn_path.h) of stream 0 draws from children of BN_DOMAIN_ROOT: use paths or your
+ * own domains, or start paths with another stream.
  *
  * Families. The children of a domain with keys 4 k to 4 k + 3 are a family. With BLUE, the four dimensions of
  * a domain are stratified together, and so, nearly, are any two members of a family. Use them for decisions
