@@ -122,8 +122,8 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  *     uint32_t roulette = bn_domain_child(ray, 0);
  *
  * A domain has four dimensions. Use the pairs (0, 1) and (2, 3) for two-dimensional decisions, and no
- * dimension twice. A path (bn_path.h) of stream 0 draws from children of BN_DOMAIN_ROOT: use paths or your
- * own domains, or start paths with another stream.
+ * dimension twice. Paths of stream 0 draw from children of the root: beside domains of your own, use other
+ * streams.
  *
  * Families. The children of a domain with keys 4 k to 4 k + 3 are a family. With BLUE, the four dimensions of
  * a domain are stratified together, and so, nearly, are any two members of a family. Use them for decisions
