@@ -122,13 +122,12 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  *     uint32_t roulette = bn_domain_child(ray, 0);
  *
  * A domain has four dimensions. Use the pairs (0, 1) and (2, 3) for two-dimensional decisions, and no
- * dimension twice. Paths of stream 0 draw from children of the root: beside domains of your own, use other
- * streams.
+ * dimension twice. Paths of stream 0 use children of the root: beside domains of yours, take other streams.
  *
  * Families. The children of a domain with keys 4 k to 4 k + 3 are a family. With BLUE, the four dimensions of
  * a domain are stratified together, and so, nearly, are any two members of a family. Use them for decisions
  * whose effects multiply, such as the position in the pixel and the point on a light. For a choice and then a
- * pair, such as a light and the point on it, use dimension 2 and the pair (0, 1).
+ * pair, as for a light and the point on it, use dimension 2 and (0, 1).
  *
  * Position in the pixel. Draw it from dimensions (0, 1), as (x, y), of a domain whose key is a multiple of
  * four. These are also well distributed along the rows and columns of the image, which helps at edges
