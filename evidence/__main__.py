@@ -16,7 +16,7 @@ PARTS = {
     "samplers": ("samplers",),
     "realtime": ("realtime",),
     "masks": ("masks",),
-    "renders": ("renders", "headline", "summary", "denoise", "picture"),
+    "renders": ("renders", "headline", "times", "summary", "denoise", "picture"),
     "external_renderers": ("mitsuba", "pbrt", "cycles", "web"),
 }
 

@@ -6,7 +6,6 @@ import functools
 import math
 import os
 import statistics
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -23,7 +22,7 @@ from ..measure import compare
 from ..measure.compare import MARKED, Comparison
 from ..measure.image_error import LUMINANCE, SIGMAS, blurred, displayed, displayed_rmse, rmse
 from ..renders.judge import Reference, Run
-from ..renders.renderer import REFERENCE_SEED, RenderError
+from ..renders.renderer import REFERENCE_SEED, processor_seconds  # noqa: F401, of all comparisons
 
 COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
 KINDS = {"displayed": "as displayed", "exposed": "exposed and displayed", "rmse": "raw"}
@@ -50,21 +49,6 @@ def shown_and_raw(pictures, reference, sigma=2.1):
 def name_of(measure):
     kind, _, sigma = measure.partition("_")
     return KINDS[kind] + (f", after sigma {sigma}" if float(sigma) else ", unblurred")
-
-
-def processor_seconds(command, what, environment=None):
-    """Runs a program and returns its CPU seconds; RenderError has the last line that it wrote."""
-    with tempfile.TemporaryFile() as log:
-        try:
-            process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment)
-        except OSError as error:
-            raise RenderError(f"cannot run {command[0]} ({error.strerror})") from None
-        _, process.returncode, used = os.wait4(process.pid, 0)
-        if status := process.returncode:
-            log.seek(0)
-            said = log.read().decode(errors="replace").strip().splitlines()
-            raise RenderError(f"{what}: {said[-1] if said else f'status {status}'}")
-    return used.ru_utime + used.ru_stime
 
 
 @dataclasses.dataclass(frozen=True)

@@ -63,18 +63,17 @@ class Comparison:
             scenes.setdefault(view.scene, []).append(view)
         return {scene: tuple(views) for scene, views in scenes.items()}
 
-    def samples_for(self, label, spp, measure, counts, cost=None):
+    def samples_for(self, label, spp, measure, counts):
         """How many samples of a sampler have the error of the base at `spp`, over spp: an Estimate over the views in which it is
-        reached. cost: {(scene, sampler): time of a sample}, for times in place of samples."""
+        reached."""
         found = {}
         for view in self.views:
             own = [self.cells.get(view, label, n, measure) for n in counts]
             wanted = self.cells.get(view, self.base, spp, measure)
             if wanted and all(own) and min(map(min, own)) > 0 and self.is_judged(view, (self.base,), spp, measure):
                 at = samples_to_error(counts, [math.exp(np.mean(np.log(values))) for values in own], math.exp(np.mean(np.log(wanted))))
-                factor = cost[view.scene, label] / cost[view.scene, self.base] if cost else 1
                 if not math.isnan(at):
-                    found[view] = [math.log(factor * at / spp)]
+                    found[view] = [math.log(at / spp)]
         return estimate(found, len(self.views) - len(found))
 
     def rows(self, counts, measures, by_scene=()):

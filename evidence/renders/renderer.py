@@ -7,6 +7,7 @@ samplers do not affect them.
 
 import dataclasses
 import hashlib
+import os
 import re
 import signal
 import subprocess
@@ -42,6 +43,21 @@ def run_pathtracer(program, arguments):
     if done.returncode != 0:
         raise RenderError(done.stderr.strip() or f"{program} failed with exit status {done.returncode}")
     return done.stdout
+
+
+def processor_seconds(command, what, environment=None):
+    """Runs a program and returns its CPU seconds; RenderError has the last line that it wrote."""
+    with tempfile.TemporaryFile() as log:
+        try:
+            process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment)
+        except OSError as error:
+            raise RenderError(f"cannot run {command[0]} ({error.strerror})") from None
+        _, process.returncode, used = os.wait4(process.pid, 0)
+        if status := process.returncode:
+            log.seek(0)
+            said = log.read().decode(errors="replace").strip().splitlines()
+            raise RenderError(f"{what}: {said[-1] if said else f'status {status}'}")
+    return used.ru_utime + used.ru_stime
 
 
 @dataclasses.dataclass(frozen=True)

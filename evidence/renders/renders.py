@@ -15,7 +15,7 @@ from ..base.command import Parser
 from ..base.files import write_text
 from ..base.plots import finish, plt, save, style
 from ..base.tables import md_table
-from ..measure import compare, costs, statistics
+from ..measure import compare, statistics
 from ..measure.compare import MARKED, REFERENCE_MARGIN, VISIBLE, Comparison, row_of
 from ..measure.image_error import LUMINANCE, MEASURES, WHAT_FOR, measure_name
 from . import models, variants, views
@@ -32,10 +32,10 @@ REFERENCE_SPP = 1024
 
 
 class Report:
-    """cells: judge.Cells; references: {view: judge.Reference}; cost: of costs.of_a_sample(), or None."""
+    """cells: judge.Cells; references: {view: judge.Reference}."""
 
-    def __init__(self, options, cells, references, cost=None):
-        self.options, self.cells, self.references, self.cost = options, cells, references, cost
+    def __init__(self, options, cells, references):
+        self.options, self.cells, self.references = options, cells, references
         self.labels, self.counts = options.labels, tuple(options.seeds)
         self.compared = Comparison(cells, references, self.labels)
         self.others = tuple(label for label in self.labels if label != "sobol")
@@ -156,8 +156,6 @@ class Report:
         parts += ["## Scene by scene", "", "As displayed, after sigma 2.1:", "", self.scenes_table("blue"), ""]
         parts += ["## Samples to an error", "", "As displayed, after sigma 2.1, interpolated between counts; geometric means over the crops in which the error "
                   "is reached:", "", self.reach_table(), ""]
-        if self.cost:
-            parts += ["## Time", "", costs.text(self.cost, self.labels), ""]
         return "\n".join([*parts, "## How it was measured", "",
                           f"Crops are four of each picture of 1280x960 pixels or more, placed by a hash before anything was rendered (set *{options.views}*: "
                           f"{views.SETS[options.views][1]}). Models of others are those of pip's {models.GRADIO} and Debian's {' and '.join(models.DEBIAN)}, "
@@ -194,8 +192,7 @@ def measured(options):
 def run(arguments):
     options = parse_options(arguments)
     cells, references = measured(options)
-    cost = None if options.no_times else costs.of_a_sample(options.pathtracer, views.first_of_each(options.chosen), options.labels)
-    report = Report(options, cells, references, cost)
+    report = Report(options, cells, references)
     # The text last, after the files it refers to.
     report.plot(options.out / "renders.png")
     cells.write_csv(options.pages / "renders.csv")
@@ -206,7 +203,7 @@ def run(arguments):
 
 def headline(arguments):
     """Repeats the headline in ten minutes on two cores, with smaller crops."""
-    options = parse_options(arguments, "headline", quick=True, spp=16, no_times=True,
+    options = parse_options(arguments, "headline", quick=True, spp=16,
                             samplers=("white", "sobol", "sobol-global", "zorder", "blue"))
     report = Report(options, *measured(options))
     print(report.short(), report.table(HEADLINE), report.reach_table(), sep="\n\n")

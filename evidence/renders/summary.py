@@ -9,6 +9,7 @@ from ..measure.statistics import Estimate
 from ..realtime.realtime import in_order
 from ..samplers.samplers import PEAKS
 from .renders import HEADLINE, NAMES, TO_WHITE
+from .times import over
 
 COMMAND = "scripts/bench summary"
 COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
@@ -47,59 +48,79 @@ def table(found):
 
 # ---- Answers, each from the CSV of one bench; none where that was not run
 
-def joined(pairs):
-    return ", ".join(f"{value:.2f} at {spp}" for spp, value in pairs)
+EFFECTS = {"cornell": "indirect light in a box", "penumbra": "soft shadows", "glossy": "glossy reflections", "lens": "depth of field", "glass": "clear glass",
+           "interior": "many bounces", "motion": "motion blur", "fog": "fog"}
 
 
-def errors(found, label, measure, counts, scene=""):
-    return [(spp, own.value) for spp in counts if (own := found.get((measure, scene, label, spp)))]
+def series(words):
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def less(*values):
+    """"30, 24 and 20 %" of errors over padded Sobol'."""
+    return series([f"{100 * (1 - value):.0f}" for value in values]) + " %"
+
+
+def less_at(found, label, measure, counts, scene=""):
+    return less(*(own.value for spp in counts if (own := found.get((measure, scene, label, spp)))))
 
 
 def of_renders(found):
     white = {label: 16 * own.value for (measure, _, label, _), own in found.items() if measure == TO_WHITE}
     yield "How many samples do I save?", (
-        f"{white['blue']:.1f} samples of `blue` leave the visible error of 16 of white noise; padded Sobol' takes {white['sobol']:.1f}, global Sobol' "
+        f"{white['blue']:.1f} samples of `blue` match the visible error of 16 independent ones. Padded Sobol' takes {white['sobol']:.1f}, global Sobol' "
         f"{white['sobol-global']:.1f}, Z-order tuned for the count {white['zorder']:.1f}"), "renders.md#samples-to-an-error"
-    after = [(f"after sigma {sigma}" if sigma else "without a blur", errors(found, "blue", f"displayed_{sigma}" if sigma else "displayed", (1, 4, 16, 64)))
-             for sigma in (2.1, 1.0, 0)]
-    yield "At which blur, and without one?", "error over padded Sobol': " + "; ".join(f"{what} {joined(pairs)} samples" for what, pairs in after), "renders.md"
+    sharp = [own for spp in COUNTS if (own := found.get(("displayed", "", "blue", spp)))]
+    ends = "it ties" if not any(own.significant for own in sharp) else "it has " + " to ".join(f"{end(own.value for own in sharp):.2f} times the error"[:4] for end in (min, max))
+    yield "At which blur, and without one?", (
+        f"after sigma 2.1 it has {less_at(found, 'blue', 'displayed_2.1', (1, 4, 16, 64))} less error than padded Sobol' at 1, 4, 16 and 64 samples, after sigma 1.0 "
+        f"{less_at(found, 'blue', 'displayed_1.0', (1, 4, 16, 64))}; without a blur {ends}"), "renders.md"
     scenes = {scene: own.value for (measure, scene, label, spp), own in found.items() if (measure, label, spp) == (HEADLINE, "blue", 16) and scene}
     order = sorted(scenes, key=scenes.get)
-    yield "Which effects gain most, which nothing?", (
-        f"at 16 samples most {', '.join(f'`{name}` ({scenes[name]:.2f})' for name in order[:3])}, least "
-        f"{', '.join(f'`{name}` ({scenes[name]:.2f})' for name in order[:-4:-1])}"), "renders.md#scene-by-scene"
+    most, least = (", ".join(f"{EFFECTS.get(name, f'the model `{name}`')} ({less(scenes[name])})" for name in names) for names in (order[:3], order[:-4:-1]))
+    yield "Which effects gain most, which nothing?", f"less error than padded Sobol' at 16 samples: most for {most}; least for {least}", "renders.md#scene-by-scene"
     yield "Adaptive sampling, time limits?", (
-        f"no count has to be known: {joined(errors(found, 'blue', HEADLINE, (3, 6)))} samples; Z-order, even tuned for these counts, has "
-        f"{joined(errors(found, 'zorder', HEADLINE, (3, 6)))}"), "renders.md"
-    better = {}
-    for (measure, scene, label, spp), own in found.items():
-        if not scene and measure in ("displayed_2.1", "displayed_1.0") and label != "blue" and own.value < found[measure, "", "blue", spp].value - 0.005:
-            better.setdefault((label, measure), []).append(f"{own.value:.2f} against {found[measure, '', 'blue', spp].value:.2f} at {spp}")
-    said = "; ".join(f"{NAMES[label]} after sigma {measure.partition('_')[2]} ({', '.join(counts)})" for (label, measure), counts in better.items())
-    yield "Where do others win?", said or "nowhere on average, after a blur", "renders.md"
+        f"no count has to be known: {less_at(found, 'blue', HEADLINE, (3, 6))} less error than padded Sobol' at 3 and 6 samples. Z-order, even tuned for these counts, "
+        f"has {less_at(found, 'zorder', HEADLINE, (3, 6))} less"), "renders.md"
+    wins = []
+    for measure, after in ((HEADLINE, "after sigma 2.1"), ("displayed_1.0", "after sigma 1.0")):
+        for label in LONG:
+            better = [(own.value / blue.value, spp, own.value, blue.value) for spp in COUNTS
+                      if (own := found.get((measure, "", label, spp))) and (blue := found.get((measure, "", "blue", spp))) and own.value < 0.995 * blue.value]
+            if better:
+                _, spp, own, blue = min(better)
+                wins.append(f"{NAMES[label]} {after} ({own:.2f} against {blue:.2f} at {spp})")
+    yield "Where do others win?", "; ".join(wins) or "nowhere here", "renders.md"
 
 
 def of_denoise(found):
     yield "What about a denoiser?", (
-        f"after Open Image Denoise, error over padded Sobol', as displayed: {joined(errors(found, 'blue', 'plain:displayed', (1, 4, 16)))} samples; "
-        f"after a blur besides {joined(errors(found, 'blue', 'plain:displayed_2.1', (1, 4, 16)))}"), "denoise.md"
+        f"after Open Image Denoise it has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples, seen from a "
+        f"distance {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))}"), "denoise.md"
 
 
 def of_realtime(rows):
     own = in_order(rows)
 
     def at(outcome):
-        names = {"blue": "blue", "mask + golden ratio, R2": "a moved mask", "STBN": "STBN", "FAST": "FAST"}
+        names = {"blue": "`blue`", "mask + golden ratio, R2": "a moved mask", "STBN": "STBN", "FAST": "FAST"}
         return ", ".join(f"{name} {own[way]['half-plane', outcome, 'sigma 1.0']:.2f}" for way, name in names.items() if way in own)
 
-    yield "Real time?", (f"two numbers after sigma 1.0, error over padded Sobol': averages of frames {at('average, 0.1')}; a single frame {at('one frame')}"), "realtime.md"
+    yield "Real time?", (f"for averaged frames, yes; for single frames take a mask or FAST. Error over padded Sobol' of two numbers after sigma 1.0: averages "
+                         f"{at('average, 0.1')}; a single frame {at('one frame')}"), "realtime.md"
 
 
-def of_draws(rows):
-    times = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in rows}
+def of_cost(found, draws, samples):
+    times = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in draws}
     peers = ", ".join(f"{NAMES.get(name, name)} {value:.0f}" for (name, form), value in times.items() if form == "peer")
-    yield "What does it cost?", (f"four numbers take {times['blue', 'inline']:.0f} ns inline, padded Sobol' {times['sobol', 'inline']:.0f}"
-                                 + f" ({peers})" * bool(peers)), "samplers.md#time-per-draw"
+    text = f"four numbers take {times['blue', 'inline']:.0f} ns inline, padded Sobol' {times['sobol', 'inline']:.0f}" + f" ({peers})" * bool(peers)
+    if samples:
+        cost = over(samples, "white")
+        share = {label: cost[label] * found[TO_WHITE, "", label, 16].value for label in ("blue", "sobol")}
+        text += (f". The visible error of 16 independent samples takes {100 * share['blue']:.0f} % of their CPU time, with padded Sobol' "
+                 f"{100 * share['sobol']:.0f} % ([times](results/times.csv))")
+    yield "What does it cost?", text, "samplers.md#time-per-draw"
 
 
 def of_samplers(rows):
@@ -118,18 +139,17 @@ def of_worst(rows):
                                        f"{blue[-1] / sobol[len(sobol) // 2]:.2f} times the median error of padded Sobol', whose worst has {sobol[-1] / sobol[len(sobol) // 2]:.2f}"), "worst.csv"
 
 
-SOURCES = (("renders.csv", of_renders), ("denoise.csv", of_denoise), ("realtime.csv", of_realtime), ("samplers_draws.csv", of_draws), ("samplers.csv", of_samplers),
-           ("worst.csv", of_worst))
-
-
 def answers(folder):
-    lines = []
-    for name, of in SOURCES:
-        if (folder / name).is_file():
-            rows = read_numbers(folder / name)
-            lines += [f"- **{question}** {answer[0].upper()}{answer[1:]} ([how]({folder.name}/{link}))."
-                      for question, answer, link in of(read(folder / name) if "error" in rows[0] and "scene" in rows[0] else rows)]
-    return "\n".join(lines)
+    """One line for each question whose CSV is there."""
+    def rows(name, of=read_numbers):
+        return of(folder / name) if (folder / name).is_file() else []
+
+    renders, denoise = rows(RESULTS, read), rows("denoise.csv", read)
+    found = [*of_renders(renders), *(of_denoise(denoise) if denoise else ())]
+    for name, of in (("realtime.csv", of_realtime), ("samplers_draws.csv", lambda draws: of_cost(renders, draws, rows("times.csv"))),
+                     ("samplers.csv", of_samplers), ("worst.csv", of_worst)):
+        found += of(rows(name)) if rows(name) else ()
+    return "\n".join(f"- **{question}** {text[0].upper()}{text[1:]} ([how]({folder.name}/{link}))." for question, text, link in found)
 
 
 def run(arguments):

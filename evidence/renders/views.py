@@ -156,11 +156,6 @@ def crops(name=SHOWN, scenes=SCENES, size=None, crop=CROP):
     return tuple(found)
 
 
-def first_of_each(chosen):
-    """The first view of each scene."""
-    return list({view.scene: view for view in reversed(chosen)}.values())[::-1]
-
-
 def of(parser, options):
     """The views that the options of add_options() ask for."""
     try:
@@ -184,7 +179,6 @@ def add_options(parser, reference_spp, pages):
     parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds for each picture")
     parser.number("--reference-spp", reference_spp, "samples per pixel of references, a multiple of 32")
     parser.number("--jobs", os.cpu_count() or 1, "pictures to render at a time, one thread each", ": one per core")
-    parser.add_argument("--no-times", action="store_true", help="skip the cost of samples, which needs an idle machine")
     parser.add_argument("--out", type=Path, help="folder for the report (default evidence/results)")
     parser.add_argument("--pages", type=Path, metavar="FOLDER", help=f"folder for large tables (default {pages})")
     parser.set_defaults(default_pages=Path(pages), lights=None)

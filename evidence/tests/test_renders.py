@@ -29,7 +29,7 @@ def few_parts(monkeypatch):
 def arguments(pathtracer, out, *more):
     return ["--size", "36x34", "--crop", "17x16", "--scenes", "penumbra", "--samplers", "zorder,blue", "--spp", "4",
             "--seeds", "2", "--reference-spp", "64", "--jobs", "2", "--out", str(out), "--pages", str(out / "pages"),
-            "--pathtracer", str(pathtracer), "--no-times", *more]
+            "--pathtracer", str(pathtracer), *more]
 
 
 def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, cache, tmp_path, monkeypatch, capsys):

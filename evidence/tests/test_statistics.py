@@ -104,8 +104,6 @@ def test_what_the_reference_cannot_judge_is_left_out():
 def test_samples_that_have_the_error_of_the_base():
     counts = (1, 2, 4, 8, 16, 64)
     assert compared().samples_for("blue", 16, "rmse", counts).value == pytest.approx(1 / 4)
-    cost = {(scene, label): 2.0 if label == "blue" else 1.0 for scene in ("lens", "glossy", "fog") for label in FACTORS}
-    assert compared().samples_for("blue", 16, "rmse", counts, cost).value == pytest.approx(1 / 2)
     assert compared().samples_for("white", 16, "rmse", counts) is None
 
 

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""CPU time of a sample in the path tracer: `scripts/bench times` writes evidence/results/times.csv
+
+Medians of interleaved runs of one thread, without what starting the program takes. `scripts/bench summary` makes times to equal error of them.
+"""
+
+import statistics
+import tempfile
+from pathlib import Path
+
+from ..base import peers
+from ..base.command import Parser
+from ..base.files import write_rows
+from ..base.progress import Progress
+from ..base.tables import md_table
+from . import variants, views
+from .renderer import processor_seconds
+
+SPP, ROUNDS = 32, 3
+
+
+def of_a_sample(program, chosen, labels):
+    """{(scene, label): microseconds}."""
+    found, cells = {}, [(view, label) for view in chosen for label in labels]
+    with Progress(ROUNDS * len(cells), "runs") as progress, tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+        for done, (view, label) in enumerate(ROUNDS * cells):
+            progress(f"timing {label} in {view.scene}", done)
+            one, more = (processor_seconds([str(program), *view.request(label, spp).arguments(), "--threads", "1", "--quiet",
+                                            "-o", f"{folder}/timed.exr"], program) for spp in (1, 1 + SPP))
+            found.setdefault((view.scene, label), []).append(1e6 * max(more - one, 1e-6) / (SPP * view.pixels))
+    return {cell: statistics.median(values) for cell, values in found.items()}
+
+
+def over(rows, base):
+    """{sampler: time of a sample over that of `base`}, geometric means over scenes."""
+    times = {(row["scene"], row["sampler"]): row["microseconds"] for row in rows}
+    found = {}
+    for (scene, label), own in times.items():
+        found.setdefault(label, []).append(own / times[scene, base])
+    return {label: statistics.geometric_mean(values) for label, values in found.items()}
+
+
+def run(arguments):
+    parser = Parser("times", __doc__)
+    parser.out()
+    parser.pathtracer()
+    parser.hidden("--scene")  # one of a test
+    options = parser.parse_args(arguments)
+    labels = variants.chosen(variants.OWN, peers.chosen(options.openqmc, options.pathtracer))
+    chosen = {view.scene: view for view in reversed(views.crops(scenes=(str(options.scene),) if options.scene else views.SCENES))}
+    rows = [{"scene": scene, "sampler": label, "microseconds": f"{value:.4f}"}
+            for (scene, label), value in of_a_sample(options.pathtracer, list(chosen.values())[::-1], labels).items()]
+    write_rows(Path(options.out) / "times.csv", list(rows[0]), rows)
+    found = over([{**row, "microseconds": float(row["microseconds"])} for row in rows], "sobol")
+    print(md_table(["sampler", "CPU time of a sample over padded Sobol'"], [[label, f"{value:.2f}"] for label, value in found.items()]))
