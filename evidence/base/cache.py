@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The cache of references and results, which outlives a build: $XDG_CACHE_HOME/libbn, by default ~/.cache/libbn."""
 
-import contextlib
 import hashlib
 import json
 import os
-import shutil
-import time
 import zipfile
 import zlib
 from pathlib import Path
@@ -15,7 +12,6 @@ import numpy as np
 
 from .files import written_beside
 
-KEPT_DAYS = 60
 FORMAT = 1  # a new number invalidates what is there
 
 
@@ -24,16 +20,10 @@ def cache_folder():
 
 
 class Store:
-    """Results in a folder, in files named by a hash of everything they depend on. Unused for KEPT_DAYS, a file is deleted."""
+    """Results in a folder, in files named by a hash of everything they depend on."""
 
     def __init__(self, folder):
         self.folder = folder
-        if folder.is_dir():
-            for path in folder.iterdir():
-                with contextlib.suppress(FileNotFoundError):  # of a run beside this one
-                    if path.stat().st_mtime < time.time() - KEPT_DAYS * 86400:
-                        # Folders are left by runs that were killed.
-                        shutil.rmtree(path, ignore_errors=True) if path.is_dir() else path.unlink()
 
     def _path(self, key):
         text = json.dumps([FORMAT, key], sort_keys=True)
@@ -46,7 +36,6 @@ class Store:
             with np.load(path) as file:
                 arrays = {name: file[name] for name in file.files}
             rows = json.loads(str(arrays.pop("rows")))
-            os.utime(path)
             return rows, arrays
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
             return None  # missing or damaged

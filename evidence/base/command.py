@@ -96,7 +96,7 @@ class Parser(argparse.ArgumentParser):
 # ---- The command line in a report
 
 # Options that say where to read and write, or how often, not what to measure.
-PLACES = ("--out", "--pages", "--pathtracer", "--jobs", "--program")
+PLACES = ("--out", "--pathtracer", "--jobs", "--program")
 FOLDERS = ("--openqmc", "--pbrt", "--luxcore", "--cycles")  # whose name a report does not show
 
 

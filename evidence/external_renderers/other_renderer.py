@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.cache import Store, cache_folder
 from ..base.command import command_shown, names_of
 from ..base.contact_sheet import before_and_after
 from ..base.files import read_exr, write_image, write_text
@@ -82,8 +81,7 @@ class OtherRun(Run):
     """
 
     def __init__(self, program, folder, jobs):
-        self.program, self.jobs = program, jobs
-        self.store = Store(cache_folder() / folder / "results")
+        super().__init__(program, f"{folder}/results", jobs)
 
     def more(self, task, spp):
         """Further figures of a task, for its row."""
@@ -142,9 +140,7 @@ def add_options(parser, name, scenes, seeds):
     parser.add_argument("--quick", action="store_true", help="a trial once it is built: 2 seeds, to 16 samples, poorer references")
     parser.number("--jobs", os.cpu_count() or 1, "processes at a time, one thread each", ": one per core")
     parser.add_argument("--out", type=Path, help="folder for the report (default: evidence/results for the whole comparison, which also updates "
-                        f"the table in examples/{name}/README.md, else the folder of --pages)")
-    parser.add_argument("--pages", type=Path, default=Path("out") / name, metavar="FOLDER",
-                        help=f"folder for the CSV of all figures (default out/{name})")
+                        f"the table in examples/{name}/README.md, else out/{name})")
     parser.hidden("--guide", f"examples/{name}/README.md")
     parser.hidden("--program")
 
@@ -155,7 +151,7 @@ def finish_options(parser, options, name, arguments, whole=()):
     if options.quick:
         options.seeds, options.spp = min(options.seeds, 2), min(options.spp, 16)
     options.counts = tuple(n for n in COUNTS if n <= options.spp)
-    options.out = options.out or (Path("evidence/results") if is_whole else options.pages)
+    options.out = options.out or Path("evidence/results" if is_whole else f"out/{name}")
     options.command = command_shown(name, arguments)
 
 
@@ -228,18 +224,6 @@ class OtherReport:
                 for label in self.samplers]
         return md_table(["sampler", f"CPU time over {self.name(self.samplers[0])}'s, mean over images", "median, µs per sample"], rows)
 
-    def references_table(self):
-        """A reference's own error over the smallest of any sampler at the largest count, the greatest of a scene."""
-        def share(view, measure):
-            least = min(math.sqrt(np.mean(np.square(self.cells.get(view, label, self.counts[-1], measure)))) for label in self.samplers)
-            return self.references[view].own[measure] / least if least else math.nan
-
-        rows = []
-        for scene, views in Comparison(self.cells, self.references, self.samplers).by_scene().items():
-            shares = [np.max([share(view, measure) for view in views]) for measure in HEADLINE]
-            rows.append([scene, str(self.references[views[0]].spp), *("" if math.isnan(own) else f"{own:.2f}" for own in shares)])
-        return md_table(["scene", "samples", *(f"own error, {name_of(measure)}" for measure in HEADLINE)], rows)
-
     def sections(self):
         """{heading: lines} of further sections."""
         return {}
@@ -260,19 +244,18 @@ class OtherReport:
         return "\n".join([
             *parts, "## Time", "", "CPU seconds of one thread, without what starting the program takes. On a machine with other work a few "
             "per cent mean nothing.", "", self.times_table(), "",
-            "## How it was measured", "", f"`{self.options.command}`, {self.options.seeds} seeds. {self.METHOD}", "",
-            f"Own errors are those of references over the smallest error of any sampler at {self.counts[-1]} samples, the greatest of a "
-            "scene's crops.", "", self.references_table()]) + "\n"
+            "## How it was measured", "", f"`{self.options.command}`, {self.options.seeds} seeds. {self.METHOD}"]) + "\n"
 
     def write(self, name, guide):
-        """Writes NAME.md and the CSV of all figures, and prints the report. In evidence/results the guide's table changes, too; returns whether."""
-        self.cells.write_csv(self.options.pages / f"{name}.csv", MEASURES)
+        """Writes NAME.md and NAME.csv, and prints the report. In evidence/results the guide's table changes, too; returns whether."""
+        compare.write(self.options.out / f"{name}.csv", [
+            {**row, "scene": title} for title, own in self.sets.items() for row in own.rows(self.counts, MEASURES)])
         text = self.text()
         write_text(self.options.out / f"{name}.md", text)
         whole = self.options.out.resolve() == Path("evidence/results").resolve()
         if whole:
             update_table(self.options.guide, f"scripts/bench {name}", guide)
         print(text)
-        print(f"Written: {self.options.out}/{name}.md and {self.options.pages}/{name}.csv. References took "
+        print(f"Written: {self.options.out}/{name}.md and {name}.csv. References took "
               f"{Progress.format_interval(sum(reference.seconds for reference in self.references.values()))} of CPU time once.", file=sys.stderr)
         return whole

@@ -12,12 +12,10 @@ import tempfile
 
 from ..base.cache import cache_folder
 from ..base.command import Parser
-from ..base.files import sha256_of
-from ..measure import compare
 from ..renders.judge import Cells
 from ..renders.renderer import REFERENCE_SEED
 from . import builds, lux_scenes, other_renderer
-from .other_renderer import EXPOSED, HEADLINE, MEASURES, Task, name_of
+from .other_renderer import EXPOSED, HEADLINE, Task, name_of
 from .pbrt_scenes import CROP, CROPS, HEIGHT, OWN, WIDTH, View, crops, write_files
 
 # pbrt's samplers, then libbn's. Lines of a scene file; sample counts and seeds are options of pbrt.
@@ -52,19 +50,15 @@ class PbrtRun(other_renderer.OtherRun):
 
     reference = "reference"
 
-    def __init__(self, program, jobs):
-        super().__init__(program, "pbrt", jobs)
-        self._sha256 = sha256_of(program)
-
     def key(self, task, reference):
         return {"scene": SCENES[task.view.scene].text(SAMPLERS[task.label]), "bounds": task.view.bounds, "seed": task.seed,
-                "counts": task.counts, "program": self._sha256}
+                "counts": task.counts, "program": self.sha256}
 
     def render(self, task, spp, seed, out):
         return render(self.program, SCENES[task.view.scene], task.sampler, task.view.bounds, spp, seed, out)
 
     def reference_key(self, view, spp):
-        return {"reference": SCENES[view.scene].text(LINES["reference"]), "bounds": view.bounds, "spp": spp, "program": self._sha256}
+        return {"reference": SCENES[view.scene].text(LINES["reference"]), "bounds": view.bounds, "spp": spp, "program": self.sha256}
 
 
 class PbrtCells(Cells):
@@ -158,7 +152,7 @@ comparison then takes {MINUTES} minutes of CPU time. Builds, references and resu
 def run(arguments):
     options = parse_options(arguments)
     program, remarks = (options.program, ()) if options.program else builds.pbrt(options.pbrt, options.jobs)
-    work = PbrtRun(program, options.jobs)
+    work = PbrtRun(program, "pbrt", options.jobs)
     if options.picture:
         return make_picture(work, options.picture)
     SCENES.update(lux_scenes.scenes(options.luxcore, cache_folder() / "pbrt"))
@@ -169,5 +163,4 @@ def run(arguments):
              for view in views for label in SAMPLERS for seed in range(1, options.seeds + 1)]
     cells = PbrtCells(work.results(references, tasks))
     report = Report(options, cells, references, remarks)
-    if report.write("pbrt", report.summary()):
-        compare.write(options.out / "pbrt.csv", [{**row, "scene": title} for title, own in report.sets.items() for row in own.rows(options.counts, MEASURES)])
+    report.write("pbrt", report.summary())

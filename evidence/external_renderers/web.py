@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares `blue` in the path tracer of examples/web: `scripts/bench web` writes the table in examples/web/package/README.md and its picture
+"""Compares `blue` in the path tracer of examples/web: `scripts/bench web` writes the table in examples/web/package/README.md and its image
 
 Opens the page in a Chromium without a window (WebGL 2, its software renderer) and reads the sums of samples that the page's shaders
 make with white noise, padded Sobol' points and `blue`.
@@ -84,19 +84,17 @@ def measure(tracer, seeds, reference_spp, progress):
 
 
 def table(errors):
-    rows = []
-    for kind, name in list(SAMPLERS.items())[:-1]:
-        ratios = [errors[kind, count] / errors["blue", count] for count in COUNTS]
-        rows.append([name, *(f"{shown:.2f} ({raw:.2f})" for shown, raw in ratios)])
-    return md_table(["error over `blue`'s, at spp", *map(str, COUNTS)], rows)
+    return md_table(["error over padded Sobol'", *map(str, COUNTS)], [
+        [name, *("{:.2f} ({:.2f})".format(*errors[kind, count] / errors["sobol", count]) for count in COUNTS)]
+        for kind, name in SAMPLERS.items() if kind != "sobol"])
 
 
 def run(arguments):
     parser = Parser("web", __doc__)
-    parser.number("--width", 360, "of the pictures, whose height is two thirds")
-    parser.number("--seeds", 8, "pictures of each sampler")
-    parser.number("--reference-spp", 256, "samples per pixel of each of the reference's two pictures")
-    parser.add_argument("--picture", metavar="FILE", help=f"where to put the picture (default {PICTURE}, with --print none)")
+    parser.number("--width", 360, "of the images, whose height is two thirds")
+    parser.number("--seeds", 8, "images of each sampler")
+    parser.number("--reference-spp", 256, "samples per pixel of each of the reference's two images")
+    parser.add_argument("--picture", metavar="FILE", help=f"where to put the image (default {PICTURE}, with --print none)")
     parser.table("examples/web/package/README.md")
     options = parser.parse_args(arguments)
     program = chromium()

@@ -27,7 +27,7 @@ from ..base.plots import plt, save
 from ..base.tables import md_table
 
 ROOT = Path(__file__).resolve().parents[2]
-SIZES, QUICK_SIZES = (64, 128, 256, 512, 1024, 2048), (64, 128)
+SIZES = (64, 128, 256, 512, 1024, 2048)
 PLAIN = 128  # width and height of peers' masks, and of those in the plot of error against time
 ERRORS = ("e_0.75", "e_1", "e_1.5", "e_2")
 FIELDS = ("method", "options", "width", "threads", "repeats", "seconds", "cpu_seconds", *ERRORS)
@@ -99,12 +99,12 @@ def row_of(method, options, width, threads, repeats, seconds, found):
                              *(f"{error:.5f}" for error in found.values()))))
 
 
-def measure(sizes, threads, quick):
+def measure(threads):
     """Yields rows as dicts. The methods for one size are interleaved, so that other load affects all alike."""
-    for size in (16, 32, *sizes):
-        jobs = [(method, count) for method in methods() if size in method.sizes and not (quick and method.most_repeats == 1)
+    for size in (16, 32, *SIZES):
+        jobs = [(method, count) for method in methods() if size in method.sizes
                 for count in ((1, threads) if method.many_threads and threads > 1 else (1,))]
-        repeats = 2 if quick else {64: 20, 128: 20, 256: 9, 512: 5, 1024: 3}.get(size, 1)
+        repeats = {64: 20, 128: 20, 256: 9, 512: 5, 1024: 3}.get(size, 1)
         times, masks = [[] for _ in jobs], [[] for _ in jobs]
         # The first run of the fast ones is a warm-up, which makes no difference at the largest sizes.
         for seed in range(-1 if size < 2048 else 0, repeats):
@@ -245,7 +245,6 @@ def run(arguments):
     parser.add_argument("--peer", action="append", default=[], metavar='"NAME=COMMAND"',
                         help="another library's generator: `COMMAND WIDTH HEIGHT FILE` writes ranks to FILE as little-endian "
                              "32-bit integers and prints the wall-clock time and the CPU time in seconds")
-    parser.add_argument("--quick", action="store_true", help="two sizes and few seeds: a test, not a measurement")
     parser.add_argument("--again", action="store_true", help="keep the times in masks.csv and redo everything else")
     parser.out()
     parser.hidden("--picture", "docs/neural.png")
@@ -253,12 +252,12 @@ def run(arguments):
     peers = [peer.partition("=") for peer in options.peer]
     if not all(command for _, _, command in peers):
         parser.error("--peer must be NAME=COMMAND")
-    threads, quick = os.cpu_count() or 1, options.quick
+    threads = os.cpu_count() or 1
 
     rows = kept(options.out / "masks.csv", options.again, lambda: [
-        *measure(QUICK_SIZES if quick else SIZES, threads, quick), *(run_peer(name, command) for name, _, command in peers)])
+        *measure(threads), *(run_peer(name, command) for name, _, command in peers)])
     plot(rows, options.out / "masks.png")
-    generator, count = bluenoise.NeuralGenerator(), 2 if quick else 16
+    generator, count = bluenoise.NeuralGenerator(), 16
     picture({name: [make((128, 128), seed=seed) for seed in range(count)] for name, make in (
         ("network", generator.mask), ("void-and-cluster", bluenoise.void_and_cluster), ("white", white))}, options.picture)
     known = {method.name for method in methods()}

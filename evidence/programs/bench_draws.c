@@ -5,14 +5,13 @@
  *
  * All draw as a path does: six domains, the children of the root by the keys 0 to 5, for each of 16
  * indices, pixel after pixel. Forms: `single` calls bn_sample_4d() of the library; `inline` does the same
- * with that of bn_draw.h; `later` is `inline` with the indices 256, 496, 736 ... 3856; `peer` is another
- * library in its own way (bench_openqmc.cpp, with -DBN_OPENQMC=DIR). And without domains: `block`
- * calls bn_sample_block() for 16 indices of 64 x 24 pixels. Draws are of four dimensions.
+ * with that of bn_draw.h; `peer` is another library in its own way (bench_openqmc.cpp, with
+ * -DBN_OPENQMC=DIR). And without domains: `block` calls bn_sample_block() for 16 indices of 64 x 24
+ * pixels. Draws are of four dimensions.
  *
  * The same draws as the lanes of a wavefront, whose arguments and results are arrays: `lanes` calls
- * bn_sample_4d() of the library for each, `many` bn_sample_wavefront() for all of them. `lanes-shuffled` and
- * `many-shuffled` have the lanes in random order, as after a sort by material. BN_SIMD chooses the
- * instruction set.
+ * bn_sample_4d() of the library for each, `many` bn_sample_wavefront() for all of them. BN_SIMD chooses
+ * the instruction set.
  *
  * A time is the shortest of ROUNDS short ones, taken in turn, so that what else the machine does
  * falls out. In each round a form runs twice, and the first run fills caches. */
@@ -71,9 +70,6 @@ typedef float form(const bn_sampler *sampler, int32_t y0, float *block);
 FORM(draw_single, call_4d(sampler, x, y, index, CHILD, u))
 FORM(draw_inline, bn_draw_4d(sampler, x, y, index, INLINE_CHILD, u))
 
-/* From the first index on that the tables of BLUE do not hold. */
-FORM(draw_later, bn_draw_4d(sampler, x, y, 256 + 240 * index, INLINE_CHILD, u))
-
 static float draw_block(const bn_sampler *sampler, int32_t y0, float *block) {
     if (bn_sample_block(sampler, 0, y0, WIDTH, HEIGHT * DOMAINS, 0, INDICES, 1, block, 4 * DRAWS) !=
         BN_SUCCESS) {
@@ -82,64 +78,43 @@ static float draw_block(const bn_sampler *sampler, int32_t y0, float *block) {
     return block[0] + block[4 * DRAWS - 1];
 }
 
-/* The arguments of all draws as arrays, in order and shuffled. */
-static struct wavefront {
+/* The arguments of all draws as arrays. */
+static struct {
     int32_t x[DRAWS], y[DRAWS];
     uint32_t index[DRAWS], domain[DRAWS];
-} in_order, shuffled;
+} lanes;
 
-static void fill_wavefronts(void) {
-    static uint32_t order[DRAWS];
-    uint32_t state = 1;
+static void fill_lanes(void) {
     for (uint32_t i = 0; i < DRAWS; ++i) {
         const uint32_t pixel = i / DOMAINS / INDICES;
-        in_order.x[i] = (int32_t)(pixel % WIDTH);
-        in_order.y[i] = (int32_t)(pixel / WIDTH);
-        in_order.index[i] = i / DOMAINS % INDICES;
-        in_order.domain[i] = bn_domain_child(BN_DOMAIN_ROOT, i % DOMAINS);
-        state = state * 747796405u + 2891336453u;
-        const uint32_t other = (state >> 8) % (i + 1u);
-        order[i] = order[other];
-        order[other] = i;
-    }
-    for (uint32_t i = 0; i < DRAWS; ++i) {
-        shuffled.x[i] = in_order.x[order[i]];
-        shuffled.y[i] = in_order.y[order[i]];
-        shuffled.index[i] = in_order.index[order[i]];
-        shuffled.domain[i] = in_order.domain[order[i]];
+        lanes.x[i] = (int32_t)(pixel % WIDTH);
+        lanes.y[i] = (int32_t)(pixel / WIDTH);
+        lanes.index[i] = i / DOMAINS % INDICES;
+        lanes.domain[i] = bn_domain_child(BN_DOMAIN_ROOT, i % DOMAINS);
     }
 }
 
-static float lanes_of(const bn_sampler *sampler, const struct wavefront *w, float *block) {
+static float draw_lanes(const bn_sampler *sampler, int32_t y0, float *block) {
+    (void)y0;
     for (size_t i = 0; i < DRAWS; ++i) {
-        call_4d(sampler, w->x[i], w->y[i], w->index[i], w->domain[i], block + 4 * i);
+        call_4d(sampler, lanes.x[i], lanes.y[i], lanes.index[i], lanes.domain[i], block + 4 * i);
     }
     return block[0] + block[4 * DRAWS - 1];
 }
 
-static float many_of(const bn_sampler *sampler, const struct wavefront *w, float *block) {
-    bn_wavefront lanes = bn_wavefront_default();
-    lanes.count = DRAWS;
-    lanes.x = w->x;
-    lanes.y = w->y;
-    lanes.index = w->index;
-    lanes.domain = w->domain;
-    for (int d = 0; d < 4; ++d) lanes.out[d] = block + d;
-    lanes.stride = 4;
-    if (bn_sample_wavefront(sampler, &lanes) != BN_SUCCESS) exit(1);
+static float draw_many(const bn_sampler *sampler, int32_t y0, float *block) {
+    bn_wavefront all = bn_wavefront_default();
+    (void)y0;
+    all.count = DRAWS;
+    all.x = lanes.x;
+    all.y = lanes.y;
+    all.index = lanes.index;
+    all.domain = lanes.domain;
+    for (int d = 0; d < 4; ++d) all.out[d] = block + d;
+    all.stride = 4;
+    if (bn_sample_wavefront(sampler, &all) != BN_SUCCESS) exit(1);
     return block[0] + block[4 * DRAWS - 1];
 }
-
-#define WAVEFRONT(name, call)                                                                      \
-    static float name(const bn_sampler *sampler, int32_t y0, float *block) {                       \
-        (void)y0;                                                                                  \
-        return call;                                                                               \
-    }
-
-WAVEFRONT(draw_lanes, lanes_of(sampler, &in_order, block))
-WAVEFRONT(draw_lanes_shuffled, lanes_of(sampler, &shuffled, block))
-WAVEFRONT(draw_many, many_of(sampler, &in_order, block))
-WAVEFRONT(draw_many_shuffled, many_of(sampler, &shuffled, block))
 
 typedef struct row {
     const char *sampler, *form_name;
@@ -166,17 +141,14 @@ int main(void) {
                  {"block", draw_block},
                  {"lanes", draw_lanes},
                  {"many", draw_many},
-                 {"lanes-shuffled", draw_lanes_shuffled},
-                 {"many-shuffled", draw_many_shuffled},
                  /* Of the other kinds these are calls of the library. */
-                 {"inline", draw_inline},
-                 {"later", draw_later}};
-    enum { FORMS = sizeof forms / sizeof *forms, CALLS = FORMS - 2 };
+                 {"inline", draw_inline}};
+    enum { FORMS = sizeof forms / sizeof *forms, CALLS = FORMS - 1 };
     static row rows[FORMS * KINDS + BENCH_PEERS];
     bn_sampler samplers[KINDS];
     int count = 0;
     static float block[4 * DRAWS];
-    fill_wavefronts();
+    fill_lanes();
     for (int32_t kind = 0; kind < KINDS; ++kind) {
         bn_sampler_init(&samplers[kind], kind, 0);
         for (int i = 0; i < (kind <= BN_SAMPLER_WHITE ? FORMS : CALLS); ++i) {

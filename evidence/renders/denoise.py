@@ -22,7 +22,7 @@ from ..measure import compare
 from ..measure.compare import MARKED, Comparison
 from ..measure.image_error import displayed, displayed_rmse, own_errors, relative_rmse
 from ..measure.statistics import estimate
-from . import variants, views
+from . import views
 from .judge import Cells, Run, Task, pictures_of, plan, render_references
 from .renders import NAMES, REFERENCE_SPP
 
@@ -129,13 +129,12 @@ def errors(image, reference, exposure, with_flip=True):
 class DenoisedRun(Run):
     """A judge.Run that measures pictures after denoising, in all WAYS."""
 
-    def __init__(self, program, most_spp, jobs, denoiser):
-        super().__init__(program, "denoised", most_spp, jobs)
+    def __init__(self, program, jobs, denoiser):
+        super().__init__(program, "denoised", jobs)
         self.denoise, self.version = denoiser
 
     def key(self, task, reference):
-        return {**super().key(task, reference), "denoiser": self.version, "rays": [PRIMARY_RAYS, PRIMARY_SAMPLER], "ways": list(WAYS),
-                "primary": self.builds.key(task.view, PRIMARY_SAMPLER), **({"told": True} if task.label in variants.DECLARED else {})}
+        return {**super().key(task, reference), "denoiser": self.version, "rays": [PRIMARY_RAYS, PRIMARY_SAMPLER], "ways": list(WAYS)}
 
     def measure(self, task, reference):
         """(rows with measures named WAY:MEASURE, no pictures)."""
@@ -227,7 +226,7 @@ class Report:
 
 def parse_options(arguments):
     parser = Parser("denoise", __doc__)
-    views.add_options(parser, REFERENCE_SPP, "out/denoise")
+    views.add_options(parser, REFERENCE_SPP)
     parser.number("--spp", max(COUNTS), "largest sample count, at most 16")
     options = parser.parse_args(arguments)
     options.samplers, options.chosen = LABELS, views.of(parser, options)
@@ -245,7 +244,7 @@ def with_own_errors(reference):
 
 def run(arguments):
     options = parse_options(arguments)
-    work = DenoisedRun(options.pathtracer, max(options.counts), options.jobs, load())
+    work = DenoisedRun(options.pathtracer, options.jobs, load())
     references = render_references(options.pathtracer, options.chosen, options.reference_spp)
     tasks = plan(options.chosen, options.labels, {spp: options.seeds for spp in options.counts})
     cells = Cells(work.results(references, tasks))

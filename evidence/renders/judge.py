@@ -2,8 +2,7 @@
 """Renders many views with many samplers and measures each against its reference, for `scripts/bench renders`.
 
 Results are cached in ~/.cache/libbn ($XDG_CACHE_HOME) under everything they depend on: the view, the pixels of the
-reference, and the pixels of two small probe renders that identify the sampler. An interrupted run therefore resumes, and
-a change to one sampler renders only that sampler again.
+reference, and the path tracer. An interrupted run therefore resumes.
 """
 
 import dataclasses
@@ -13,11 +12,11 @@ import sys
 import numpy as np
 
 from ..base.cache import Store, cache_folder
-from ..base.files import read_exr, sha256_of, write_rows
+from ..base.files import read_exr, sha256_of
 from ..base.progress import Progress, in_parallel
-from ..measure.image_error import LUMINANCE, MEASURES, all_errors, own_errors
+from ..measure.image_error import LUMINANCE, all_errors, own_errors
 from . import variants
-from .renderer import REFERENCE_SEED, RenderError, Request, files_beside, make_reference, progressive
+from .renderer import REFERENCE_SEED, RenderError, files_beside, make_reference, progressive
 from .views import View
 
 COUNTS, SEEDS = (1, 2, 3, 4, 6, 8, 16, 32, 64), 4
@@ -55,42 +54,6 @@ class Task:
         return self.view.pixels * (sum(self.counts) if self.label in variants.DECLARED else max(self.counts))
 
 
-def pixels_key(store, key, pictures):
-    """Identifies a build by the pixels of pictures(), once for each key."""
-    def digest():
-        found = hashlib.sha256()
-        for picture in pictures():
-            found.update(picture.tobytes())
-        return found.hexdigest(), {}
-
-    return store.get(key, digest)[0]
-
-
-class Builds:
-    """Identifies the build of a sampler by the pixels of two small probe renders of a scene.
-
-    One is wide enough to cover a whole tile of a table; the other has as many samples as will be measured.
-    """
-
-    def __init__(self, program, most_spp, store):
-        self.program, self.most_spp, self.store = program, most_spp, store
-        try:
-            self._program_sha256 = sha256_of(program)
-        except OSError as error:
-            raise RenderError(f"cannot read the path tracer {program} ({error.strerror}); build it with scripts/setup") from None
-
-    def key(self, view, label):
-        return pixels_key(self.store, {"pixels": [view.file, variants.key(label), self.most_spp], "program": self._program_sha256,
-                                       "files": files_beside(view.file)}, lambda: self._pictures(view, label))
-
-    def _pictures(self, view, label):
-        counts = [n for n in COUNTS if n <= self.most_spp]
-        for n in counts if label in variants.DECLARED else [0]:
-            for spp, size in (1, (160, 144)), (n or counts[-1], (20, 18)):
-                (_, picture, _), = progressive(self.program, Request(label, spp, 1, view.file, *size, declared=n, more=view.environment), [spp])
-                yield picture
-
-
 def seeds_up_to(most_spp, seeds=SEEDS):
     """{count: seeds}."""
     return {spp: seeds for spp in COUNTS if spp <= most_spp}
@@ -100,7 +63,7 @@ def plan(views, labels, seeds):
     """The tasks; seeds: {count: seeds}."""
     most = max(seeds.values())
     return [Task(view, label, seed, tuple(n for n, count in seeds.items() if seed < count))
-            for view in views for label in labels for seed in range(min(most, variants.MOST_SEEDS.get(label, most)))]
+            for view in views for label in labels for seed in range(most)]
 
 
 def render_reference(program, view, spp, report=lambda share: None):
@@ -141,15 +104,17 @@ def measure(program, task, reference):
 class Run:
     """Runs a set of tasks, or finds their results in the cache."""
 
-    def __init__(self, program, folder, most_spp, jobs):
+    def __init__(self, program, folder, jobs):
         self.program, self.jobs = program, jobs
         self.store = Store(cache_folder() / folder)
-        self.builds = Builds(program, most_spp, self.store)
+        try:
+            self.sha256 = sha256_of(program)
+        except OSError as error:
+            raise RenderError(f"cannot read {program} ({error.strerror}); build it with scripts/setup") from None
 
     def key(self, task, reference):
-        return {"view": task.view.key, "sampler": variants.key(task.label)[:3],
-                "build": self.builds.key(task.view, task.label), "seed": task.seed, "counts": task.counts,
-                "exposure": reference.exposure, "pictures": task.keep_pictures, "flip": False}  # flip: as in caches of earlier versions
+        return {"view": task.view.key, "files": files_beside(task.view.file), "sampler": task.label, "program": self.sha256, "seed": task.seed,
+                "counts": task.counts, "exposure": reference.exposure, "pictures": task.keep_pictures}
 
     def measure(self, task, reference):
         """(rows, pictures) of a task. A subclass that measures differently also extends key()."""
@@ -195,11 +160,3 @@ class Cells:
 
     def get(self, view, label, spp, measure):
         return self.values.get((view, label, spp), {}).get(measure)
-
-    def write_csv(self, path, measures=MEASURES):
-        """One row per cell: root mean squares over seeds, and the median of seconds if they were measured."""
-        rows = [{"scene": view.scene, "view": view.name, "width": view.size[0], "height": view.size[1], "sampler": label, "spp": spp,
-                 "seeds": len(cell[measures[0]]), **({"seconds": f"{np.median(cell['seconds']):.4g}"} if "seconds" in cell else {}),
-                 **{name: f"{np.sqrt(np.mean(np.square(cell[name]))):.6g}" for name in measures}}
-                for (view, label, spp), cell in self.values.items()]
-        write_rows(path, list(rows[0]), rows)

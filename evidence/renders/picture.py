@@ -28,7 +28,7 @@ def typical(options):
     chosen = views.crops("development", views.BUILT_IN, crop=CROP)
     references = render_references(options.pathtracer, chosen, REFERENCE_SPP)
     tasks = [Task(view, label, seed, (SPP,)) for view in chosen for label in ("sobol", "blue") for seed in range(4)]
-    cells = Cells(Run(options.pathtracer, "picture", SPP, options.jobs).results(references, tasks))
+    cells = Cells(Run(options.pathtracer, "picture", options.jobs).results(references, tasks))
     ratios = {view: float(np.exp(np.mean(np.log(cells.get(view, "blue", SPP, MEASURE)) - np.log(cells.get(view, "sobol", SPP, MEASURE)))))
               for view in chosen if min(cells.get(view, "sobol", SPP, MEASURE)) > 1e-3}
     order = sorted(ratios, key=ratios.get)
@@ -58,7 +58,7 @@ def draw_picture(options):
 def draw_worst(options):
     view = views.crops("development", (WORST_SCENE,))[0]
     references = render_references(options.pathtracer, (view,), REFERENCE_SPP)
-    work, found = Run(options.pathtracer, "picture", SPP, options.jobs), {}
+    work, found = Run(options.pathtracer, "picture", options.jobs), {}
     for label in ("sobol", "blue"):
         tasks = [Task(view, label, seed, (SPP,)) for seed in range(WORST_OF)]
         results = work.results(references, tasks)

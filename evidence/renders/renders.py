@@ -2,8 +2,7 @@
 """Compares the samplers on rendered scenes: `scripts/bench renders` writes evidence/results/renders.*
 
 Renders crops of large pictures of every scene with every sampler at 1 to 64 samples per pixel and several seeds, and measures
-each against a reference. renders.csv has every figure with its interval, out/renders/renders.csv the errors of every crop. Trials
-(--quick, --views development) go to out/renders alone. References and results are cached in ~/.cache/libbn ($XDG_CACHE_HOME): an
+each against a reference. renders.csv has every figure with its interval. Trials (--quick, --views development) go to out/renders alone. References and results are cached in ~/.cache/libbn ($XDG_CACHE_HOME): an
 interrupted run resumes, and a change to one sampler renders only that one again.
 """
 
@@ -171,7 +170,7 @@ class Report:
 
 def parse_options(arguments, command="renders", **defaults):
     parser = Parser(command, __doc__)
-    views.add_options(parser, REFERENCE_SPP, f"out/{command}")
+    views.add_options(parser, REFERENCE_SPP)
     variants.add_option(parser)
     parser.number("--spp", 64, "largest sample count, at most 64")
     parser.set_defaults(**defaults)
@@ -184,7 +183,7 @@ def parse_options(arguments, command="renders", **defaults):
 
 def measured(options):
     """(Cells, references)."""
-    work = Run(options.pathtracer, "renders", max(options.seeds), options.jobs)
+    work = Run(options.pathtracer, "renders", options.jobs)
     references = render_references(options.pathtracer, options.chosen, options.reference_spp)
     return Cells(work.results(references, plan(options.chosen, options.labels, options.seeds))), references
 
@@ -195,7 +194,6 @@ def run(arguments):
     report = Report(options, cells, references)
     # The text last, after the files it refers to.
     report.plot(options.out / "renders.png")
-    cells.write_csv(options.pages / "renders.csv")
     compare.write(options.out / "renders.csv", report.rows())
     write_text(options.out / "renders.md", report.text())
     print(report.text())

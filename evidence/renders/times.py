@@ -44,10 +44,9 @@ def run(arguments):
     parser = Parser("times", __doc__)
     parser.out()
     parser.pathtracer()
-    parser.hidden("--scene")  # one of a test
     options = parser.parse_args(arguments)
     labels = variants.chosen(variants.OWN, peers.chosen(options.openqmc, options.pathtracer))
-    chosen = {view.scene: view for view in reversed(views.crops(scenes=(str(options.scene),) if options.scene else views.SCENES))}
+    chosen = {view.scene: view for view in reversed(views.crops())}
     rows = [{"scene": scene, "sampler": label, "microseconds": f"{value:.4f}"}
             for (scene, label), value in of_a_sample(options.pathtracer, list(chosen.values())[::-1], labels).items()]
     write_rows(Path(options.out) / "times.csv", list(rows[0]), rows)

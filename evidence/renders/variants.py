@@ -9,15 +9,6 @@ SAMPLERS = ("white", "pcg", "sobol", "zorder", "mask", "sobol-global", *PEERS, "
 OWN = tuple(name for name in SAMPLERS if name not in PEERS)
 ALWAYS = ("white", "sobol", "blue")  # headlines say how much less error blue has than the others
 DECLARED = ("zorder",)  # must be told the sample count, so each count is a run of its own
-# A few seeds suffice for samplers that no headline figure depends on. The mask provides the first sample; from 4 samples on this is nearly
-# the same as sobol.
-SIDE_SEEDS = 4
-MOST_SEEDS = {"mask": SIDE_SEEDS}
-
-
-def key(label):
-    """For caches, of which those of earlier versions had one field more."""
-    return [label, label in DECLARED, "", MOST_SEEDS.get(label)]
 
 
 def add_option(parser, default=OWN):

@@ -164,7 +164,7 @@ def of(parser, options):
         parser.error(str(error))
 
 
-def add_options(parser, reference_spp, pages):
+def add_options(parser, reference_spp):
     """Options shared by `renders` and `denoise`; of(parser, options) gives the views."""
     parser.add_argument("--views", choices=SETS, default=SHOWN, metavar="SET", help=(
         "; ".join(f"{name}: {what}" for name, (_, what) in SETS.items()) + f" (default {SHOWN})"))
@@ -179,20 +179,15 @@ def add_options(parser, reference_spp, pages):
     parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds for each picture")
     parser.number("--reference-spp", reference_spp, "samples per pixel of references, a multiple of 32")
     parser.number("--jobs", os.cpu_count() or 1, "pictures to render at a time, one thread each", ": one per core")
-    parser.add_argument("--out", type=Path, help="folder for the report (default evidence/results)")
-    parser.add_argument("--pages", type=Path, metavar="FOLDER", help=f"folder for large tables (default {pages})")
-    parser.set_defaults(default_pages=Path(pages), lights=None)
+    parser.add_argument("--out", type=Path, help="folder for the report (default evidence/results, of trials out)")
     parser.pathtracer()
 
 
 def finish_options(parser, options, command, arguments):
-    """Checks the options of add_options() and derives folders, labels and command from them. What is not
-    of the shown views, or a trial, goes to the folder of large tables alone."""
+    """Checks the options of add_options() and derives folder, labels and command from them. Trials, and what is not of the shown views, go to out."""
     if options.reference_spp % 32:
         parser.error(f"--reference-spp must be a multiple of 32, not {options.reference_spp}")
-    place = Path() if options.views == SHOWN else Path(options.views)
-    options.pages = options.pages or options.default_pages / ("quick" if options.quick else "") / place / (options.lights or "")
-    options.out = options.out or (options.pages if options.quick or options.lights or place.name else Path("evidence/results"))
+    options.out = options.out or Path(f"out/{command}" if options.quick or options.views != SHOWN else "evidence/results")
     options.labels = variants.chosen(options.samplers, peers.chosen(options.openqmc, options.pathtracer))
     if "sobol-global" in options.labels and "sobol-global" not in peers.samplers(options.pathtracer):
         parser.error("sobol-global needs Boost (Debian: libboost-dev) when the path tracer is built; install it, or remove it from --samplers")

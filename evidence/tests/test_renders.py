@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """scripts/bench renders: a tiny complete run, interrupted and resumed, and its parts on synthetic data."""
 
-import csv
 import re
 import subprocess
 import types
@@ -28,7 +27,7 @@ def few_parts(monkeypatch):
 
 def arguments(pathtracer, out, *more):
     return ["--size", "36x34", "--crop", "17x16", "--scenes", "penumbra", "--samplers", "zorder,blue", "--spp", "4",
-            "--seeds", "2", "--reference-spp", "64", "--jobs", "2", "--out", str(out), "--pages", str(out / "pages"),
+            "--seeds", "2", "--reference-spp", "64", "--jobs", "2", "--out", str(out),
             "--pathtracer", str(pathtracer), *more]
 
 
@@ -56,13 +55,6 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, cache, 
     assert text.rstrip("\n") in capsys.readouterr().out
     assert "scripts/bench renders --size 36x34 --crop 17x16" in text and "4 crops of 17x16 pixels" in text and str(tmp_path) not in text
 
-    with open(out / "pages/renders.csv", newline="", encoding="utf-8") as file:
-        rows = {(row["scene"], row["view"], row["sampler"], row["spp"]): row for row in csv.DictReader(file)}
-    # At 1, 2, 3 and 4.
-    assert len(rows) == 4 * 4 * 4
-    for row in rows.values():
-        assert row["seeds"] == "2" and all(float(row[name]) > 0 for name in MEASURES)
-        assert float(row["rmse_2.1"]) < float(row["rmse"])
     found = summary.read(out / "renders.csv")["displayed_2.1", "", "white", 4]
     assert 1 < found.low < found.value < found.high and found.crops + found.left_out == 4 and found.text() in text
     for name in re.findall(r"\((renders[^)]*)\)", text):
@@ -74,23 +66,6 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, cache, 
     bench(["renders", *arguments(pathtracer, out)])
     assert made == [] and (out / "renders.md").read_text(encoding="utf-8") == text
     assert sorted(path.name for path in cache.iterdir()) == ["references", "renders"]
-
-
-def test_a_change_of_one_sampler_renders_that_sampler_again(pathtracer, tmp_path, monkeypatch):
-    """A path tracer with another seed for blue simulates one with another table."""
-    program, made, real = tmp_path / "pathtracer", [], judge.measure
-    monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
-    view = views.crops("development", ("lens",), (64, 48), (16, 17))[0]
-    tasks = judge.plan((view,), ("white", "sobol", "zorder", "blue"), {1: 1, 4: 1})
-    for other in ("", "--seed 77"):
-        program.write_text(f"""#!/bin/sh
-case "$*" in *"--sampler blue"*) exec '{pathtracer}' "$@" {other} ;; *) exec '{pathtracer}' "$@" ;; esac
-""")
-        program.chmod(0o755)
-        reference = judge.render_reference(program, view, 32)
-        judge.Run(program, "renders", 4, 2).results({view: reference}, tasks)
-    assert sorted(task.label for task in made[:4]) == ["blue", "sobol", "white", "zorder"]
-    assert [task.label for task in made[4:]] == ["blue"]
 
 
 def test_figures_are_those_of_single_renders(pathtracer, tmp_path):

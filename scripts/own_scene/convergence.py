@@ -262,7 +262,7 @@ def run(arguments):
         list(progressive(options.pathtracer, view.request(label, 1), [1]))
     references = render_references(options.pathtracer, (view,), options.reference_spp)
     tasks = [Task(view, label, seed, options.counts, seed == 0) for seed in range(options.seeds) for label in options.samplers]
-    work = Pictures(options.pathtracer, "convergence", options.counts[-1], options.jobs)
+    work = Pictures(options.pathtracer, "convergence", options.jobs)
     cells, reference = Cells(work.results(references, tasks)), references[view]
     rows = summary(cells, view, options.samplers, options.counts)
     pictures = {(label, spp): picture for (_, label, spp), picture in cells.pictures.items()}
