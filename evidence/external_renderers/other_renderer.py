@@ -6,7 +6,6 @@ import functools
 import math
 import os
 import statistics
-import sys
 import tempfile
 from pathlib import Path
 
@@ -256,6 +255,4 @@ class OtherReport:
         if whole:
             update_table(self.options.guide, f"scripts/bench {name}", guide)
         print(text)
-        print(f"Written: {self.options.out}/{name}.md and {name}.csv. References took "
-              f"{Progress.format_interval(sum(reference.seconds for reference in self.references.values()))} of CPU time once.", file=sys.stderr)
         return whole

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One sample a frame: `scripts/bench realtime` measures the noise that frames and averages of frames have
 
-In every pixel of a frame the integrand is the same: a step or a ramp in one number, a half-plane or a disc in a pair, a product of
+In every pixel of a frame the integrand is the same: a step in one number, a half-plane in a pair, a product of
 half-planes in four numbers. Single numbers are drawn as such (bn_ray_next_1d()). Slices of others' space-time masks are read from
 files, if you have some; without, the figures of an earlier run stay. It writes evidence/results/realtime.*.
 """
@@ -177,24 +177,10 @@ def step(random):
     return lambda u: u[..., 0] < edge, float(edge)
 
 
-def ramp(random):
-    start, width = np.float32(random.uniform(-0.2, 0.4)), np.float32(random.uniform(0.5, 1.0))
-
-    def values(u):
-        return np.clip((u[..., 0] - start) / width, 0, 1)
-
-    return values, float(np.mean(values(middles(2**20)[:, None]), dtype=np.float64))
-
-
 def half_plane(random):
     angle, point = random.uniform(0, 2 * np.pi), random.uniform(0.2, 0.8, 2)
     normal = np.array([np.cos(angle), np.sin(angle)], np.float32)
     return of_pairs(lambda u: u @ normal < np.float32(normal @ point))
-
-
-def disc(random):
-    middle, radius = random.uniform(0.2, 0.8, 2).astype(np.float32), np.float32(random.uniform(0.2, 0.5))
-    return of_pairs(lambda u: np.sum((u - middle) ** 2, -1) < radius**2)
 
 
 def product(random):
@@ -202,7 +188,7 @@ def product(random):
     return lambda u: first(u[..., :2]) & second(u[..., 2:]), a * b
 
 
-INTEGRANDS = {"step": (1, step), "ramp": (1, ramp), "half-plane": (2, half_plane), "disc": (2, disc), "product": (4, product)}
+INTEGRANDS = {"step": (1, step), "half-plane": (2, half_plane), "product": (4, product)}
 
 
 # ---- Errors: averages and filters are linear, so both are applied to spectra
@@ -363,7 +349,7 @@ def text(errors, parts, options):
              "gradient noise, moved by 5.588238 pixels a frame, which is made for one number: pairs of it lie on a line of the unit square, so a part of the error never "
              "averages out. STBN and FAST are published textures of frames, STBN of 128x128x64 (scalars and two-vectors), FAST of "
              "128x128x32 for a Gaussian of 1.0 and an exponential average of 0.1; their rows are those of the last run with `--stbn FOLDER --fast FOLDER`, to two digits.",
-             "", "[realtime.csv](realtime.csv) has means of 8 and 32 frames, other weights and filters, ramps and discs, over white noise.", ""]
+             "", "[realtime.csv](realtime.csv) has means of 8 and 32 frames, other weights and filters, over white noise.", ""]
     for kind in HEADS:
         lines += [short_table(errors, kind), ""]
     return "\n".join([*lines, "## Parts of the screen", "", "Where a frame draws every second or fourth pixel: half-planes, `blue` over white noise. *Average* is of the "

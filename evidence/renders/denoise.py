@@ -246,7 +246,7 @@ def run(arguments):
     options = parse_options(arguments)
     work = DenoisedRun(options.pathtracer, options.jobs, load())
     references = render_references(options.pathtracer, options.chosen, options.reference_spp)
-    tasks = plan(options.chosen, options.labels, {spp: options.seeds for spp in options.counts})
+    tasks = plan(options.chosen, options.labels, options.counts, options.seeds)
     cells = Cells(work.results(references, tasks))
     report = Report(options, cells, {view: with_own_errors(own) for view, own in references.items()}, work.version)
     report.draw(options.out / "denoise.png")

@@ -54,16 +54,8 @@ class Task:
         return self.view.pixels * (sum(self.counts) if self.label in variants.DECLARED else max(self.counts))
 
 
-def seeds_up_to(most_spp, seeds=SEEDS):
-    """{count: seeds}."""
-    return {spp: seeds for spp in COUNTS if spp <= most_spp}
-
-
-def plan(views, labels, seeds):
-    """The tasks; seeds: {count: seeds}."""
-    most = max(seeds.values())
-    return [Task(view, label, seed, tuple(n for n, count in seeds.items() if seed < count))
-            for view in views for label in labels for seed in range(most)]
+def plan(views, labels, counts, seeds):
+    return [Task(view, label, seed, tuple(counts)) for view in views for label in labels for seed in range(seeds)]
 
 
 def render_reference(program, view, spp, report=lambda share: None):

@@ -5,7 +5,6 @@ The image is the crop, of those of the set *development*, in which the error of 
 the errors of 500 seeds of a soft shadow. Results are kept: an interrupted run goes on.
 """
 
-
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 

@@ -6,7 +6,6 @@ each against a reference. renders.csv has every figure with its interval. Trials
 interrupted run resumes, and a change to one sampler renders only that one again.
 """
 
-
 import numpy as np
 
 from ..base import peers
@@ -18,7 +17,7 @@ from ..measure import compare, statistics
 from ..measure.compare import MARKED, REFERENCE_MARGIN, VISIBLE, Comparison, row_of
 from ..measure.image_error import LUMINANCE, MEASURES, WHAT_FOR, measure_name
 from . import models, variants, views
-from .judge import SEEDS, Cells, Run, plan, render_references, seeds_up_to
+from .judge import COUNTS, SEEDS, Cells, Run, plan, render_references
 from .renderer import REFERENCE_PARTS
 
 HEADLINE = "displayed_2.1"
@@ -35,7 +34,7 @@ class Report:
 
     def __init__(self, options, cells, references):
         self.options, self.cells, self.references = options, cells, references
-        self.labels, self.counts = options.labels, tuple(options.seeds)
+        self.labels, self.counts = options.labels, options.counts
         self.compared = Comparison(cells, references, self.labels)
         self.others = tuple(label for label in self.labels if label != "sobol")
 
@@ -144,7 +143,7 @@ class Report:
         left = {spp: own.left_out for spp in self.counts if (own := self.compared.over("blue", spp, HEADLINE)) and own.left_out}
         parts = ["# Rendered scenes", "", f"Printed by `{options.command}`.", "", self.short(), "", "![Error over padded Sobol' against samples](renders.png)", "",
                  f"Every figure is an error over that of padded Sobol' at the same number of samples: below 1 is better. Geometric means over "
-                 f"{len(self.compared.by_scene())} scenes, {len(self.compared.views)} crops of {crop[0]}x{crop[1]} pixels and {max(options.seeds.values())} seeds. {MARKED} "
+                 f"{len(self.compared.by_scene())} scenes, {len(self.compared.views)} crops of {crop[0]}x{crop[1]} pixels and {options.seeds} seeds. {MARKED} "
                  "[renders.csv](renders.csv) has all figures, and by scene, with intervals.", ""]
         for measure in TABLES:
             parts += [f"## {measure_name(measure)}", "", self.table(measure), ""]
@@ -177,7 +176,7 @@ def parse_options(arguments, command="renders", **defaults):
     options = parser.parse_args(arguments)
     options.chosen = views.of(parser, options)
     views.finish_options(parser, options, command, arguments)
-    options.seeds = seeds_up_to(options.spp, options.seeds or SEEDS)
+    options.seeds, options.counts = options.seeds or SEEDS, tuple(spp for spp in COUNTS if spp <= options.spp)
     return options
 
 
@@ -185,7 +184,7 @@ def measured(options):
     """(Cells, references)."""
     work = Run(options.pathtracer, "renders", options.jobs)
     references = render_references(options.pathtracer, options.chosen, options.reference_spp)
-    return Cells(work.results(references, plan(options.chosen, options.labels, options.seeds))), references
+    return Cells(work.results(references, plan(options.chosen, options.labels, options.counts, options.seeds))), references
 
 
 def run(arguments):

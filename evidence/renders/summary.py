@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The table of the README, and answers and table of evidence/README.md, from the CSV files of the benches: `scripts/bench summary`"""
 
-
 from ..base.command import CommandError, Parser
 from ..base.files import read_numbers
 from ..base.tables import md_table, update_table

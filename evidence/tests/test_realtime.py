@@ -50,11 +50,6 @@ def test_other_stacks_and_what_is_refused(tmp_path):
             realtime.read_pack(pack, tmp_path)
 
 
-def test_what_a_mask_moves_by():
-    assert realtime.golden_powers(1) == pytest.approx([0.6180339887])
-    assert realtime.golden_powers(2) == pytest.approx([0.7548776662, 0.5698402909])
-
-
 # ---- The measure
 
 def test_integrands_have_their_mean():

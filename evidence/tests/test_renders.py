@@ -84,7 +84,7 @@ def made_up(blue, seeds=8):
     """A report on four crops of one scene: white has an error of 1, sobol 1/2, and blue the given one, with 1 % noise."""
     rng, chosen = np.random.default_rng(11), views.crops("development", ("cornell",), (64, 64), (16, 16))
     labels = ("white", "sobol", "blue")
-    options = types.SimpleNamespace(labels=labels, seeds={1: seeds, 16: seeds}, size=(64, 64), views="development", out=Path("o"),
+    options = types.SimpleNamespace(labels=labels, counts=(1, 16), seeds=seeds, size=(64, 64), views="development", out=Path("o"),
                                     reference_spp=64, command="scripts/bench renders")
     references = {view: judge.Reference(np.ones((16, 16, 3), np.float32), dict.fromkeys(MEASURES, 1e-5), 64, 1.0, mean_error=1e-5)
                   for view in chosen}
