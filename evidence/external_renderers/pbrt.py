@@ -46,8 +46,6 @@ def render(program, scene, sampler, bounds, spp, seed, out):
 
 
 class PbrtRun(other_renderer.OtherRun):
-    """Renders tasks, or finds their results in the cache."""
-
     reference = "reference"
 
     def key(self, task, reference):
