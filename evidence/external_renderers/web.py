@@ -52,8 +52,9 @@ class Tracer:
         self.browser.value(f"tracer.restart({run})")
 
     def sample(self, count):
-        """Adds samples to every sampler's pictures until there are `count`."""
-        self.browser.value(f"(() => {{ while (tracer.count < {count}) tracer.sample(); tracer.gl.finish(); }})()")
+        """Adds samples to every sampler's images until there are `count`, in one short call each."""
+        while self.browser.value("tracer.count") < count:
+            self.browser.value("(tracer.sample(), tracer.gl.finish())")
 
     def picture(self, kind):
         sums = np.frombuffer(base64.b64decode(self.browser.value(READ.format(kind))), np.float32).reshape(self.shape)
@@ -63,9 +64,8 @@ class Tracer:
 def reference_of(tracer, spp, progress):
     """The mean of the two pictures with the least noise; they share no random numbers with others."""
     tracer.restart(REFERENCE_RUN)
-    for count in range(8, spp + 8, 8):
-        tracer.sample(min(count, spp))
-        progress(f"reference, {min(count, spp)} samples", min(count, spp))
+    tracer.sample(spp)
+    progress("reference", spp)
     return np.mean([tracer.picture(kind) for kind in ("sobol", "blue")], 0)
 
 
