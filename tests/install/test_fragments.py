@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The listings of the guides that are parts of programs compile, and the commands of bindings/README.md and the examples of its API run."""
+
+import os
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import ROOT, run
+
+PAGES = {name: (ROOT / name).read_text(encoding="utf-8") for name in
+         ("docs/porting.md", "docs/realtime.md", "bindings/README.md", "bindings/api.md")}
+# What the fragments use of a renderer.
+RENDERER = """
+struct Ray {};
+struct Color {};
+struct Scene { struct { Ray ray(float, float) const; } camera; };
+struct Rng { explicit Rng(int); float next(); };
+struct Tile { int number, x0, y0, x1, y1; };
+struct Film { void add(int, int, Color); };
+struct Lanes { const uint32_t *pixel, *index, *depth; std::array<float, 4> *u; };
+constexpr int max_depth = 2;
+Color trace(const Scene &scene, Ray ray, Rng &rng);
+void shade(float, std::array<float, 2>);
+"""
+NAMES = {"int": ("x", "y", "small_x", "small_y"), "unsigned": ("index", "depth", "frame", "n", "width"), "std::size_t": ("count",),
+         "const Lanes &": ("lanes",), "uint64_t": ("seed",), "const bn::Sampler &": ("sampler",), "const bn::PathSampler &": ("path",)}
+
+
+def fragments(page):
+    """The listings of C++ that have no name, by which other tests find the others."""
+    found = re.findall(r"(<!-- listing[^\n]*\n)?^( *)```cpp\n(.*?)^ *```$", PAGES[page], re.MULTILINE | re.DOTALL)
+    return [text for name, _, text in found if not name]
+
+
+@pytest.mark.parametrize("text", fragments("docs/porting.md") + fragments("docs/realtime.md"))
+def test_fragments_compile(text, tmp_path):
+    (blue,) = re.findall(r"<!-- listing: counted.hpp -->\n```cpp\n(.*?)^```", PAGES["docs/porting.md"], re.MULTILINE | re.DOTALL)
+    names = dict(NAMES) if "Get1D" not in text else {"BlueSampler &": ("sampler",)}
+    parameters = ", ".join(f"[[maybe_unused]] {type} {name}" for type, group in names.items() for name in group
+                           if not re.search(rf"bn::\w+ {name}\(", text))
+    body = re.sub(r"^        // \.\.\.\n", "        (void)light, (void)direction;\n", text, flags=re.MULTILINE)
+    body = re.sub(r"^    // \.\.\.\n", "    (void)scene, (void)ray, (void)rng;\n", body, flags=re.MULTILINE)
+    if "render_tile" in text:
+        body = body.replace("direction;\n    }\n", "direction;\n    }\n    return {};\n")
+    else:
+        body = f"void fragment({parameters}) {{\n{body}}}\n"
+    (tmp_path / "fragment.cpp").write_text(f"{blue}{RENDERER}{body}")
+    run(os.environ.get("CXX", "c++"), "-std=c++17", "-Wall", "-Wextra", "-Werror", "-Wno-unused-variable", "-Wno-unused-but-set-variable",
+        "-I", ROOT / "libbn/include", "-fsyntax-only", tmp_path / "fragment.cpp")
+
+
+@pytest.mark.parametrize("text", re.findall(r"```python\n(.*?)```", PAGES["bindings/api.md"], re.DOTALL))
+def test_examples_of_the_api_run(text, tmp_path, monkeypatch):
+    bluenoise = pytest.importorskip("bluenoise")
+    monkeypatch.chdir(tmp_path)
+    exec(text, {"bluenoise": bluenoise, "np": np, "sampler": bluenoise.Sampler()})
+
+
+def test_commands_run(tmp_path):
+    image = pytest.importorskip("PIL.Image")
+    for name in ("OpenEXR", "scipy", "matplotlib", "bluenoise"):
+        pytest.importorskip(name)
+    image.effect_noise((40, 30), 50).convert("RGB").save(tmp_path / "photo.jpg")
+    image.effect_noise((16, 16), 50).save(tmp_path / "texture.png")
+    commands = re.findall(r"^bluenoise .*", PAGES["bindings/README.md"], re.MULTILINE)
+    assert len(commands) >= 8
+    program = f"{sys.executable} -m bluenoise"
+    for command in commands:
+        run("bash", "-o", "pipefail", "-c", re.sub(r"\bbluenoise\b", program, command.split("#")[0]), cwd=tmp_path)
+    assert {Path(name).stem for name in os.listdir(tmp_path)} == {"photo", "texture", "mask", "rgba", "spectrum", "out", "points"}
