@@ -485,6 +485,7 @@ def test_closed_streams(tmp_path):
     assert (done.returncode, done.stdout, done.stderr) == (1, "", "bluenoise: standard input is closed\n")
     done = run_in_shell("{} measure none.npy 2>&-", tmp_path)
     assert (done.returncode, done.stdout) == (1, "")
+    assert not os.path.exists("/dev/full") or run_in_shell("{} measure none.npy 2> /dev/full", tmp_path).returncode == 1
     done = run_in_shell("{} paint 2>&-", tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
 
@@ -495,7 +496,6 @@ def test_an_output_that_takes_nothing_is_an_error(command, tmp_path):
     bluenoise.save(tmp_path / "in.npy", bluenoise.mask((8, 8)))
     done = run_in_shell("{} " + command + " > /dev/full", tmp_path)
     assert (done.returncode, done.stderr) == (1, "bluenoise: standard output: No space left on device\n")
-    assert run_in_shell("{} measure none.npy 2> /dev/full", tmp_path).returncode == 1
 
 
 @pytest.mark.parametrize("name", ["mask.npy", "mask.png", "mask.exr", "points.npy", "points.csv", "spectrum.npy", "spectrum.png"])

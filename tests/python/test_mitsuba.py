@@ -12,6 +12,7 @@ import bluenoise
 mitsuba = pytest.importorskip("mitsuba")
 drjit = pytest.importorskip("drjit")
 
+pytestmark = pytest.mark.slow
 SAMPLER = bluenoise.Sampler("blue", seed=5)
 
 

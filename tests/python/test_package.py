@@ -96,14 +96,6 @@ def test_extension_needs_only_what_every_linux_has():
     assert "RUNPATH" not in out and "RPATH" not in out
 
 
-def test_types_are_complete():
-    api = pytest.importorskip("mypy.api")
-    out, _, status = api.run(
-        ["--cache-dir=/dev/null", "--config-file", str(ROOT / "pyproject.toml"), str(PACKAGE)]
-    )
-    assert status == 0, out
-
-
 def test_stub_names_what_the_extension_has():
     stub = (PACKAGE / "_core.pyi").read_text()
     named = set(re.findall(r"^(?:def|class) (\w+)|^(\w+):", stub, re.M))

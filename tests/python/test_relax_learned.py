@@ -51,6 +51,7 @@ def test_the_mask_is_that_of_the_formula(shape):
         assert different[edge][middle[edge]].mean() < 0.004 and different[:, edge][middle[:, edge]].mean() < 0.004
 
 
+@pytest.mark.slow
 def test_the_header_is_up_to_date():
     text = make_relax.HEADER.read_text(encoding="utf-8")
     assert make_relax.header(SCHEDULE, text) == text, "run libbn/tools/make_relax.py"

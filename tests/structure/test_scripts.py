@@ -63,6 +63,7 @@ def test_folders_that_cannot_work_are_refused_at_once(name, tmp_path):
         assert "cannot work in the folder" in done.stderr
 
 
+@pytest.mark.slow
 def test_wrong_options_of_a_part_are_refused_before_set_up(tmp_path):
     """Where an earlier set-up can tell; a broken one cannot, and set-up mends it."""
     program = clone(tmp_path / "clone")
