@@ -318,33 +318,30 @@ static arrangement *prepare(const bake_table *table, const bake_options *options
     return &t;
 }
 
-void bake_labels(bake_table *table, const bake_options *options, int member, int part) {
-    const int parts = BAKE_LABEL_PARTS;
+void bake_labels(bake_table *table, const bake_options *options, int member, int number) {
+    enum { PARTS = 6 };
     uint16_t *label = table->label[member];
-    static arrangement *t;
-    static int prepared = -1;
-    if (prepared != member) {
-        t = prepare(table, options, member);
-        prepared = member;
-    }
+    arrangement *t = prepare(table, options, member);
+    (void)number;
     memcpy(t->label, label, sizeof t->label);
     for (int i = 0; i < t->groups; ++i) {
         feature_group *g = &t->group[i];
-        if (g->gram != NULL) continue;
         g->gram = bake_allocate((size_t)BLOCKS * (g->crossed ? 65536 : 256), sizeof *g->gram);
         for (int block = 0; block < BLOCKS; ++block) gram_of_block(g, t, block);
     }
-    make_fields(t);
     const double hot = member == 0 ? 9 : 14, cold = 0.1 * hot;
-    bake_random r = bake_random_make(options->seed, 7, (uint64_t)(member * 64 + part));
-    int sweeps = bake_count(options, 90, 1);
-    for (int sweep = 0; sweep < sweeps; ++sweep) {
-        for (int i = 0; i < BLOCKS; ++i) {
-            double done = (part + (sweep + (double)i / BLOCKS) / sweeps) / parts;
-            double temperature = hot * pow(cold / hot, done);
-            visit(t, (int)bake_random_below(&r, BLOCKS), temperature, &r);
+    const int sweeps = bake_count(options, 90, 1);
+    for (int part = 0; part < PARTS; ++part) {
+        make_fields(t);
+        bake_random r = bake_random_make(options->seed, 7, (uint64_t)(member * 64 + part));
+        for (int sweep = 0; sweep < sweeps; ++sweep) {
+            for (int i = 0; i < BLOCKS; ++i) {
+                double done = (part + (sweep + (double)i / BLOCKS) / sweeps) / PARTS;
+                double temperature = hot * pow(cold / hot, done);
+                visit(t, (int)bake_random_below(&r, BLOCKS), temperature, &r);
+            }
+            options->progress((part + (sweep + 1.0) / sweeps) / PARTS);
         }
-        options->progress((sweep + 1.0) / sweeps);
     }
     memcpy(label, t->label, sizeof t->label);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * What the stages of bn_bake_sampler share: the table that is being made, test integrands, random
- * numbers, blurs, and the stages themselves. A stage is a list of parts; a part is a function of
- * the table before it, the seed and the effort alone. */
+ * numbers, blurs, and the stages themselves, each a function of the table before it, the seed and the
+ * effort alone. */
 #ifndef BN_BAKE_TILE_H
 #define BN_BAKE_TILE_H
 
@@ -144,15 +144,14 @@ void bake_kernel_add(bake_kernel *kernel, int axes, double narrow, double weight
 
 /* ---- The stages ---- */
 
-/* Part `number` of what a stage does for a member. */
+/* What a stage does for a member; `number` is for bake_vectors(). */
 typedef void bake_stage(bake_table *table, const bake_options *options, int member, int number);
 
 bake_stage bake_start;   /* vectors and labels to begin with */
-bake_stage bake_vectors; /* the vectors of a member; from part BAKE_VECTOR_PARTS on, once more */
+bake_stage bake_vectors; /* the vectors of a member; number 1: once more, beside all others */
 bake_stage bake_blocks;  /* the quadtree down to blocks of 4 x 4 pixels, for all members */
 bake_stage bake_labels;  /* the quadtree inside these blocks */
 bake_stage bake_finish;  /* lower digits, which no search looks at */
-enum { BAKE_VECTOR_PARTS = 8, BAKE_AGAIN_PARTS = 2, BAKE_LABEL_PARTS = 6 };
 
 /* Errors of smooth functions in single pixels: the mean of logarithms of ratios to Sobol', and a
  * penalty on those above it. */

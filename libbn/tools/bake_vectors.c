@@ -510,46 +510,47 @@ static void judge_end(vector_judge *j) {
     free(j);
 }
 
-void bake_vectors(bake_table *table, const bake_options *options, int member, int part) {
-    enum { SMOOTH_WEIGHT_PERCENT = 22, START_MOVES = 400 };
-    const int again = part >= BAKE_VECTOR_PARTS, others = again ? MEMBERS - 1 : member;
-    const int last =
-        part + 1 == BAKE_VECTOR_PARTS || part + 1 == BAKE_VECTOR_PARTS + BAKE_AGAIN_PARTS;
+void bake_vectors(bake_table *table, const bake_options *options, int member, int again) {
+    enum { SMOOTH_WEIGHT_PERCENT = 22, START_MOVES = 400, PARTS = 8, AGAIN_PARTS = 2 };
+    const int others = again ? MEMBERS - 1 : member, trials = bake_count(options, 1600, 2);
+    const int first = again ? PARTS : 0, end = again ? PARTS + AGAIN_PARTS : PARTS;
     vector_judge *j = bake_allocate(1, sizeof *j);
     bake_random r = bake_random_make(options->seed, 2, (uint64_t)(member + again * MEMBERS));
     judge_begin(j, table, member, others, &r);
     j->count_weight = COUNT_WEIGHT[again];
-    r = bake_random_make(options->seed, 3, (uint64_t)(member * 64 + part));
-    pole_vectors now = table->member[member], best;
-    for (int i = 0; i < START_MOVES && part == 0; ++i) move(&now, &r, member);
-    double energy = 1e30, least = 1e30;
-    best = now;
-    const int trials = bake_count(options, 1600, 2);
-    for (int trial = 0; trial < trials; ++trial) {
-        const double done = (part + (double)trial / trials) / BAKE_VECTOR_PARTS;
-        const double heat = again ? 0.0004 : 0.012 * pow(0.008, done);
-        const double limit = energy - heat * log(1 - bake_random_double(&r));
-        pole_vectors v = now;
-        for (uint32_t n = trial > 0 ? 1 + bake_random_below(&r, 3) : 0; n > 0; --n) {
-            move(&v, &r, member);
+    for (int part = first; part < end; ++part) {
+        r = bake_random_make(options->seed, 3, (uint64_t)(member * 64 + part));
+        pole_vectors now = table->member[member], best;
+        for (int i = 0; i < START_MOVES && part == 0; ++i) move(&now, &r, member);
+        double energy = 1e30, least = 1e30;
+        best = now;
+        for (int trial = 0; trial < trials; ++trial) {
+            const double done = (part + (double)trial / trials) / PARTS;
+            const double heat = again ? 0.0004 : 0.012 * pow(0.008, done);
+            const double limit = energy - heat * log(1 - bake_random_double(&r));
+            pole_vectors v = now;
+            for (uint32_t n = trial > 0 ? 1 + bake_random_below(&r, 3) : 0; n > 0; --n) {
+                move(&v, &r, member);
+            }
+            double e = 0.01 * SMOOTH_WEIGHT_PERCENT * bake_smooth_energy(j->smooth, &v);
+            for (int a = 0; a <= others; ++a) {
+                if (a != member) e += 0.05 * clash(&table->member[a], &v);
+            }
+            e += judge_vectors(j, &v);
+            if (e <= limit) {
+                now = v;
+                energy = e;
+            }
+            if (e < least) {
+                least = e;
+                best = v;
+            }
+            if (trial % 16 == 0) {
+                options->progress((part - first + (double)trial / trials) / (end - first));
+            }
         }
-        double e = 0.01 * SMOOTH_WEIGHT_PERCENT * bake_smooth_energy(j->smooth, &v);
-        for (int a = 0; a <= others; ++a) {
-            if (a != member) e += 0.05 * clash(&table->member[a], &v);
-        }
-        e += judge_vectors(j, &v);
-        if (e <= limit) {
-            now = v;
-            energy = e;
-        }
-        if (e < least) {
-            least = e;
-            best = v;
-        }
-        if (trial % 16 == 0) options->progress((double)trial / trials);
+        /* The last part ends with the best, the others with where the annealing is. */
+        table->member[member] = part + 1 == end ? best : now;
     }
-    /* The last part ends with the best, the others with where the annealing is. */
-    table->member[member] = last ? best : now;
-
     judge_end(j);
 }

@@ -18,11 +18,7 @@
 #include <time.h>
 #include <unistd.h>
 
-enum {
-    PATH_SIZE = 4096,
-    VECTOR_PARTS = (BAKE_VECTOR_PARTS + BAKE_AGAIN_PARTS) * MEMBERS,
-    PARTS = VECTOR_PARTS + 1 + BAKE_LABEL_PARTS * MEMBERS
-};
+enum { PATH_SIZE = 4096, PARTS = 2 * MEMBERS + 1 + MEMBERS };
 
 static const char usage[] =
     "usage: bn_bake_sampler [--seed N] [--effort SCALE] [--vectors TABLE] -o FILE\n"
@@ -65,7 +61,7 @@ static int read_table(const char *path, uint32_t words[BN_WORD_COUNT]) {
     return 1;
 }
 
-/* ---- Parts, and the progress in them ---- */
+/* ---- Progress ---- */
 
 static struct {
     int index;
@@ -79,12 +75,11 @@ static void show_progress(double share) {
     fprintf(stderr, "\rpart %d of %d: %.0f %%\033[K", here.index + 1, PARTS, 100 * share);
 }
 
-/* Runs `count` parts of each member, or skips them. */
-static void run_parts(bake_stage *stage, bake_table *table, const bake_options *options,
-                      int members, int first, int count) {
-    for (int k = 0; k < members * count; ++k, ++here.index) {
+static void run(bake_stage *stage, bake_table *table, const bake_options *options, int members,
+                int number) {
+    for (int member = 0; member < members; ++member, ++here.index) {
         show_progress(0);
-        stage(table, options, k / count, first + k % count);
+        stage(table, options, member, number);
     }
 }
 
@@ -105,13 +100,13 @@ static int make(const char *output, const char *vectors, bake_options *options) 
     bake_start(&table, options, 0, 0);
     if (vectors != NULL) {
         bake_table_unpack_vectors(&table, words);
-        here.index = VECTOR_PARTS;
+        here.index = 2 * MEMBERS;
     } else {
-        run_parts(bake_vectors, &table, options, MEMBERS, 0, BAKE_VECTOR_PARTS);
-        run_parts(bake_vectors, &table, options, MEMBERS, BAKE_VECTOR_PARTS, BAKE_AGAIN_PARTS);
+        run(bake_vectors, &table, options, MEMBERS, 0);
+        run(bake_vectors, &table, options, MEMBERS, 1);
     }
-    run_parts(bake_blocks, &table, options, 1, 0, 1);
-    run_parts(bake_labels, &table, options, MEMBERS, 0, BAKE_LABEL_PARTS);
+    run(bake_blocks, &table, options, 1, 0);
+    run(bake_labels, &table, options, MEMBERS, 0);
     bake_finish(&table, options, 0, 0);
     if (isatty(2)) fprintf(stderr, "\r\033[K");
     if (write_table(&table, file) && rename(beside, output) == 0) return 0;
