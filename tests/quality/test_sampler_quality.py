@@ -22,6 +22,7 @@ measured.
 """
 
 import csv
+import functools
 from itertools import combinations
 from pathlib import Path
 
@@ -105,10 +106,10 @@ def blurred(errors, sigma, axes):
     return (errors[inner, inner] ** 2).mean((0, 1)), gain
 
 
-def measured(kind, declared, figure, sigma, counts):
-    """The figure at each count."""
-    sampler = bluenoise.Sampler(kind, samples_per_pixel=declared)
-    error = white = 0
+@functools.lru_cache(1)  # rows of one figure at several blurs follow each other
+def error_images(kind, declared, figure, counts):
+    """For each integrand: its number, its errors at each count, and its variance at one sample."""
+    sampler, found = bluenoise.Sampler(kind, samples_per_pixel=declared), []
     for member in range(DOMAINS):
         integrands = [integrand(figure, member, k) for k in range(PLANES)]
         samples = {m: sampler.block(0, 0, SIZE, SIZE, 0, counts[-1], bluenoise.domain(4 * member + 400, m))
@@ -118,21 +119,28 @@ def measured(kind, declared, figure, sigma, counts):
             for (a, b, c, share), m, pair in factors:
                 inside = inside & (a * samples[m][..., 2 * pair] + b * samples[m][..., 2 * pair + 1] < c)
                 mean *= share
-            sums = np.add.reduceat(inside, np.concatenate([[0], counts[:-1]]), axis=2, dtype=np.int32).cumsum(2)
-            errors = sums / counts - mean
-            if figure == "axes":
-                ratio = np.log(blurred(errors, sigma, [0])[0] / blurred(errors, sigma, [1])[0])
-                error, white = error + (ratio if k % 2 == 0 else -ratio), white + 1
-            else:
-                square, gain = blurred(errors, sigma, [k % 2] if figure == "steps" else [0, 1])
-                error, white = error + np.sqrt(square), white + np.sqrt(gain * np.mean(mean * (1 - mean)) / counts)
+            sums = np.add.reduceat(inside, [0, *counts[:-1]], axis=2, dtype=np.int32).cumsum(2)
+            found.append((k, sums / np.array(counts) - mean, np.mean(mean * (1 - mean))))
+    return found
+
+
+def measured(kind, declared, figure, sigma, counts):
+    """The figure at each count."""
+    error = white = 0
+    for k, errors, variance in error_images(kind, declared, figure, counts):
+        if figure == "axes":
+            ratio = np.log(blurred(errors, sigma, [0])[0] / blurred(errors, sigma, [1])[0])
+            error, white = error + (ratio if k % 2 == 0 else -ratio), white + 1
+        else:
+            square, gain = blurred(errors, sigma, [k % 2] if figure == "steps" else [0, 1])
+            error, white = error + np.sqrt(square), white + np.sqrt(gain * variance / np.array(counts))
     return np.exp(abs(error / white)) if figure == "axes" else error / white
 
 
 def figures(row):
     """{count: figure} of a row."""
     counts = [count for count in COUNTS if row[count]]
-    found = measured(row["sampler"], int(row["declared"]), row["figure"], float(row["sigma"]), np.array(counts, int))
+    found = measured(row["sampler"], int(row["declared"]), row["figure"], float(row["sigma"]), tuple(map(int, counts)))
     return dict(zip(counts, found))
 
 
