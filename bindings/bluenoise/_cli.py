@@ -20,13 +20,12 @@ from typing import Any, Callable, Iterable, Iterator, Mapping, NoReturn, Optiona
 
 import numpy as np
 
-from . import __version__, _files, dither, power_spectrum, radial_power
+from . import __version__, _files, dither
 from . import _arguments as arguments
 from . import _masks as masks
 from . import measure as measure_mask
 from . import points as make_points
 from ._arguments import NeuralProvider
-from ._plot import plot_spectrum
 from ._points import METHODS as POINTS_METHODS
 
 # Method -> the function that makes such a mask.
@@ -36,7 +35,6 @@ _MASKS: dict[str, Callable[..., arguments.Ranks]] = {
 }
 _MASK_METHODS = {method: tuple(inspect.signature(make).parameters) for method, make in _MASKS.items()}
 _POINTS_SUFFIXES = (".csv", ".npy")
-_SPECTRUM_SUFFIXES = (".png", ".svg", ".pdf", ".csv", ".npy")
 _EXAMPLES = """\
 examples:
   bluenoise mask --size 128 -o mask.png          make a mask of 128x128
@@ -192,7 +190,8 @@ def _parser() -> argparse.ArgumentParser:
         "Measures a mask; smaller is better. The low-frequency power is that of the mask thresholded at a grey level. "
         "help(bluenoise.MaskMeasures) in Python defines each measure.",
     )
-    _add_mask_input(command)
+    command.add_argument("mask", type=Path, help="a mask as .npy, .exr (needs OpenEXR) or image (needs Pillow), or -")
+    command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel to use, counted from 1 (default all)")
     _add_report(command, "print one JSON object")
 
     command = add(_dither, "dither", "dither an image", "Dithers an image to a few levels; see bluenoise.dither. Needs Pillow.")
@@ -207,15 +206,6 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--srgb", action="store_true", help="preserve means in linear light")
 
     command = add(
-        _spectrum, "spectrum", "compute the power spectrum of a mask",
-        "Writes the power spectrum of a mask: as a plot (.png, .svg, .pdf; needs Matplotlib), its radial average (.csv), or as an "
-        "array (.npy).",
-    )
-    _add_mask_input(command)
-    _add_report(command, "print the radial average as JSON", quiet=False)
-    _add_output(command, _SPECTRUM_SUFFIXES, "csv", required=False)
-
-    command = add(
         _points, "points", "make points in the unit square",
         "Makes blue-noise points in the unit square: .csv with x and y, or .npy; see bluenoise.points. Needs SciPy, except for "
         "--method mask.",
@@ -228,24 +218,13 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_report(command: argparse.ArgumentParser, text: str, quiet: bool = True) -> None:
+def _add_report(command: argparse.ArgumentParser, text: str) -> None:
     command.add_argument("--json", action="store_true", help=text)
-    if quiet:
-        command.add_argument("--quiet", action="store_true", help="do not show progress")
+    command.add_argument("--quiet", action="store_true", help="do not show progress")
 
 
-def _add_mask_input(command: argparse.ArgumentParser) -> None:
-    command.add_argument("mask", type=Path, help="a mask as .npy, .exr (needs OpenEXR) or image (needs Pillow), or -")
-    command.add_argument("--channel", type=_positive, default=0, metavar="N",
-                         help="the channel to use, counted from 1 (measure: default all)")
-
-
-def _add_output(
-    command: argparse.ArgumentParser, suffixes: Sequence[str], default: str, required: bool = True
-) -> None:
-    command.add_argument(
-        "-o", "--output", required=required, type=Path, metavar="FILE", help=f"{', '.join(suffixes)}, or -"
-    )
+def _add_output(command: argparse.ArgumentParser, suffixes: Sequence[str], default: str) -> None:
+    command.add_argument("-o", "--output", required=True, type=Path, metavar="FILE", help=f"{', '.join(suffixes)}, or -")
     command.add_argument(
         "--format",
         choices=[suffix[1:] for suffix in suffixes],
@@ -490,26 +469,6 @@ def _points(options: argparse.Namespace) -> None:
     if options.json:
         _print(json.dumps({"output": str(path), "format": suffix[1:], "count": options.count, "method": options.method,
                            "seed": options.seed}))
-
-
-def _spectrum(options: argparse.Namespace) -> None:
-    if options.output is None and not options.json:
-        raise ValueError("give an output with -o, or --json")
-    output = None if options.output is None else _output(options, _SPECTRUM_SUFFIXES, options.mask)
-    values = _files.load_mask(options.mask, options.channel)
-    if output is not None:
-        path, suffix = output
-        with _files.replacing(path, suffix) as beside:
-            if suffix == ".npy":
-                _files.save_array(beside, power_spectrum(values))
-            elif suffix == ".csv":
-                rows = "".join(f"{f:.6f},{p:.6f}\n" for f, p in zip(*radial_power(values)))
-                beside.write_text("frequency,power\n" + rows, encoding="ascii")
-            else:
-                plot_spectrum(values, beside)
-    if options.json:
-        frequency, power = radial_power(values)
-        _print(json.dumps({"frequency": frequency.tolist(), "power": power.tolist()}))
 
 
 def _without_nan(value: Any) -> Any:

@@ -10,7 +10,6 @@ import sys
 import numpy as np
 import pytest
 from onnx_file import convolution
-from referee import white
 
 import bluenoise
 from bluenoise import _files
@@ -243,30 +242,6 @@ def test_a_pack_of_two_channels_is_a_mask_of_two_channels(tmp_path, capsys):
     assert main([*points, "--channel", "1"]) == 0
 
 
-def test_spectrum(tmp_path, capsys):
-    ranks = bluenoise.mask((64, 64), seed=1)
-    np.save(tmp_path / "m.npy", ranks)
-    assert main(["spectrum", str(tmp_path / "m.npy"), "-o", str(tmp_path / "s.npy")]) == 0
-    np.testing.assert_array_equal(np.load(tmp_path / "s.npy"), bluenoise.power_spectrum(ranks))
-    assert main(["spectrum", str(tmp_path / "m.npy"), "-o", str(tmp_path / "s.csv")]) == 0
-    assert (tmp_path / "s.csv").read_text().startswith("frequency,power\n")
-    table = np.loadtxt(tmp_path / "s.csv", delimiter=",", skiprows=1)
-    np.testing.assert_allclose(table.T, bluenoise.radial_power(ranks), atol=1e-6)
-    assert lines(capsys) == ([], [])
-    assert main(["spectrum", "--json", str(tmp_path / "m.npy")]) == 0
-    found = json.loads(capsys.readouterr().out)
-    np.testing.assert_array_equal((found["frequency"], found["power"]), bluenoise.radial_power(ranks))
-
-
-def test_spectrum_as_a_plot(tmp_path):
-    pytest.importorskip("matplotlib")
-    np.save(tmp_path / "m.npy", bluenoise.mask((32, 48), seed=1))
-    for name in ("s.png", "s.svg"):
-        assert main(["spectrum", str(tmp_path / "m.npy"), "-o", str(tmp_path / name)]) == 0
-    assert np.asarray(Image.open(tmp_path / "s.png")).std() > 10
-    assert "<svg" in (tmp_path / "s.svg").read_text(encoding="utf-8")
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -282,13 +257,11 @@ def test_spectrum_as_a_plot(tmp_path):
         (["mask", "--size", "8", "--channels", "5", "--method", "anneal", "-o", "m.png"], ["channels", "5"]),
         (["mask", "--size", "8", "--channels", "2", "--method", "relax", "-o", "m.png"], ["--channels needs --method auto or anneal"]),
         (["mask", "--size", "8", "--json", "-o", "-"], ["--json"]),
-        (["spectrum", "flat.npy"], ["-o", "--json"]),
         (["measure", "volume.npy"], ["volume.npy", "(2, 4, 4)", "--channel"]),
-        (["spectrum", "deep.npy", "-o", "s.csv"], ["deep.npy", "(2, 4, 4)", "--channel"]),
+        (["points", "--count", "2", "--method", "mask", "--mask", "deep.npy", "-o", "s.csv"], ["deep.npy", "(2, 4, 4)", "--channel"]),
         (["dither", "colour.png", "colour.png"], ["colour.png", "input"]),
         (["dither", "colour.png", "./link.png"], ["link.png", "input"]),
         (["dither", "colour.png", "grey.png", "--mask", "grey.png"], ["grey.png", "input"]),
-        (["spectrum", "flat.npy", "-o", "flat.npy"], ["flat.npy", "input"]),
         (["mask", "--size", "8", "-o", "pipe.npy"], ["pipe.npy", "regular"]),
         (["dither", "colour.png", "out.png", "--mask", "grey.png"], ["grey.png", "8-bit", "--rank"]),
         (["dither", "colour.png", "out.png", "--rank"], ["--rank", "--mask"]),
@@ -314,8 +287,7 @@ def test_spectrum_as_a_plot(tmp_path):
         (["dither", "colour.png", "out.pgm", "--levels", "1"], ["levels", "1"]),
         (["dither", "colour.png", "out.png", "--mask", "line.npy"], ["line.npy"]),
         (["dither", "colour.png", "out.png", "--mask", "flat.npy"], ["flat.npy", "more than once"]),
-        (["spectrum", "colour.png", "-o", "out.csv"], ["colour.png"]),
-        (["spectrum", "flat.npy", "-o", "out.txt"], ["out.txt", ".csv"]),
+        (["points", "--count", "2", "--method", "mask", "--mask", "colour.png", "-o", "out.csv"], ["colour.png"]),
     ],
 )
 def test_errors_are_one_line_and_leave_nothing(arguments, words, tmp_path, capsys, monkeypatch):
@@ -395,7 +367,6 @@ def test_streams(tmp_path):
     png = run("mask", "--size", "16", "--seed", "2", "--format", "png", "-o", "-")
     for data in (npy, png):
         assert json.loads(run("measure", "--json", "-", data=data))["dithering_error"]["1.0"] == bluenoise.dithering_error(ranks)
-    assert run("spectrum", "-", "-o", "-", data=npy).startswith(b"frequency,power\n")
     grey = Image.new("L", (8, 8), 100)
     buffer = io.BytesIO()
     grey.save(buffer, "PNG")
@@ -498,17 +469,14 @@ def test_an_output_that_takes_nothing_is_an_error(command, tmp_path):
     assert (done.returncode, done.stderr) == (1, "bluenoise: standard output: No space left on device\n")
 
 
-@pytest.mark.parametrize("name", ["mask.npy", "mask.png", "mask.exr", "points.npy", "points.csv", "spectrum.npy", "spectrum.png"])
+@pytest.mark.parametrize("name", ["mask.npy", "mask.png", "mask.exr", "points.npy", "points.csv"])
 def test_a_full_disk_is_named_with_the_file(name, tmp_path):
     """A limit on the size of files fails in the same way, with other words."""
-    needed = {"mask.exr": "OpenEXR", "spectrum.png": "matplotlib"}.get(name)
-    if needed:
-        pytest.importorskip(needed)
-    bluenoise.save(tmp_path / "in.npy", white((128, 128)))
+    if name == "mask.exr":
+        pytest.importorskip("OpenEXR")
     (tmp_path / name).write_bytes(b"precious")
-    command = {"mask": "mask --size 256", "points": "points --count 9999 --method mask",
-               "spectrum": "spectrum in.npy"}[name.split(".")[0]]
+    command = {"mask": "mask --size 256", "points": "points --count 9999 --method mask"}[name.split(".")[0]]
     done = run_in_shell(f"ulimit -f 8; {{}} {command} -o {name}", tmp_path)
     assert done.returncode == 1 and done.stderr.count("\n") == 1
     assert done.stderr.startswith(f"bluenoise: {name}") and ("File too large" in done.stderr or name == "mask.exr"), done.stderr
-    assert (tmp_path / name).read_bytes() == b"precious" and len(list(tmp_path.iterdir())) == 2
+    assert (tmp_path / name).read_bytes() == b"precious" and len(list(tmp_path.iterdir())) == 1
