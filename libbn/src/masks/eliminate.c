@@ -41,7 +41,7 @@ typedef struct elimination {
 } elimination;
 
 /* Reports progress now and then, with `remaining` points to order; returns whether to stop. */
-static int cancelled(elimination *t, size_t remaining) {
+static int elimination_cancelled(elimination *t, size_t remaining) {
     const bn_eliminate_watch *w = t->watch;
     if (t->cancelled || t->calls++ % BN_ELIMINATE_INTERVAL != 0) return t->cancelled;
     if (w->progress != NULL) {
@@ -162,7 +162,7 @@ static void collect(elimination *t) {
     uint32_t at[3], cell = 0;
     for (at[2] = 0; at[2] < t->cells[2]; ++at[2]) {
         for (at[1] = 0; at[1] < t->cells[1]; ++at[1]) {
-            for (at[0] = 0; at[0] < t->cells[0] && !cancelled(t, t->count); ++at[0])
+            for (at[0] = 0; at[0] < t->cells[0] && !elimination_cancelled(t, t->count); ++at[0])
                 collect_cell(t, cell++, at);
         }
     }
@@ -230,7 +230,7 @@ static void begin_stage(elimination *t, uint64_t seed) {
 /* Removes points until `left` remain. Writes them from `removed` downwards. */
 static void remove_points(elimination *t, size_t left, uint32_t *removed) {
     int top = BN_ELIMINATE_BUCKETS - 1;
-    for (size_t remaining = t->count; remaining > left && !cancelled(t, remaining);) {
+    for (size_t remaining = t->count; remaining > left && !elimination_cancelled(t, remaining);) {
         const uint32_t slot = t->bucket[top];
         if (slot == BN_ELIMINATE_NONE) {
             --top;
