@@ -25,7 +25,7 @@ mod path;
 mod sampler;
 
 pub use path::{LoopSampler, PathSampler, RaySampler, Split};
-pub use sampler::{tables, Block, Domain, Sampler, Samples, Type};
+pub use sampler::{tables, Domain, Sampler, Type};
 
 use libbn_sys as sys;
 use std::ffi::CStr;

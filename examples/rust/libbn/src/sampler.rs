@@ -113,13 +113,8 @@ impl<'m> Sampler<'m> {
         filled(|out| unsafe { sys::bn_sample_4d_u32(&self.state, x, y, index, domain.0, out) })
     }
 
-    /// The samples of a pixel one after the other, from `first` to the last there is.
-    pub fn samples(&self, x: i32, y: i32, first: u32, domain: Domain) -> Samples<'_> {
-        Samples { sampler: self, x, y, domain, next: Some(first) }
-    }
-
-    /// The samples of a rectangle of pixels, faster than one by one.
-    pub fn block(&self, x: Range<i32>, y: Range<i32>, index: Range<u32>, domain: Domain) -> Result<Block, Error> {
+    /// The samples of a rectangle of pixels, faster than one by one: rows, pixels of a row, samples of a pixel.
+    pub fn block(&self, x: Range<i32>, y: Range<i32>, index: Range<u32>, domain: Domain) -> Result<Vec<[f32; 4]>, Error> {
         let width = extent(&x)?;
         let height = extent(&y)?;
         let depth = index.end.checked_sub(index.start).filter(|&n| n > 0).ok_or(Error::InvalidArgument)?;
@@ -143,7 +138,7 @@ impl<'m> Sampler<'m> {
                 4 * count,
             )
         })?;
-        Ok(Block { x, y, index, samples })
+        Ok(samples)
     }
 
     /// Sample `index[i]` of pixel `(x[i], y[i])` in `domain[i]` for each lane i of a wavefront, in any order.
@@ -192,56 +187,4 @@ pub fn tables() -> &'static [u32] {
 
 fn extent(range: &Range<i32>) -> Result<u32, Error> {
     u32::try_from(i64::from(range.end) - i64::from(range.start)).ok().filter(|&n| n > 0).ok_or(Error::InvalidArgument)
-}
-
-/// The samples of one pixel in one domain.
-#[derive(Debug)]
-pub struct Samples<'s> {
-    sampler: &'s Sampler<'s>,
-    x: i32,
-    y: i32,
-    domain: Domain,
-    next: Option<u32>,
-}
-
-impl Iterator for Samples<'_> {
-    type Item = [f32; 4];
-
-    fn next(&mut self) -> Option<[f32; 4]> {
-        let index = self.next?;
-        self.next = index.checked_add(1);
-        Some(self.sampler.sample_4d(self.x, self.y, index, self.domain))
-    }
-}
-
-/// The samples of a rectangle of pixels: rows, pixels of a row, samples of a pixel.
-#[derive(Clone, Debug)]
-pub struct Block {
-    x: Range<i32>,
-    y: Range<i32>,
-    index: Range<u32>,
-    samples: Vec<[f32; 4]>,
-}
-
-impl Block {
-    /// The samples of one pixel, in the order of their indices. Panics outside the block.
-    pub fn pixel(&self, x: i32, y: i32) -> &[[f32; 4]] {
-        assert!(self.x.contains(&x) && self.y.contains(&y), "({x}, {y}) is outside the block");
-        let distance = |from: i32, to: i32| (i64::from(to) - i64::from(from)) as usize;
-        let width = distance(self.x.start, self.x.end);
-        let (column, row) = (distance(self.x.start, x), distance(self.y.start, y));
-        let depth = (self.index.end - self.index.start) as usize;
-        &self.samples[(row * width + column) * depth..][..depth]
-    }
-
-    /// All of them: `[height][width][count]`.
-    pub fn as_slice(&self) -> &[[f32; 4]] {
-        &self.samples
-    }
-
-    /// Pixels in their order, each with its samples.
-    pub fn pixels(&self) -> impl Iterator<Item = ((i32, i32), &[[f32; 4]])> {
-        let places = self.y.clone().flat_map(move |y| self.x.clone().map(move |x| (x, y)));
-        places.zip(self.samples.chunks_exact((self.index.end - self.index.start) as usize))
-    }
 }
