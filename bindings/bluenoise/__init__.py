@@ -7,7 +7,7 @@ except for neural masks and points.
 Functions raise ``ValueError`` for unknown names, numbers out of range, shapes that are wrong or do not broadcast, and masks that are
 not permutations, ``TypeError`` for other types than those described, ``MemoryError``, ``OSError`` and the two exceptions below; messages
 name the argument and its value. All functions are thread-safe, except those of one ray
-or loop, which count; long work releases the GIL.
+or loop, which are stateful; long work releases the GIL.
 """
 
 from . import _subinterpreters

@@ -121,7 +121,7 @@ def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uin
     Parameters
     ----------
     cdf : array_like of float
-        One-dimensional and ascending, from 0 or more to any sum from 1e-30 to 1e30: probabilities, or powers as they are.
+        Cumulative sums of weights, one-dimensional and ascending. The last is between 1e-30 and 1e30: probabilities and powers both work.
     u : array_like of float
         As for `choose`.
 

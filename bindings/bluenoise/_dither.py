@@ -95,7 +95,7 @@ def dither(
     ValueError
         A number is out of range, or a shape or mode is not supported.
     TypeError
-        The image or the mask has another dtype.
+        The dtype of the image or the mask is not supported.
 
     Notes
     -----

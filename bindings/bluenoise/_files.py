@@ -316,8 +316,8 @@ def ranked(path: Path, values: npt.NDArray[Any], rank: bool, option: str) -> arg
 def load(path: PathLike, *, rank: bool = False) -> arguments.Ranks:
     """Read a mask from a PNG or another image (needs Pillow), an EXR (needs OpenEXR) or an NPY file.
 
-    Values other than ranks are ranked; the ranks are those that were saved if all texels have different values. Channels that have
-    one value everywhere, such as an opaque alpha, are left out.
+    Values other than ranks, such as grey levels, are replaced by their ranks: those that were saved, if no two texels are equal.
+    Channels that have one value everywhere, such as an opaque alpha, are left out.
 
     Parameters
     ----------

@@ -189,7 +189,7 @@ enum {
      * for a number of samples: if a pixel stops earlier, it has little less error than with SOBOL. */
     BN_SAMPLER_ZORDER = 3,
     /* A blue-noise texture for the first sample of a pixel, then a shifted, scrambled Sobol' sequence. Blue at
-     * 1 sample, like SOBOL from 16 on. */
+     * 1 sample, no better than SOBOL from 16 on. */
     BN_SAMPLER_MASK = 4
 };
 
@@ -291,8 +291,8 @@ BN_API bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefro
 
 /* ---- Drawing on a GPU (docs/shaders.md) */
 
-/* The tables of BLUE, the same for every seed: *count words, 46.5 KiB of constant data, as bn_draw.glsl
- * describes them. *version becomes BN_DRAW_TABLE_VERSION of the library. Either may be NULL. */
+/* Returns the table of BLUE, 46.5 KiB, the same for every seed; bn_draw.glsl describes it. Sets *count to its
+ * length in words and *version to the library's BN_DRAW_TABLE_VERSION. Either may be NULL. */
 BN_API const uint32_t *bn_tables(size_t *count, uint32_t *version);
 
 /* The seed of a sampler for shaders: two words. */

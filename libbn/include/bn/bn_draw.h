@@ -96,7 +96,7 @@ BN_DEVICE_INLINE void bn_draw_white_4d(bn_uint2 seed, int32_t x, int32_t y, uint
     bn_draw_floats(bn_draw_white_bits(seed, (uint32_t)x, (uint32_t)y, index, domain), out);
 }
 
-/* bn_sample_2d() of the three: dimensions (0, 1) of the same draw with pair 0, (2, 3) with pair 1. */
+/* bn_sample_2d() for BLUE, SOBOL and WHITE: dimensions (0, 1) with pair 0, (2, 3) with pair 1. */
 BN_DEVICE_INLINE void bn_draw_blue_2d(const uint32_t *words, bn_uint2 seed, int32_t x, int32_t y,
                                       uint32_t index, uint32_t domain, uint32_t pair,
                                       float out[2]) {

@@ -155,7 +155,7 @@ BN_HOST_INLINE void bn_ray_draw_end_light(const bn_sampler *s, const bn_ray *ray
     bn_path_draw_2d(s, &ray->path, ray->domain, 1, out);
 }
 
-/* The result of call k + 1 of the functions below. The ray stays as it is. */
+/* The result of call k + 1 of the matching bn_ray_next_...(), without advancing the ray. */
 BN_HOST_INLINE float bn_ray_draw_1d(const bn_sampler *s, const bn_ray *ray, uint32_t k) {
     float pair[2];
     bn_path_draw_2d(s, &ray->path, bn_ray_1d_domain(ray->domain, k), bn_ray_1d_pair(k), pair);
