@@ -184,7 +184,7 @@ def memory() -> float:
 
 
 def enough_memory(what: str, size: int) -> None:
-    """Raises MemoryError at once if work that needs so many bytes would fail late."""
+    """Raises MemoryError now if work that needs so many bytes would fail later."""
     if size > memory():
         raise MemoryError(f"{what} needs about {size / 1e9:.1f} GB of memory, but there are {memory() / 1e9:.1f} GB")
 

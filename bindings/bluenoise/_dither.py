@@ -77,12 +77,12 @@ def dither(
         Number of levels, 2 to 256, evenly spaced from 0 to full scale.
     mask : array_like, optional
         Ranks of shape ``(height, width)``, or ``(n,)`` for a row, each once; or the values t themselves, floats in [0, 1), such as a
-        window of `NeuralGenerator`. With shape ``(channels, height, width)``, each channel of the image has a mask of its own, the
+        window of `NeuralGenerator`. With shape ``(channels, height, width)``, each channel of the image has its own mask, the
         first ones if there are more. Defaults to the built-in mask of 64 x 64 texels.
     srgb : bool, default False
         Whether values are sRGB-encoded; local means are then preserved in linear light.
     channel_offset : bool, default True
-        Whether to shift the mask from channel to channel, so that their errors are uncorrelated. Masks with channels of their own
+        Whether to shift the mask from channel to channel, so that their errors are uncorrelated. Masks with several channels
         are never shifted.
 
     Returns

@@ -43,7 +43,7 @@ class _OnceOnly:
 
     def __reduce_ex__(self, protocol: object) -> NoReturn:  # of copy, deepcopy and pickle
         name = type(self).__name__
-        raise TypeError(f"a {name} cannot be copied or pickled, as both would hand out the same numbers; pass it on")
+        raise TypeError(f"a {name} cannot be copied or pickled, because the copy would repeat its numbers; pass it on")
 
 
 class PathSampler:
@@ -68,7 +68,7 @@ class PathSampler:
         The samples of these pixels, 0 to 2**32 - 1.
     stream : array_like of int, default 0
         Independent sequences of samples, 0 to 2**32 - 1: the frames of a film, or light paths beside camera
-        paths. Where frames are averaged, the index goes on instead, and the stream stays 0.
+        paths. For averaged frames, let the index continue and keep stream 0.
 
     Examples
     --------
@@ -396,7 +396,7 @@ class RaySampler(_OnceOnly):
 
 
 class Split:
-    """A path that goes on in several ways. ``split[k]`` is branch k. With a count, from ``RaySampler.next_split``, ``len(split)`` is
+    """A path that continues in several branches. ``split[k]`` is branch k. With a count, from ``RaySampler.next_split``, ``len(split)`` is
     the number of branches, and a loop over the split gives all of them; without one, from ``RaySampler.next_split_from``, both are
     ``TypeError``."""
 
@@ -417,7 +417,7 @@ class Split:
     def __getitem__(self, k: npt.ArrayLike) -> PathSampler:
         """Return branch `k`, a path whose rays begin at 0.
 
-        Paths that take fewer branches just stop early; those that take more go on with count and later.
+        A path may use fewer branches than the count, or more: continue with k = count, count + 1, ...
 
         Parameters
         ----------

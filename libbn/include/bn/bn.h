@@ -228,8 +228,8 @@ BN_API bn_result bn_sampler_init(bn_sampler *sampler, bn_sampler_type type, uint
 BN_API bn_result bn_sampler_init_zorder(bn_sampler *sampler, uint32_t samples_per_pixel,
                                         uint64_t seed);
 
-/* Initialises a MASK sampler from a 2-D mask of one channel. Keep its ranks as they are for as long as the
- * sampler or a copy of it draws. Errors: INVALID_ARGUMENT (a NULL, a zero extent, a depth or channels other
+/* Initialises a MASK sampler from a 2-D mask of one channel. Its ranks must stay unchanged while the sampler
+ * or a copy of it draws. Errors: INVALID_ARGUMENT (a NULL, a zero extent, a depth or channels other
  * than 1, rank_bits other than 16 or 32), BAD_DATA (the ranks are not a permutation), OUT_OF_MEMORY (the
  * check takes a bit per texel). */
 BN_API bn_result bn_sampler_init_mask(bn_sampler *sampler, const bn_mask *mask, uint64_t seed);

@@ -175,7 +175,7 @@ struct bn_blue_pixel {
     BN_UINT member;       /* of the family */
 };
 
-/* A factor that gives each member random digits of its own. */
+/* A factor that gives each member its own random digits. */
 #ifndef BN_KEY_FACTOR
 #define BN_KEY_FACTOR(member) bn_draw_key_factor(member)
 BN_FUNCTION BN_UINT bn_draw_key_factor(BN_UINT member) {
@@ -234,7 +234,7 @@ BN_FUNCTION BN_UINT bn_draw_flip(BN_UINT index) {
 
 /* The digits of an index, reversed and shuffled. Each digit is flipped depending on the later ones,
  * through a product that is nested in the index from its top bit down. The first digit is also
- * flipped by random bits of its own: by the product alone, one in eight pairs of families would
+ * flipped by its own random bits: by the product alone, one in eight pairs of families would
  * flip it alike over the first 16 samples of a pixel. Zero maps to zero, so every power-of-two
  * prefix maps to itself. */
 BN_FUNCTION BN_UINT bn_draw_blue_digits(BN_UINT shuffle, BN_UINT reversed, BN_UINT flip) {

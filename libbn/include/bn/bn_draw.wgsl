@@ -111,7 +111,7 @@ struct bn_blue_pixel {
     member: u32, /* of the family */
 }
 
-/* A factor that gives each member random digits of its own. */
+/* A factor that gives each member its own random digits. */
 fn bn_draw_key_factor(member: u32) -> u32 {
     return member * 0x0bd794d6u + 0xd35a2d97u;
 }
@@ -167,7 +167,7 @@ fn bn_draw_flip(index: u32) -> u32 {
 
 /* The digits of an index, reversed and shuffled. Each digit is flipped depending on the later ones,
  * through a product that is nested in the index from its top bit down. The first digit is also
- * flipped by random bits of its own: by the product alone, one in eight pairs of families would
+ * flipped by its own random bits: by the product alone, one in eight pairs of families would
  * flip it alike over the first 16 samples of a pixel. Zero maps to zero, so every power-of-two
  * prefix maps to itself. */
 fn bn_draw_blue_digits(shuffle: u32, reversed: u32, flip: u32) -> u32 {

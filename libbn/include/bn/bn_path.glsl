@@ -233,7 +233,7 @@ BN_FUNCTION bn_split bn_ray_draw_split_from(bn_ray ray, BN_UINT k, BN_UINT first
     return split;
 }
 
-/* Branch k, a path of its own. */
+/* Branch k, itself a path. */
 BN_FUNCTION bn_path bn_split_path(bn_split split, BN_UINT k) {
     return bn_path_branch(split.path, split.domain, split.count, k);
 }

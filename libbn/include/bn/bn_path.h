@@ -25,7 +25,7 @@
  * and wavelength from bn_path_time_wavelength(), once for all branches of the path.
  *
  * All further decisions draw from bn_ray_next_1d(), bn_ray_next_2d() and bn_ray_next_4d(). Each of these has
- * a sequence of its own below the ray, so two pixels that drew different numbers at one ray agree again at
+ * its own sequence below the ray, so two pixels that drew different counts at one ray are in step again at
  * the next. For a choice and then a pair, such as a light and the point on it, use u[2] and (u[0], u[1]) of
  * bn_ray_next_4d().
  *
@@ -44,7 +44,7 @@
  *
  * `count` must be the same for all samples of the pixel. Where it varies, pass the number of branches that
  * the pixel's earlier samples took to bn_ray_next_split_from(). Without that number, pass a count near the
- * mean: a sample with fewer branches stops early, one with more goes on with k = count and later.
+ * mean: a sample may use fewer branches, or more: k = count, count + 1, ...
  *
  * A loop of unknown length, such as delta tracking or a random walk, draws from bn_ray_next_loop(). Decisions
  * that neighbours meet in different order, such as the transparency of layers, need a key: draw from
@@ -122,7 +122,7 @@ BN_DEVICE_INLINE bn_split bn_ray_next_split_from(bn_ray *ray, uint32_t first) {
     return split;
 }
 
-/* Branch k, a path of its own. */
+/* Branch k, itself a path. */
 BN_DEVICE_INLINE bn_path bn_split_path(const bn_split *split, uint32_t k) {
     return bn_path_branch(split->path, split->domain, split->count, k);
 }

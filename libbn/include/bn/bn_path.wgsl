@@ -229,7 +229,7 @@ fn bn_ray_draw_split_from(ray: bn_ray, k: u32, first: u32) -> bn_split {
     return split;
 }
 
-/* Branch k, a path of its own. */
+/* Branch k, itself a path. */
 fn bn_split_path(split: bn_split, k: u32) -> bn_path {
     return bn_path_branch(split.path, split.domain, split.count, k);
 }

@@ -85,7 +85,7 @@ typedef struct bn_neural_options {
      * above. */
     const char *provider;
     /* The channels of the built-in network: 1 (or 0, the default), or 2 for vector masks, whose channels are
-     * blue each and together. For a model of your own: 0, or the number of channels that it must have. */
+     * jointly blue. For a model of your own: 0, or the number of channels that it must have. */
     uint32_t channels;
 } bn_neural_options;
 
