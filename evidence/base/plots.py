@@ -17,9 +17,7 @@ TICKS = (.05, .1, .2, .3, .5, .7, .8, .9, 1, 1.1, 1.25, 1.5, 2, 3, 4, 6, 8, 12, 
 # Okabe and Ito's palette, which is safe for colour-blind readers.
 STYLES = {
     "white": ("#767676", "o"),
-    "pcg": ("#a0a0a0", "d"),
     "sobol": ("#d55e00", "s"),
-    "sobol4d": ("#a03000", "P"),
     "sobol-global": ("#e08214", "D"),
     "zorder": ("#009e73", "^"),
     "mask": ("#cc79a7", "v"),

@@ -5,7 +5,7 @@ from ..base.command import names_of
 from ..base.peers import PEERS
 
 # sobol-global is in builds with Boost.
-SAMPLERS = ("white", "pcg", "sobol", "zorder", "mask", "sobol-global", *PEERS, "blue")
+SAMPLERS = ("white", "sobol", "zorder", "mask", "sobol-global", *PEERS, "blue")
 OWN = tuple(name for name in SAMPLERS if name not in PEERS)
 ALWAYS = ("white", "sobol", "blue")  # headlines say how much less error blue has than the others
 DECLARED = ("zorder",)  # must be told the sample count, so each count is a run of its own

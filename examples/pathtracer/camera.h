@@ -4,7 +4,6 @@
 
 #include "math.h"
 
-// A ray. The direction is a unit vector.
 struct Ray {
     Vec3 origin, direction;
     float time = 0; // in [0, 1): when the shutter was open
@@ -13,22 +12,22 @@ struct Ray {
 struct Camera {
     Vec3 position;
     Vec3 target;                   // a point ahead, to report what the camera looks at
-    Vec3 forward, up, right;       // unit vectors; x grows to the right in the picture
+    Vec3 forward, up, right;       // unit vectors; x grows to the right in the image
     float tan_half_height;         // tangent of half the vertical angle of view
     float pixel_size;              // at distance 1; camera_fit sets it and the half sizes
-    float half_width, half_height; // of the picture, in pixels
+    float half_width, half_height; // of the image, in pixels
     float lens_radius;             // 0: a pinhole
     float focus_distance;          // along `forward`, to the plane in focus
 };
 
-// Turns a camera to look along `forward`, a unit vector. `up` need not be perpendicular to it.
+// `up` need not be perpendicular to `forward`, a unit vector.
 inline void camera_turn(Camera &camera, Vec3 forward, Vec3 up) {
     camera.forward = forward;
     camera.right = normalize(cross(forward, up));
     camera.up = cross(camera.right, forward);
 }
 
-// A camera at `position` that looks at `target`. `up` need not be perpendicular to the view.
+// Looks from `position` at `target`.
 inline Camera camera_look_at(Vec3 position, Vec3 target, Vec3 up, float tan_half_height) {
     Camera camera{};
     camera.position = position;
@@ -44,15 +43,15 @@ inline void camera_set_lens(Camera &camera, float radius, Vec3 focus) {
     camera.focus_distance = dot(focus - camera.position, camera.forward);
 }
 
-// Fits the camera to a picture of width x height pixels; the vertical angle of view stays the same.
+// Fits the camera to an image of width x height pixels; the vertical angle of view stays the same.
 inline void camera_fit(Camera &camera, int width, int height) {
-    camera.half_width = 0.5f * static_cast<float>(width);
-    camera.half_height = 0.5f * static_cast<float>(height);
+    camera.half_width = 0.5f * float(width);
+    camera.half_height = 0.5f * float(height);
     camera.pixel_size = camera.tan_half_height / camera.half_height;
 }
 
-// The ray through a point of the picture, in pixels from its top left corner, and a point on the
-// lens, given in the unit square. A pinhole ignores the lens point.
+// The ray through a point of the image, in pixels from its top left corner, and a point on the lens,
+// given in the unit square.
 inline Ray camera_ray(const Camera &c, Vec2 point, Vec2 lens) {
     const float x = (point.x - c.half_width) * c.pixel_size;
     const float y = (c.half_height - point.y) * c.pixel_size;

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR pictures. Files are encoded in memory: the library's own file streams do not report an
+// OpenEXR images. Files are encoded in memory: the library's own file streams do not report an
 // error in the last write.
 #include "exr.h"
 
 #include <ImfChannelList.h>
 #include <ImfChromaticities.h>
 #include <ImfEnvmap.h>
-#include <ImfFloatAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfInputFile.h>
-#include <ImfIntAttribute.h>
 #include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStdIO.h>
@@ -31,7 +29,7 @@
 namespace {
 
 constexpr const char *COUNT = "count";
-constexpr int LARGEST = 1 << 24; // pixels along a side of any picture
+constexpr int LARGEST = 1 << 24; // pixels along a side of any image
 
 // The layers of a film, except the counts.
 constexpr std::array<const char *, 14> LAYERS = {
@@ -59,7 +57,7 @@ struct Planes {
     explicit Planes(const Crop &crop)
         : values(LAYERS.size() * pixel_count(crop)), counts(pixel_count(crop)) {
         const auto add = [&](const char *name, Imf::PixelType type, void *plane) {
-            const size_t row = 4 * static_cast<size_t>(width(crop));
+            const size_t row = 4 * size_t(width(crop));
             buffer.insert(name, Imf::Slice::Make(type, plane, box(crop), 4, row));
         };
         for (size_t i = 0; i < LAYERS.size(); ++i)
@@ -76,11 +74,11 @@ void read_windows(const Imf::Header &header, int &full_width, int &full_height, 
     const int64_t w = int64_t{display.max.x} - display.min.x + 1;
     const int64_t h = int64_t{display.max.y} - display.min.y + 1;
     if (w > LARGEST || h > LARGEST || std::min(x0, y0) < -LARGEST || std::max(x1, y1) > LARGEST ||
-        (x1 - x0) * (y1 - y0) > static_cast<int64_t>(4 * MAX_PIXELS))
+        (x1 - x0) * (y1 - y0) > int64_t(4 * MAX_PIXELS))
         throw Error("it is too large");
-    full_width = static_cast<int>(w);
-    full_height = static_cast<int>(h);
-    crop = {static_cast<int>(x0), static_cast<int>(y0), static_cast<int>(x1), static_cast<int>(y1)};
+    full_width = int(w);
+    full_height = int(h);
+    crop = {int(x0), int(y0), int(x1), int(y1)};
 }
 
 template <typename Statistics, typename Visit>
@@ -92,69 +90,29 @@ void visit_statistics(Statistics &s, Visit visit) {
     visit("seconds", s.seconds);
     visit("rays", s.ray_count);
     visit("threads", s.threads);
-    visit("samplingShare", s.sampling_share);
 }
-
-// 64-bit numbers, which do not fit the format's integers, are stored as text.
-struct WriteAttribute {
-    Imf::Header &header;
-
-    template <typename Value>
-    void operator()(const char *name, const Value &value) const {
-        if constexpr (std::is_same_v<Value, uint64_t>)
-            header.insert(name, Imf::StringAttribute(std::to_string(value)));
-        else if constexpr (std::is_floating_point_v<Value>)
-            header.insert(name, Imf::FloatAttribute(static_cast<float>(value)));
-        else
-            header.insert(name, Imf::IntAttribute(static_cast<int>(value)));
-    }
-};
-
-struct ReadAttribute {
-    const Imf::Header &header;
-
-    template <typename Attribute>
-    auto found(const char *name) const {
-        const auto *attribute = header.findTypedAttribute<Attribute>(name);
-        if (!attribute) throw Error("it was not written by this program: it has no ", name);
-        return attribute->value();
-    }
-    template <typename Value>
-    void operator()(const char *name, Value &value) const {
-        const auto refuse_unless = [&](bool good, const std::string &is) {
-            if (!good) throw Error("its ", name, " is ", is);
-        };
-        if constexpr (std::is_same_v<Value, uint64_t>) {
-            const auto text = found<Imf::StringAttribute>(name);
-            const char *end = text.data() + text.size();
-            const auto [stop, error] = std::from_chars(text.data(), end, value);
-            refuse_unless(error == std::errc() && stop == end, "'" + printable(text) + "'");
-        } else if constexpr (std::is_floating_point_v<Value>) {
-            value = found<Imf::FloatAttribute>(name);
-            refuse_unless(std::isfinite(value), "not finite");
-            // Those in double precision are of time.
-            refuse_unless(std::is_same_v<Value, float> || value >= 0, "negative");
-        } else {
-            const int number = found<Imf::IntAttribute>(name);
-            refuse_unless(number >= 0, "negative");
-            value = static_cast<Value>(number);
-        }
-    }
-};
 
 ExrHead read_head(const Imf::Header &header) {
     ExrHead head{};
     read_windows(header, head.full_width, head.full_height, head.crop);
-    PictureStatistics &s = head.statistics;
-    visit_statistics(s, ReadAttribute{header});
-    if (s.end_sample < s.first_sample || s.end_sample > uint64_t{1} << 32)
-        throw Error("its firstSample or endSample are impossible");
     for (auto at = header.begin(); at != header.end(); ++at)
         if (const auto *text = dynamic_cast<const Imf::StringAttribute *>(&at.attribute()))
             head.settings[at.name()] = text->value();
-    for (const char *other :
-         {"firstSample", "endSample", "rays", "software", "bnVersion", "name", "type"})
-        head.settings.erase(other);
+    ImageStatistics &s = head.statistics;
+    visit_statistics(s, [&](const char *name, auto &value) {
+        const auto found = head.settings.find(name);
+        if (found == head.settings.end())
+            throw Error("it was not written by this program: it has no ", name);
+        const std::string text = found->second;
+        const char *const end = text.data() + text.size();
+        const auto [stop, error] = std::from_chars(text.data(), end, value);
+        if (error != std::errc() || stop != end || !std::isfinite(double(value)))
+            throw Error("its ", name, " is '", printable(text), "'");
+        head.settings.erase(found);
+    });
+    if (s.end_sample < s.first_sample || s.end_sample > uint64_t{1} << 32)
+        throw Error("its firstSample or endSample are impossible");
+    for (const char *other : {"software", "name", "type"}) head.settings.erase(other);
     return head;
 }
 
@@ -181,45 +139,38 @@ std::string exr_encode(const Film &film, const ExrHead &head) {
     const Imath::Box2i data = box(film.crop);
     Imf::Header header(display, data, 1, {0, 0}, 1, Imf::INCREASING_Y, Imf::ZIP_COMPRESSION);
 
-    const WriteAttribute write{header};
-    visit_statistics(head.statistics, write);
     const auto text = [&](const std::string &name, const std::string &value) {
         header.insert(name, Imf::StringAttribute(value));
     };
+    visit_statistics(head.statistics, [&](const char *name, auto value) {
+        text(name,
+             std::is_integral_v<decltype(value)> ? std::to_string(value) : shortest(double(value)));
+    });
     for (const auto &[name, value] : head.settings) text(name, value);
     text("software", std::string("libbn pathtracer ") + bn_version_string());
-    text("bnVersion", bn_version_string()); // the format itself uses "version"
 
     Planes planes(film.crop);
     const size_t count = film.pixels.size();
-    const auto largest = static_cast<double>(std::numeric_limits<float>::max());
+    const auto largest = double(std::numeric_limits<float>::max());
     for (size_t i = 0; i < count; ++i) {
         FilmPixel p = film.pixels[i];
         p.squares = film_variance(p);
         const auto values = values_of(p);
         for (size_t k = 0; k < values.size(); ++k)
-            planes.values[k * count + i] =
-                static_cast<float>(std::clamp(*values[k], -largest, largest));
-        planes.values[SHARE_OF_HITS * count + i] =
-            p.count ? static_cast<float>(static_cast<double>(p.hits) / p.count) : 0;
+            planes.values[k * count + i] = float(std::clamp(*values[k], -largest, largest));
+        planes.values[SHARE_OF_HITS * count + i] = p.count ? float(double(p.hits) / p.count) : 0;
         planes.counts[i] = p.count;
     }
     for (auto plane = planes.buffer.begin(); plane != planes.buffer.end(); ++plane)
         header.channels().insert(plane.name(), Imf::Channel(plane.slice().type));
 
-    try {
-        Imf::StdOSStream stream;
-        {
-            Imf::OutputFile file(stream, header); // writes its table of rows last
-            file.setFrameBuffer(planes.buffer);
-            file.writePixels(height(film.crop));
-        }
-        return stream.str();
-    } catch (const std::bad_alloc &) {
-        throw;
-    } catch (const std::exception &error) {
-        throw Error("the picture cannot be encoded: ", error.what());
+    Imf::StdOSStream stream;
+    {
+        Imf::OutputFile file(stream, header); // writes its table of rows last
+        file.setFrameBuffer(planes.buffer);
+        file.writePixels(height(film.crop));
     }
+    return stream.str();
 }
 
 Image exr_read(const std::string &path) {
@@ -228,7 +179,7 @@ Image exr_read(const std::string &path) {
         Image image{};
         read_windows(file.header(), image.full_width, image.full_height, image.crop);
         const size_t pixel = sizeof(Vec3);
-        const size_t row = pixel * static_cast<size_t>(width(image.crop));
+        const size_t row = pixel * size_t(width(image.crop));
         image.rgb.resize(pixel_count(image.crop));
         Imf::FrameBuffer buffer;
         const char *const names[3] = {"R", "G", "B"};
@@ -288,7 +239,7 @@ Film exr_read_film(const std::string &path) {
             const double share = layer(SHARE_OF_HITS);
             if (!(share >= 0 && share <= 1))
                 throw Error("its channel A has a value outside [0, 1]");
-            p.hits = static_cast<uint32_t>(std::lround(share * p.count));
+            p.hits = uint32_t(std::lround(share * p.count));
         }
         return film;
     });

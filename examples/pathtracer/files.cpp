@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -14,36 +15,27 @@
 #include <fstream>
 #include <list>
 #include <locale>
-#include <new>
 #include <random>
 
 namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int64_t MAX_FILE = int64_t{1} << 32; // bytes
-constexpr int MAX_LINKS = 40;                  // followed from one name; Linux has the same limit
-
-volatile std::sig_atomic_t waiting = 0;
+constexpr int MAX_LINKS = 40; // followed from one name; Linux has the same limit
 
 // Signals that would end the program wait as long as this lives, so that no temporary file stays.
 class Undisturbed {
   public:
     Undisturbed() {
-        for (auto &[signal, before] : handlers_) {
-            before = std::signal(signal, [](int number) { waiting = number; });
-            if (before == SIG_IGN) std::signal(signal, SIG_IGN);
-        }
+        sigset_t signals;
+        sigemptyset(&signals);
+        for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
+        sigprocmask(SIG_BLOCK, &signals, &before_);
     }
-    ~Undisturbed() {
-        for (const auto &[signal, before] : handlers_) std::signal(signal, before);
-        const int number = waiting;
-        waiting = 0;
-        if (number) std::raise(number);
-    }
+    ~Undisturbed() { sigprocmask(SIG_SETMASK, &before_, nullptr); }
 
   private:
-    std::pair<int, void (*)(int)> handlers_[3] = {{SIGINT, {}}, {SIGTERM, {}}, {SIGHUP, {}}};
+    sigset_t before_;
 };
 
 Error cannot_write(const fs::path &path, const std::string &why) {
@@ -61,10 +53,8 @@ fs::path resolve(const fs::path &path) {
     return result;
 }
 
-// A file that is removed when it goes out of scope, unless it was renamed.
 class TemporaryFile {
   public:
-    // Creates a file next to what `path` leads to.
     explicit TemporaryFile(const fs::path &path)
         : path_(path), target_(resolve(path)), name_(target_) {
         std::random_device random;
@@ -81,13 +71,11 @@ class TemporaryFile {
         if (!renamed_) unlink(name_.c_str());
     }
 
-    // Writes the file and flushes it to disk.
     void write(const std::string &bytes) {
         check(std::fwrite(bytes.data(), 1, bytes.size(), file_) == bytes.size() &&
               std::fflush(file_) == 0 && fsync(fileno(file_)) == 0);
     }
 
-    // Puts the file in place.
     void rename() {
         check(std::rename(name_.c_str(), target_.c_str()) == 0);
         renamed_ = true;
@@ -103,18 +91,6 @@ class TemporaryFile {
     bool renamed_ = false;
 };
 
-[[noreturn]] void say_why_and_exit() {
-    const char *why = "stopped by an internal error";
-    try {
-        if (std::current_exception()) std::rethrow_exception(std::current_exception());
-    } catch (const std::bad_alloc &) {
-        why = "out of memory; --max-memory allows more, where there is more";
-    } catch (...) {
-    }
-    std::fprintf(stderr, "pathtracer: %s\n", why);
-    std::_Exit(1);
-}
-
 // Whether a path lies below a folder. Both must be canonical.
 bool is_below(const fs::path &path, const fs::path &folder) {
     const auto [end, rest] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
@@ -126,29 +102,7 @@ bool is_utf8(const std::string &text) {
     std::mbstate_t state{};
     const auto &utf8 = std::use_facet<Utf8>(std::locale::classic());
     const char *const begin = text.data();
-    return utf8.length(state, begin, begin + text.size(), text.size()) ==
-           static_cast<int>(text.size());
-}
-
-// Backslashes, control characters and what is no UTF-8, which readers of EXR attributes refuse, as
-// escapes.
-std::string escaped(const std::string &name) {
-    const std::string clean = without_controls(name);
-    const bool plain = is_utf8(name);
-    std::string result;
-    for (size_t i = 0; i < name.size(); ++i) {
-        char code[8];
-        const size_t known = std::string_view("\\\n\r").find(name[i]);
-        if (known != std::string::npos) {
-            result += {'\\', "\\nr"[known]};
-        } else if (clean[i] != name[i] || (!plain && (name[i] & 0x80) != 0)) {
-            std::snprintf(code, sizeof code, "\\x%02x", static_cast<unsigned char>(name[i]));
-            result += code;
-        } else {
-            result += name[i];
-        }
-    }
-    return result;
+    return utf8.length(state, begin, begin + text.size(), text.size()) == int(text.size());
 }
 
 // The names of a text, each with what tells its contents.
@@ -163,6 +117,11 @@ std::map<std::string, std::string> parsed(const std::string &text) {
 }
 
 } // namespace
+
+std::string shortest(double number) {
+    char text[32];
+    return {text, std::to_chars(text, text + sizeof text, number).ptr};
+}
 
 std::string printable(std::string text) {
     constexpr size_t LONGEST = 200;
@@ -187,7 +146,11 @@ void say(const std::string &message) {
 }
 
 void exit_where_it_would_abort() {
-    std::set_terminate(say_why_and_exit);
+    std::set_terminate([] {
+        std::fprintf(stderr, "pathtracer: out of memory, or an internal error; --max-memory allows "
+                             "more, where there is more\n");
+        std::_Exit(1);
+    });
 }
 
 void check_regular(const fs::path &path) {
@@ -203,8 +166,8 @@ std::vector<unsigned char> read_file(const fs::path &path) {
     std::ifstream file(path, std::ios::binary | std::ios::ate);
     if (!file) throw Error("cannot be opened: ", std::strerror(errno));
     const std::streamoff size = file.tellg();
-    if (size >= MAX_FILE) throw Error("is too large: files below 4 GiB are read");
-    std::vector<unsigned char> bytes(static_cast<size_t>(size));
+    std::vector<unsigned char> bytes;
+    bytes.resize(size_t(size));
     file.seekg(0);
     if (!file.read(reinterpret_cast<char *>(bytes.data()), size))
         throw Error("cannot be read completely");
@@ -244,10 +207,13 @@ std::vector<unsigned char> SceneFolder::read(const std::string &name) {
 }
 
 void InputRecord::add(const fs::path &path, const std::vector<unsigned char> &bytes) {
+    const std::string name = path.string();
+    if (without_controls(name) != name || !is_utf8(name))
+        throw Error("has a name that is not plain UTF-8; rename it");
     char hash[32];
     std::snprintf(hash, sizeof hash, "%08lx-%zu", crc32_z(0, bytes.data(), bytes.size()),
                   bytes.size());
-    const auto [known, is_new] = files.try_emplace(path.string(), hash);
+    const auto [known, is_new] = files.try_emplace(name, hash);
     if (!is_new && known->second != hash) throw Error("has changed while it was read; try again");
 }
 
@@ -261,7 +227,7 @@ void InputRecord::add_file(const fs::path &path) {
 
 std::string InputRecord::text() const {
     std::string result;
-    for (const auto &[name, hash] : files) result += hash + "  " + escaped(name) + "\n";
+    for (const auto &[name, hash] : files) result += hash + "  " + name + "\n";
     return result;
 }
 
@@ -274,7 +240,7 @@ std::string inputs_difference(const std::string &one, const std::string &other) 
             return printable(name) + ", which only one of them reads";
         if (a.at(name) != b.at(name)) return "the contents of " + printable(name);
     }
-    return one == other ? "" : "the list of their files";
+    return "the list of their files";
 }
 
 void check_writable(const fs::path &path) {

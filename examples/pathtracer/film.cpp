@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Accumulating the samples of each pixel, and what follows from them: the exposure of a preview, and where
-// a picture has enough samples.
 #include "film.h"
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
 #include <mutex>
 #include <system_error>
 #include <thread>
@@ -22,13 +19,6 @@ constexpr double LARGEST = 64; // stops; the command line has the same limit
 
 bool shows_surface(const FilmPixel &p) {
     return p.hits > 0 && 2 * uint64_t{p.hits} >= p.count;
-}
-
-// Keeps black from needing endless samples: a fiftieth of white.
-constexpr double DARKEST = 0.02;
-
-int up_to_block(int v, int limit) {
-    return std::min((v + BLOCK_SIZE - 1) / BLOCK_SIZE * BLOCK_SIZE, limit);
 }
 
 } // namespace
@@ -57,18 +47,17 @@ void film_add(FilmPixel &pixel, const PathSample &sample) {
 
 void film_merge(FilmPixel &pixel, const FilmPixel &other) {
     if (other.count == 0) return;
-    const double count = static_cast<double>(pixel.count) + other.count;
+    const double count = double(pixel.count) + other.count;
     const double share = other.count / count;
     const glm::dvec3 difference = other.radiance - pixel.radiance;
-    pixel.squares +=
-        other.squares + difference * difference * share * static_cast<double>(pixel.count);
+    pixel.squares += other.squares + difference * difference * share * double(pixel.count);
     pixel.radiance += share * difference;
     pixel.albedo += share * (other.albedo - pixel.albedo);
     pixel.normal += share * (other.normal - pixel.normal);
     pixel.count += other.count;
     pixel.hits += other.hits;
     if (other.hits > 0)
-        pixel.depth += static_cast<double>(other.hits) / pixel.hits * (other.depth - pixel.depth);
+        pixel.depth += double(other.hits) / pixel.hits * (other.depth - pixel.depth);
 }
 
 SampleCounts film_counts(const Film &film) {
@@ -93,15 +82,15 @@ Image film_image(const Film &film) {
 }
 
 glm::dvec3 film_variance(const FilmPixel &pixel) {
-    return pixel.count < 2 ? glm::dvec3(0) : pixel.squares / static_cast<double>(pixel.count - 1);
+    return pixel.count < 2 ? glm::dvec3(0) : pixel.squares / double(pixel.count - 1);
 }
 
 // ---- Exposure
 
 float auto_exposure(const Film &film) {
-    // Judges the picture only by the pixels that show a surface, but not if there are hardly any.
+    // Judges the image only by the pixels that show a surface, but not if there are hardly any.
     const auto hits = std::count_if(film.pixels.begin(), film.pixels.end(), shows_surface);
-    const bool surfaces_only = static_cast<size_t>(hits) * 1000 > film.pixels.size();
+    const bool surfaces_only = size_t(hits) * 1000 > film.pixels.size();
     const int columns = width(film.crop), rows = height(film.crop);
     double sum = 0, weight = 0; // of logarithms
     for (int top = 0; top < rows; top += LARGE_BLOCK)
@@ -120,7 +109,7 @@ float auto_exposure(const Film &film) {
         }
     if (!(weight > 0)) return 0;
     const double exposure = std::log2(MIDDLE_GREY) - sum / weight;
-    return static_cast<float>(std::clamp(std::round(4 * exposure) / 4, -LARGEST, LARGEST));
+    return float(std::clamp(std::round(4 * exposure) / 4, -LARGEST, LARGEST));
 }
 
 std::string film_warning(const Film &film, const std::string &extent) {
@@ -133,7 +122,7 @@ std::string film_warning(const Film &film, const std::string &extent) {
                "which " +
                extent + ", with --eye and --target, or leave them out";
     if (!any([](const FilmPixel &p) { return max_component(p.radiance) > 0; }))
-        return "THE PICTURE IS BLACK: no light reaches the visible surfaces; add some with --env "
+        return "THE IMAGE IS BLACK: no light reaches the visible surfaces; add some with --env "
                "sky, look from inside with --eye and --target, or raise --max-depth";
     return "";
 }
@@ -141,27 +130,37 @@ std::string film_warning(const Film &film, const std::string &extent) {
 // ---- Adaptive sampling
 
 Crop whole_blocks(const Crop &crop, int full_width, int full_height) {
+    const auto up = [](int v, int limit) {
+        return std::min((v + BLOCK_SIZE - 1) / BLOCK_SIZE * BLOCK_SIZE, limit);
+    };
     return {crop.x0 / BLOCK_SIZE * BLOCK_SIZE, crop.y0 / BLOCK_SIZE * BLOCK_SIZE,
-            up_to_block(crop.x1, full_width), up_to_block(crop.y1, full_height)};
+            up(crop.x1, full_width), up(crop.y1, full_height)};
 }
 
+namespace {
+
+// Keeps black from needing endless samples: a fiftieth of white.
+constexpr double DARKEST = 0.02;
+
+// The count after `count` samples at which blocks are looked at, or UINT32_MAX.
 uint32_t next_look(const NoiseSettings &noise, uint32_t count) {
     uint64_t look = 2;
     while (look <= count || look < noise.min_spp) look *= 2;
-    return static_cast<uint32_t>(std::min<uint64_t>(look, UINT32_MAX));
+    return uint32_t(std::min<uint64_t>(look, UINT32_MAX));
 }
 
+// An estimate of the relative error of a block of equal counts, 2 or more: the root mean square, over
+// pixels and channels, of the standard error of the mean as displayed (exposed and clipped), over that
+// mean plus DARKEST. Uses layers as the EXR stores them, so that resumed images get the same answers.
 double displayed_error(const Film &film, const Crop &block, float exposure) {
-    const double gain = std::exp2(static_cast<double>(exposure));
+    const double gain = std::exp2(double(exposure));
     double squares = 0, light = 0;
     for (int y = block.y0; y < block.y1; ++y)
         for (int x = block.x0; x < block.x1; ++x) {
             const FilmPixel &pixel = film_pixel(film, x, y);
-            // Single precision, as in the EXR.
             const Vec3 mean = pixel.radiance, variance = film_variance(pixel);
             const glm::dvec3 value = gain * glm::dvec3(mean);
-            const glm::dvec3 error =
-                gain * sqrt(glm::dvec3(variance) / static_cast<double>(pixel.count));
+            const glm::dvec3 error = gain * sqrt(glm::dvec3(variance) / double(pixel.count));
             // A quarter of what two errors up and down span on the display: the error itself below
             // white, and 0 above.
             const glm::dvec3 shown =
@@ -169,143 +168,97 @@ double displayed_error(const Film &film, const Crop &block, float exposure) {
             squares += dot(shown, shown);
             light += dot(min(value, 1.0), glm::dvec3(1));
         }
-    const double values = 3 * static_cast<double>(pixel_count(block));
+    const double values = 3 * double(pixel_count(block));
     return std::sqrt(squares / values) / (light / values + DARKEST);
 }
 
+// Whether a block with `count` samples in each pixel needs no more: always false between looks.
 bool is_done(const NoiseSettings &noise, const Film &film, const Crop &block, uint32_t count) {
     if (!(noise.level > 0) || count < 2 || next_look(noise, count - 1) != count) return false;
-    return displayed_error(film, block, noise.exposure) < static_cast<double>(noise.level);
+    return displayed_error(film, block, noise.exposure) < double(noise.level);
 }
 
-// ---- Rendering: threads take small tiles from a shared counter until none are left. Each pixel's
-// samples are added in order, so the film is bit-identical for any number of threads and any crop.
-
-namespace {
-
-// Small, so that the last tiles finish together. Tiles are blocks of adaptive sampling, on the same
-// grid over the whole picture.
-constexpr int TILE_SIZE = BLOCK_SIZE;
+// ---- Rendering: threads take blocks from a shared counter until none are left. Each pixel's samples
+// are added in order, so the film is bit-identical for any number of threads and any crop.
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
+constexpr double PROGRESS_SECONDS = 0.1; // between two reports
 
-struct Job {
-    const Integrator &integrator;
-    const RenderSettings &settings;
-    uint32_t count;
-    Film &film;
-    std::vector<Crop> tiles = {}; // row by row, those at the edges smaller
-    std::atomic<size_t> next_tile{0};
-    std::atomic<bool> stop{false};
-    std::mutex mutex = {};
-    std::condition_variable finished = {}; // signalled when a thread exits
-    PathCounters counters = {};            // guarded by the mutex, like the rest
-    size_t tiles_done = 0;
-    unsigned threads_left = 0;
-};
-
-void render_pixel(const Job &job, int x, int y, uint32_t count, PathCounters &counters) {
-    FilmPixel &pixel = film_pixel(job.film, x, y);
-    while (pixel.count < count) {
-        const uint32_t index = job.settings.first_sample + pixel.count;
-        PathSample sample = trace_path(job.integrator, x, y, index, counters);
-        // One such sample would spoil the pixel for good. Count it; the total is reported at the
-        // end.
-        if (!is_finite(sample.radiance)) {
-            sample.radiance = {0, 0, 0};
-            ++counters.lost;
-        }
-        film_add(pixel, sample);
-    }
-}
-
-void render_tile(const Job &job, const Crop &tile, uint32_t count, PathCounters &counters) {
-    for (int y = tile.y0; y < tile.y1; ++y)
-        for (int x = tile.x0; x < tile.x1; ++x) render_pixel(job, x, y, count, counters);
-}
-
-// Up to the job's count, or to a look that finds enough samples. Pixels of a block that a resumed
-// picture does not have catch up with the others first.
-void render_block(const Job &job, const Crop &block, PathCounters &counters) {
-    const NoiseSettings &noise = job.settings.noise;
-    uint32_t count = 0;
+// Up to `count` samples for each pixel of a block.
+void render_pixels(const Integrator &integrator, const RenderSettings &settings, Film &film,
+                   const Crop &block, uint32_t count, PathCounters &counters) {
     for (int y = block.y0; y < block.y1; ++y)
         for (int x = block.x0; x < block.x1; ++x)
-            count = std::max(count, film_pixel(job.film, x, y).count);
-    for (;;) {
-        render_tile(job, block, count, counters);
-        if (count >= job.count || is_done(noise, job.film, block, count)) return;
-        count = std::min(next_look(noise, count), job.count);
-    }
-}
-
-void render_tiles(Job &job) {
-    geometry_thread_begin();
-    while (!job.stop.load(std::memory_order_relaxed)) {
-        const size_t tile = job.next_tile.fetch_add(1, std::memory_order_relaxed);
-        if (tile >= job.tiles.size()) break;
-        const Crop &pixels = job.tiles[tile];
-        PathCounters counters;
-        if (job.settings.noise.level > 0)
-            render_block(job, pixels, counters);
-        else
-            render_tile(job, pixels, job.count, counters);
-        const std::lock_guard<std::mutex> lock(job.mutex);
-        job.counters += counters;
-        ++job.tiles_done;
-    }
-    const std::lock_guard<std::mutex> lock(job.mutex);
-    --job.threads_left;
-    job.finished.notify_one();
-}
-
-// Takes samples until every pixel of the film has `count` of them, or its block is done. Stops early
-// if go_on(fraction of tiles, totals), called a few times per second, returns false. Returns whether
-// all samples were taken.
-template <typename GoOn>
-bool render_until(const Integrator &integrator, const RenderSettings &settings, uint32_t count,
-                  Film &film, RenderTotals &totals, GoOn go_on) {
-    const Clock::time_point start = Clock::now();
-    Job job{integrator, settings, count, film};
-    const Crop &crop = film.crop, all = whole_blocks(crop, film.full_width, film.full_height);
-    for (int y = all.y0; y < all.y1; y += TILE_SIZE)
-        for (int x = all.x0; x < all.x1; x += TILE_SIZE)
-            job.tiles.push_back({std::max(x, crop.x0), std::max(y, crop.y0),
-                                 std::min(x + TILE_SIZE, crop.x1),
-                                 std::min(y + TILE_SIZE, crop.y1)});
-
-    std::vector<std::thread> threads;
-    {
-        std::unique_lock<std::mutex> lock(job.mutex);
-        try {
-            while (threads.size() < settings.threads) {
-                threads.emplace_back(render_tiles, std::ref(job));
-                ++job.threads_left;
+            for (FilmPixel &pixel = film_pixel(film, x, y); pixel.count < count;) {
+                const uint32_t index = settings.first_sample + pixel.count;
+                PathSample sample = trace_path(integrator, x, y, index, counters);
+                // One such sample would spoil the pixel for good. The total is reported at the end.
+                if (!is_finite(sample.radiance)) {
+                    sample.radiance = {0, 0, 0};
+                    ++counters.lost;
+                }
+                film_add(pixel, sample);
             }
-        } catch (const std::system_error &) {
-            // The system grants no more threads: those already started do the work.
-            if (threads.empty()) throw Error("the system does not let this program start a thread");
-        }
-        while (!job.finished.wait_for(lock, std::chrono::milliseconds(100),
-                                      [&] { return job.threads_left == 0; })) {
-            const double fraction =
-                static_cast<double>(job.tiles_done) / static_cast<double>(job.tiles.size());
-            RenderTotals so_far = totals;
-            so_far.counters += job.counters;
-            so_far.seconds += seconds_since(start);
-            lock.unlock();
-            if (!go_on(fraction, so_far)) job.stop = true;
-            lock.lock();
-        }
+}
+
+// Up to `limit` samples, or to a look that finds enough. Pixels that a resumed image lacks catch up.
+void render_block(const Integrator &integrator, const RenderSettings &settings, Film &film,
+                  const Crop &block, uint32_t limit, PathCounters &counters) {
+    uint32_t count = settings.noise.level > 0 ? 0 : limit;
+    for (int y = block.y0; y < block.y1; ++y)
+        for (int x = block.x0; x < block.x1; ++x)
+            count = std::max(count, film_pixel(film, x, y).count);
+    for (;;) {
+        render_pixels(integrator, settings, film, block, count, counters);
+        if (count >= limit || is_done(settings.noise, film, block, count)) return;
+        count = std::min(next_look(settings.noise, count), limit);
     }
+}
+
+// Gives every pixel `count` samples, unless its block is done. Returns false if `interrupted`.
+bool render_pass(const Integrator &integrator, const RenderSettings &settings, uint32_t count,
+                 Film &film, RenderTotals &totals,
+                 const std::function<void(double, const RenderTotals &)> &progress,
+                 const volatile std::sig_atomic_t &interrupted) {
+    const Crop &crop = film.crop, all = whole_blocks(crop, film.full_width, film.full_height);
+    std::vector<Crop> blocks; // row by row, those at the edges smaller
+    for (int y = all.y0; y < all.y1; y += BLOCK_SIZE)
+        for (int x = all.x0; x < all.x1; x += BLOCK_SIZE)
+            blocks.push_back({std::max(x, crop.x0), std::max(y, crop.y0),
+                              std::min(x + BLOCK_SIZE, crop.x1),
+                              std::min(y + BLOCK_SIZE, crop.y1)});
+
+    const double seconds_before = totals.seconds;
+    const Clock::time_point start = Clock::now();
+    double reported = 0;
+    std::mutex mutex; // guards totals, reported and done
+    size_t done = 0;
+    std::atomic<size_t> next{0};
+    const auto work = [&] {
+        geometry_thread_begin();
+        for (size_t i; !interrupted && (i = next++) < blocks.size();) {
+            PathCounters counters;
+            render_block(integrator, settings, film, blocks[i], count, counters);
+            const std::lock_guard<std::mutex> lock(mutex);
+            const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+            totals.counters += counters;
+            totals.seconds = seconds_before + seconds;
+            ++done;
+            if (seconds - reported < PROGRESS_SECONDS && done < blocks.size()) continue;
+            reported = seconds;
+            progress(double(done) / double(blocks.size()), totals);
+        }
+    };
+    std::vector<std::thread> threads;
+    try {
+        while (threads.size() + 1 < settings.threads) threads.emplace_back(work);
+    } catch (const std::system_error &) {
+        // The system grants no more threads: those already started do the work.
+    }
+    work();
     for (std::thread &thread : threads) thread.join();
-    totals.counters += job.counters;
-    totals.seconds += seconds_since(start);
-    return job.tiles_done == job.tiles.size();
+    return done == blocks.size();
 }
 
 // The most samples per pixel in one pass.
@@ -321,36 +274,6 @@ uint32_t next_count(uint32_t count) {
 
 } // namespace
 
-double sampling_share(const Integrator &integrator, const RenderSettings &settings,
-                      const Film &film, const RenderTotals &totals) {
-    if (!(totals.seconds > 0)) return 0;
-    const auto seconds_per_draw = [&](bool both) {
-        constexpr int DRAWS = 1 << 15;
-        const Crop &crop = film.crop;
-        double fastest = 1;
-        volatile float sink = 0; // keeps the compiler from removing the draws
-        for (int run = 0; run < 3; ++run) {
-            const Clock::time_point start = Clock::now();
-            float sum = 0;
-            for (int i = 0; i < DRAWS; ++i) {
-                // In the order paths draw: all rays of a sample, then the next sample or pixel.
-                const int x = crop.x0 + i / 64 % width(crop), y = crop.y0 + i / 512 % height(crop);
-                const uint32_t index = settings.first_sample + static_cast<uint32_t>(i / 16 % 4);
-                const uint32_t ray = static_cast<uint32_t>(i) % (integrator.max_depth + 1);
-                sum += with_path(*integrator.sampler, x, y, index, [&](const auto &path) {
-                    return both ? path.ray(ray).draw()[0] : path.ray(ray).draw_direction()[0];
-                });
-            }
-            sink = sink + sum;
-            fastest = std::min(fastest, seconds_since(start) / DRAWS);
-        }
-        return fastest;
-    };
-    const double drawing = static_cast<double>(totals.counters.draws_2d) * seconds_per_draw(false) +
-                           static_cast<double>(totals.counters.draws_4d) * seconds_per_draw(true);
-    return drawing / (totals.seconds * settings.threads);
-}
-
 bool render_frame(const Integrator &integrator, const RenderSettings &settings, Film &film,
                   RenderTotals &totals,
                   const std::function<void(double, const RenderTotals &)> &progress,
@@ -358,12 +281,12 @@ bool render_frame(const Integrator &integrator, const RenderSettings &settings, 
     const SampleCounts counts = film_counts(film);
     for (uint32_t count = counts.least; count < settings.spp;) {
         const uint32_t next = std::max(std::min(next_count(count), settings.spp), counts.most);
-        const auto go_on = [&](double fraction, const RenderTotals &so_far) {
+        const auto report = [&](double fraction, const RenderTotals &so_far) {
             const double samples = count + fraction * (next - count) - counts.least;
             progress(samples / (settings.spp - counts.least), so_far);
-            return !interrupted;
         };
-        if (!render_until(integrator, settings, next, film, totals, go_on)) return false;
+        if (!render_pass(integrator, settings, next, film, totals, report, interrupted))
+            return false;
         count = next;
     }
     return true;

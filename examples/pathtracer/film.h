@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The accumulated samples of each pixel, from which the picture's layers are made. Values are means
-// in double precision, stored with their sample counts, so pixels may have different counts and get
-// more samples later, and films with different samples can be merged.
+// The accumulated samples of each pixel, from which an image's layers are made. Values are means in
+// double precision, stored with their sample counts, so pixels may have different counts and get more
+// samples later, and films with different samples can be merged.
 #pragma once
 
 #include <csignal>
@@ -24,14 +24,14 @@ struct FilmPixel {
 };
 
 struct Film {
-    int full_width, full_height;   // of the whole picture
+    int full_width, full_height;   // of the whole image
     Crop crop;                     // the pixels held
     std::vector<FilmPixel> pixels; // row by row
 };
 
 Film film_create(int full_width, int full_height, const Crop &crop);
 
-// The pixel (x, y) of the whole picture, which must be inside the film's crop.
+// The pixel (x, y) of the whole image, which must be inside the film's crop.
 template <typename FilmOrConst>
 auto &film_pixel(FilmOrConst &film, int x, int y) {
     const size_t row = y - film.crop.y0;
@@ -49,45 +49,32 @@ void film_add(FilmPixel &pixel, const PathSample &sample);
 // Algorithm for Computing Sample Variances", 1979).
 void film_merge(FilmPixel &pixel, const FilmPixel &other);
 
-// The smallest and largest sample counts of any pixel.
 struct SampleCounts {
     uint32_t least, most;
 };
 SampleCounts film_counts(const Film &film);
 
-// The samples of all pixels.
 double film_samples(const Film &film);
 
 // The mean radiance; black where there are no samples.
 Image film_image(const Film &film);
 
-// The unbiased variance of a single sample of radiance; 0 with fewer than two
-// samples. Samples of a pixel are not independent: the variance of their mean is less than this
-// divided by the count.
+// The unbiased variance of a single sample of radiance; 0 with fewer than two samples.
 glm::dvec3 film_variance(const FilmPixel &pixel);
 
-// ---- Exposure
-
-// The exposure in stops that maps the geometric mean of the picture's luminance to middle grey,
-// 0.18, rounded to a quarter of a stop. Only pixels that mostly show a surface count, or all pixels
-// if there are hardly any. The mean is over averages of 16x16 pixels: noise and black shadows
-// hardly change it, and previews of different samplers get the same exposure. 0 for a black
-// picture.
+// The exposure in stops that maps the geometric mean of the image's luminance to middle grey, 0.18,
+// rounded to a quarter of a stop. Only pixels that mostly show a surface count, unless there are
+// hardly any. Means are over 16x16 pixels, so noise and black shadows hardly change it.
 float auto_exposure(const Film &film);
 
-// One line that warns about a picture without visible surfaces or light, and says what to do;
+// One line that warns about an image without visible surfaces or light, and says what to do;
 // otherwise empty. `extent` says where the scene is.
 std::string film_warning(const Film &film, const std::string &extent);
 
-// ---- Adaptive sampling (--noise): where a picture has enough samples
-//
-// Pixels stop together, in blocks of 8x8 that lie on the whole picture's grid, whatever the crop.
-// So a decision rests on thousands of samples, of which a pixel's own are a 64th: a pixel cannot
-// stop because its own few samples happen to agree, which would make pictures too dark. Noise stays
-// blue inside blocks, as their pixels have equal counts. Blocks are looked at when they have a power
-// of two of samples, where all samplers are at their best, and where few looks are enough.
+// ---- Adaptive sampling (--noise): where an image has enough samples. README.md says why it works in
+// blocks of 8x8 pixels, which lie on the whole image's grid, and looks at them at powers of two.
 
-constexpr int BLOCK_SIZE = 8; // pixels per side; blocks at the picture's edges may be smaller
+constexpr int BLOCK_SIZE = 8; // pixels per side; blocks at the image's edges may be smaller
 
 struct NoiseSettings {
     float level = 0;       // relative error as displayed at which a block stops; 0: never
@@ -95,23 +82,10 @@ struct NoiseSettings {
     float exposure = 0;    // of the display, in stops
 };
 
-// The part of the picture that consists of whole blocks around a crop.
+// The part of the image that consists of whole blocks around a crop.
 Crop whole_blocks(const Crop &crop, int full_width, int full_height);
 
-// The count after `count` samples at which blocks are looked at, or UINT32_MAX.
-uint32_t next_look(const NoiseSettings &noise, uint32_t count);
-
-// An estimate of the relative error of a block, all of whose pixels have the same count, 2 or more:
-// the root mean square, over pixels and channels, of the standard error of the mean as displayed,
-// over the mean as displayed plus a fiftieth of white. As displayed: exposed and clipped. The
-// standard error is that of independent samples, so that of most samplers is smaller. Uses layers
-// as the EXR stores them, so pictures that are resumed get the same answers.
-double displayed_error(const Film &film, const Crop &block, float exposure);
-
-// Whether a block with `count` samples in each pixel needs no more: always false between looks.
-bool is_done(const NoiseSettings &noise, const Film &film, const Crop &block, uint32_t count);
-
-// ---- Rendering on all cores, in passes over the whole picture, so that an interrupt leaves a picture of
+// ---- Rendering on all cores, in passes over the whole image, so that an interrupt leaves an image of
 // fewer samples
 
 struct RenderSettings {
@@ -121,21 +95,15 @@ struct RenderSettings {
     NoiseSettings noise = {}; // with a level, the film's crop must consist of whole blocks
 };
 
-// Statistics of rendering.
 struct RenderTotals {
-    double seconds = 0; // of rendering alone
+    double seconds = 0;
     PathCounters counters;
 };
 
-// Fills a film, which may hold samples already, with fewer where blocks are done. Calls progress(fraction done, totals) from the calling thread a few times per second. Returns false soon after `interrupted`
-// becomes non-zero: pixels then have different numbers of samples. The film does not depend on the
-// number of threads or the crop.
+// Fills a film, which may hold samples already, with fewer where blocks are done. Reports progress, a
+// fraction, a few times per second. Returns false soon after `interrupted` becomes non-zero: pixels then
+// have different numbers of samples. The film does not depend on the number of threads or the crop.
 bool render_frame(const Integrator &integrator, const RenderSettings &settings, Film &film,
                   RenderTotals &totals,
                   const std::function<void(double, const RenderTotals &)> &progress,
                   const volatile std::sig_atomic_t &interrupted);
-
-// Estimates the share of rendering time spent drawing samples, by timing draws alone, with this
-// picture's domains and pixels.
-double sampling_share(const Integrator &integrator, const RenderSettings &settings,
-                      const Film &film, const RenderTotals &totals);

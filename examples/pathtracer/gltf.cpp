@@ -9,9 +9,7 @@
 #include <cstring>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <set>
-#include <type_traits>
 
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -31,7 +29,7 @@ constexpr float LUMENS_PER_WATT = 683;           // at 555 nm; glTF exporters us
 constexpr float MAX_GLOW = 1;                    // radiance
 constexpr double MAX_COORDINATE = 1e15;          // doubles resolve an eighth there
 // The largest distance from the scene's centre. Products of three lengths, and areas, still fit in
-// a float, so pictures are right; a hundred times as far, Embree ends the program.
+// a float, so images are right; a hundred times as far, Embree ends the program.
 constexpr float MAX_REACH = 1e10f;
 
 // ---- JSON: what is missing, or of another type, has a default
@@ -63,14 +61,19 @@ std::vector<double> numbers(const Json &of, const char *name, size_t count) {
 // An index into a list of the file, -1 if there is none.
 int64_t index(const Json &of, const char *name) {
     const double value = number(of, name, -1);
-    return value >= 0 && value < 4e9 ? static_cast<int64_t>(value) : -1;
+    return value >= 0 && value < 4e9 ? int64_t(value) : -1;
 }
 
 // A size or an offset.
 size_t size_in(const Json &of, const char *name) {
     const double value = number(of, name, 0);
     if (!(value >= 0 && value < 1e18)) throw Error("has an impossible ", name);
-    return static_cast<size_t>(value);
+    return size_t(value);
+}
+
+bool flag(const Json &of, const char *name) {
+    const Json &value = member(of, name);
+    return value.is_boolean() && value.get<bool>();
 }
 
 const Json &extension(const Json &of, const char *name) {
@@ -79,7 +82,7 @@ const Json &extension(const Json &of, const char *name) {
 
 // A number of a file, clamped; what is not a number becomes `low`.
 float bounded(double value, double low = 0, double high = 1) {
-    return static_cast<float>(value > low ? std::min(value, high) : low);
+    return float(value > low ? std::min(value, high) : low);
 }
 
 Vec3 colour(const std::vector<double> &c, double high = 1) {
@@ -97,7 +100,7 @@ Bytes base64_decoded(const std::string &text, size_t from) {
     for (size_t i = from; i < text.size() && text[i] != '='; ++i) {
         const size_t digit = digits.find(text[i]);
         if (digit == std::string::npos) throw Error("is not valid base64");
-        bits = bits << 6 | static_cast<uint32_t>(digit);
+        bits = bits << 6 | uint32_t(digit);
         if (++count % 4 != 1)
             bytes.push_back(static_cast<unsigned char>(bits >> (6 - 2 * ((count - 1) % 4))));
     }
@@ -118,23 +121,26 @@ std::string percent_decoded(const std::string &uri) {
     return name;
 }
 
+// Names a buffer or an image in messages.
+std::string name_of(const char *what, const Json &source, int64_t number) {
+    const std::string uri = text(source, "uri"), name = text(source, "name");
+    if (!uri.empty() && uri.compare(0, 5, "data:") != 0)
+        return joined(what, " ", printable(percent_decoded(uri)));
+    return joined(what, " ", number, name.empty() ? "" : " ", printable(name));
+}
+
 struct Span {
     const unsigned char *data;
     size_t size, stride; // stride 0: packed
 };
 
-// What the reader supports, or reports itself where a material uses it.
+// What the reader supports, or reports itself where a texture or a material uses it.
 const std::set<std::string> KNOWN = {
     "KHR_lights_punctual", "KHR_texture_transform", "KHR_mesh_quantization", "EXT_texture_webp",
     "EXT_texture_avif",    "KHR_texture_basisu",    "MSFT_texture_dds"};
 const std::set<std::string> KNOWN_MATERIALS = {"KHR_materials_ior", "KHR_materials_transmission",
                                                "KHR_materials_specular",
                                                "KHR_materials_emissive_strength"};
-// Image formats that are not decoded. A texture may offer a PNG or JPEG as a fallback.
-const std::pair<const char *, const char *> UNKNOWN_PICTURES[] = {{"EXT_texture_webp", "WebP"},
-                                                                  {"EXT_texture_avif", "AVIF"},
-                                                                  {"KHR_texture_basisu", "KTX2"},
-                                                                  {"MSFT_texture_dds", "DDS"}};
 
 bool is_known(const std::string &name) {
     return KNOWN.count(name) > 0 || name.compare(0, 14, "KHR_materials_") == 0;
@@ -150,18 +156,12 @@ struct File {
     explicit File(SceneFolder &scene_folder) : folder(scene_folder), bytes(folder.read_scene()) {
         Span all = {bytes.data(), bytes.size(), 0};
         if (all.size >= 4 && std::memcmp(all.data, "glTF", 4) == 0) all = glb_text();
-        try {
-            json = Json::parse(all.data, all.data + all.size);
-        } catch (const Json::exception &problem) {
-            throw Error("is not valid glTF 2.0: ", printable(problem.what()));
-        }
+        json = Json::parse(all.data, all.data + all.size);
         const Json &asset = member(json, "asset");
-        for (const char *name : {"version", "minVersion"}) {
-            const std::string version = text(asset, name);
-            if (name[0] == 'm' ? !version.empty() && version != "2.0" : version.compare(0, 2, "2."))
-                throw Error("is glTF ", printable(version.empty() ? "without a version" : version),
-                            "; version 2.0 is read");
-        }
+        const std::string version = text(asset, "version"), least = text(asset, "minVersion");
+        if (version.compare(0, 2, "2.") != 0 || (!least.empty() && least != "2.0"))
+            throw Error("is glTF ", printable(least.empty() ? version : least),
+                        "; version 2.0 is read");
         for (const Json &required : member(json, "extensionsRequired"))
             if (required.is_string() && !is_known(required))
                 throw Error("requires the extension ", printable(required),
@@ -193,38 +193,35 @@ struct File {
     const Json &at(const char *list, int64_t index, const char *what) const {
         const Json &elements = member(json, list);
         const size_t count = elements.is_array() ? elements.size() : 0;
-        if (index < 0 || static_cast<size_t>(index) >= count)
+        if (index < 0 || size_t(index) >= count)
             throw Error("refers to ", what, " ", index, ", and has ", count);
-        return elements[static_cast<size_t>(index)];
+        return elements[size_t(index)];
     }
 
     // The bytes that a URI holds, or of the file that it names.
     Bytes resource(const std::string &uri) const {
         if (uri.compare(0, 5, "data:") != 0) return folder.read(percent_decoded(uri));
         const size_t comma = uri.find(";base64,");
-        if (comma == std::string::npos) throw Error("is no base64");
+        if (comma == std::string::npos) throw Error("is not base64");
         return base64_decoded(uri, comma + 8);
     }
 
     Span buffer(int64_t number) {
         const Json &source = at("buffers", number, "buffer");
-        const std::string uri = text(source, "uri");
-        const bool in_file = uri.compare(0, 5, "data:") == 0;
-        const std::string name =
-            uri.empty() || in_file ? std::to_string(number) : printable(percent_decoded(uri));
+        const std::string uri = text(source, "uri"), name = name_of("buffer", source, number);
         Span found = chunk;
         if (!uri.empty()) {
             const auto [known, is_new] = buffers.try_emplace(number);
             try {
                 if (is_new) known->second = resource(uri);
             } catch (const Error &problem) {
-                throw Error("buffer ", name, ": ", problem.what());
+                throw Error(name, ": ", problem.what());
             }
             found = {known->second.data(), known->second.size(), 0};
         }
         const size_t wanted = size_in(source, "byteLength");
         if (found.size < wanted)
-            throw Error("is cut short: buffer ", name, " has ", found.size, " bytes of ", wanted);
+            throw Error("is cut short: ", name, " has ", found.size, " bytes of ", wanted);
         return {found.data, wanted, 0};
     }
 
@@ -239,83 +236,83 @@ struct File {
     }
 };
 
-// ---- Arrays
+// ---- Arrays, as vectors of four numbers: those that an element lacks are 0, but the last is 1
 
-// The numeric limits of glTF's component types, by an example of each.
-template <typename Visit>
-auto with_type(int64_t type, const char *what, const Visit &visit) {
-    if (type == 5120) return visit(int8_t{0});
-    if (type == 5121) return visit(uint8_t{0});
-    if (type == 5122) return visit(int16_t{0});
-    if (type == 5123) return visit(uint16_t{0});
-    if (type == 5125) return visit(uint32_t{0});
-    if (type != 5126) throw Error(what, " have a number type that glTF does not have");
-    return visit(0.0f);
+using Elements = std::vector<glm::dvec4>;
+
+size_t size_of_type(int64_t type, const char *what) {
+    if (type < 5120 || type > 5126 || type == 5124)
+        throw Error(what, " have a number type that glTF does not have");
+    return type < 5122 ? 1 : type < 5125 ? 2 : 4;
 }
 
-// Stores `count` elements of `width` numbers of a buffer view at place(element) of `values`.
-template <typename Value, typename Place>
-void copy_elements(File &file, const Json &source, int64_t type, bool normalized, size_t width,
-                   size_t count, const char *what, std::vector<Value> &values, const Place &place) {
-    Span from = file.view(index(source, "bufferView"), what);
-    const size_t offset = size_in(source, "byteOffset");
-    with_type(type, what, [&](auto number) {
-        using Number = decltype(number);
-        const size_t size = width * sizeof number;
-        if (from.stride == 0) from.stride = size;
-        if (from.stride < size) throw Error(what, " overlap each other in their buffer");
-        if (count > 0 && (offset > from.size || size > from.size - offset ||
-                          (count - 1) > (from.size - offset - size) / from.stride))
-            throw Error(what, " run past the end of their buffer view");
-        for (size_t i = 0; i < count; ++i)
-            for (size_t c = 0; c < width; ++c) {
-                std::memcpy(&number, from.data + offset + i * from.stride + c * sizeof number,
-                            sizeof number);
-                auto value = static_cast<Value>(number);
-                if (normalized && !std::is_same_v<Number, float>)
-                    value = std::max(value / static_cast<Value>(std::numeric_limits<Number>::max()),
-                                     Value(-1));
-                values[place(i) * width + c] = value;
-            }
-    });
+// A number of a component type; normalized integers become [0, 1] or [-1, 1].
+double decoded(const unsigned char *at, int64_t type, bool normalized) {
+    const auto read = [&](auto number) {
+        std::memcpy(&number, at, sizeof number);
+        const double limit = normalized ? std::numeric_limits<decltype(number)>::max() : 1;
+        return std::max(double(number) / limit, normalized ? -1 : -HUGE_VAL);
+    };
+    if (type == 5120) return read(int8_t{});
+    if (type == 5121) return read(uint8_t{});
+    if (type == 5122) return read(int16_t{});
+    if (type == 5123) return read(uint16_t{});
+    if (type == 5125) return read(uint32_t{});
+    float value;
+    std::memcpy(&value, at, sizeof value);
+    return double(value);
 }
 
-size_t width_of(const Json &accessor) {
-    const std::string type = text(accessor, "type");
-    return type == "SCALAR" ? 1 : type.compare(0, 3, "VEC") == 0 ? size_t(type[3] - '0') : 0;
+// Stores `count` elements of a buffer view, at the places given if there are any.
+void copy_elements(File &file, const Json &source, int64_t type, bool normalized, int width,
+                   size_t count, const char *what, Elements &to, const Elements *places = nullptr) {
+    const Span from = file.view(index(source, "bufferView"), what);
+    const size_t offset = size_in(source, "byteOffset"), each = size_of_type(type, what),
+                 size = each * size_t(width), stride = from.stride == 0 ? size : from.stride;
+    if (stride < size) throw Error(what, " overlap each other in their buffer");
+    if (count > 0 && (offset > from.size || size > from.size - offset ||
+                      (count - 1) > (from.size - offset - size) / stride))
+        throw Error(what, " run past the end of their buffer view");
+    for (size_t i = 0; i < count; ++i) {
+        const size_t place = places ? size_t((*places)[i].x) : i;
+        if (place >= to.size())
+            throw Error("has an index out of range: ", place, " of ", to.size());
+        for (int c = 0; c < width; ++c)
+            to[place][c] =
+                decoded(from.data + offset + i * stride + size_t(c) * each, type, normalized);
+    }
 }
 
-// The elements of an accessor, `width` numbers each; normalized integers are scaled to [0, 1] or
-// [-1, 1]. Indices, which are uint32_t, are unsigned integers in the file. `what` is for errors.
-template <typename Value>
-std::vector<Value> elements(File &file, int64_t number, size_t width, const char *what) {
+// The elements of an accessor of one of these types. Indices are unsigned integers in the file.
+Elements elements(File &file, int64_t number, const std::set<std::string> &types,
+                  const char *what) {
+    const auto check_indices = [&](int64_t type) {
+        if (type != 5121 && type != 5123 && type != 5125)
+            throw Error("has ", what, " that are not unsigned integers");
+        return type;
+    };
     const Json &accessor = file.at("accessors", number, "accessor");
     const size_t count = size_in(accessor, "count");
     if (count > MAX_ELEMENTS) throw Error("has ", count, " ", what, "; at most 2^26 are read");
-    if (width_of(accessor) != width) throw Error(what, " have the wrong number of components");
+    const std::string kind = text(accessor, "type");
+    if (types.count(kind) == 0) throw Error(what, " have the wrong number of components");
+    const int width = kind == "SCALAR" ? 1 : kind[3] - '0';
     const int64_t type = index(accessor, "componentType");
-    if (std::is_same_v<Value, uint32_t> && type != 5121 && type != 5123 && type != 5125)
-        throw Error("has ", what, " that are not unsigned integers");
-    const Json &normalized = member(accessor, "normalized");
-    const bool scale = normalized.is_boolean() && normalized.get<bool>();
-    std::vector<Value> values(count * width); // without a buffer view, all elements are zero
+    if (width == 1) check_indices(type);
+    const bool normalized = flag(accessor, "normalized") && type != 5126;
+    // Without a buffer view, all elements are zero.
+    Elements values(count, {0, 0, 0, width < 4 ? 1 : 0});
     if (member(accessor, "bufferView").is_number())
-        copy_elements(file, accessor, type, scale, width, count, what, values,
-                      [](size_t i) { return i; });
+        copy_elements(file, accessor, type, normalized, width, count, what, values);
     if (const Json &sparse = member(accessor, "sparse"); sparse.is_object()) {
         const size_t changes = size_in(sparse, "count");
         if (changes > count) throw Error(what, " have invalid sparse parts");
         const Json &where = member(sparse, "indices");
-        if (const int64_t kind = index(where, "componentType");
-            kind != 5121 && kind != 5123 && kind != 5125)
-            throw Error(what, " have invalid sparse parts");
-        std::vector<uint32_t> places(changes);
-        copy_elements(file, where, index(where, "componentType"), false, 1, changes, what, places,
-                      [](size_t i) { return i; });
-        for (const uint32_t place : places)
-            if (place >= count) throw Error("has an index out of range: ", place, " of ", count);
-        copy_elements(file, member(sparse, "values"), type, scale, width, changes, what, values,
-                      [&](size_t i) { return places[i]; });
+        Elements places(changes);
+        copy_elements(file, where, check_indices(index(where, "componentType")), false, 1, changes,
+                      what, places);
+        copy_elements(file, member(sparse, "values"), type, normalized, width, changes, what,
+                      values, &places);
     }
     return values;
 }
@@ -340,33 +337,21 @@ struct Reader {
 
 // ---- Textures
 
-// Names the image, and its format, of a texture that offers no PNG or JPEG.
-std::string image_name(const Json &image, int64_t number) {
-    const std::string uri = text(image, "uri"), name = text(image, "name");
-    if (!uri.empty() && uri.compare(0, 5, "data:") != 0) return "image " + printable(uri);
-    return "image " + std::to_string(number) + (name.empty() ? "" : " " + printable(name));
-}
-
 int32_t load_texture(Reader &r, int64_t number, bool srgb) {
     const auto [known, is_new] = r.textures.try_emplace({number, srgb}, -1);
     if (!is_new) return known->second;
     const Json &texture = r.file.at("textures", number, "texture");
     const int64_t source = index(texture, "source");
-    if (source < 0) {
-        std::string what = "textures without a picture";
-        for (const auto &[name, kind] : UNKNOWN_PICTURES)
-            if (const int64_t other = index(extension(texture, name), "source"); other >= 0)
-                what = image_name(r.file.at("images", other, "image"), other) + " (" + kind +
-                       ", not PNG or JPEG)";
-        r.ignored.insert(what);
+    if (source < 0) { // a texture may offer a PNG or JPEG beside an image of another format
+        r.ignored.insert("textures without a PNG or JPEG");
         return -1;
     }
     const Json &image = r.file.at("images", source, "image");
-    const std::string name = image_name(image, source), uri = text(image, "uri");
+    const std::string name = name_of("image", image, source), uri = text(image, "uri");
     Texture loaded;
     try {
-        if (member(image, "bufferView").is_number()) {
-            const Span bytes = r.file.view(index(image, "bufferView"), "an image");
+        if (const int64_t view = index(image, "bufferView"); view >= 0) {
+            const Span bytes = r.file.view(view, "an image");
             loaded = texture_decode({bytes.data, bytes.data + bytes.size});
         } else if (uri.compare(0, 5, "data:") != 0 && !r.file.folder.has(percent_decoded(uri))) {
             r.ignored.insert("the missing " + name);
@@ -392,7 +377,7 @@ int32_t load_texture(Reader &r, int64_t number, bool srgb) {
         loaded.nearest = index(sampler, "magFilter") == 9728;
     }
     r.scene.textures.push_back(std::move(loaded));
-    return known->second = static_cast<int32_t>(r.scene.textures.size() - 1);
+    return known->second = int32_t(r.scene.textures.size() - 1);
 }
 
 TextureUse texture_use(Reader &r, const Json &info, bool srgb) {
@@ -411,7 +396,7 @@ TextureUse texture_use(Reader &r, const Json &info, bool srgb) {
         r.ignored.insert("textures on a third set of coordinates");
         return use;
     }
-    use.set = static_cast<uint32_t>(set);
+    use.set = uint32_t(set);
     use.texture = load_texture(r, index(info, "index"), srgb);
     return use;
 }
@@ -420,17 +405,10 @@ TextureUse texture_use(Reader &r, const Json &info, bool srgb) {
 // transmissive material a dielectric, one with neither metal nor coat diffuse; all others use
 // glTF's metallic-roughness model.
 
-double alpha_of(const Json &source) {
-    const std::vector<double> factor =
-        numbers(member(source, "pbrMetallicRoughness"), "baseColorFactor", 4);
-    return factor.empty() ? 1 : factor[3];
-}
-
 // The coat's reflectance at normal incidence, as an index of refraction and a colour. Converters
 // from specular-glossiness write an index of 1000, or 0 for infinity, and the reflectance as colour.
-void read_coat(Reader &r, const Json &source, Material &m) {
+void read_coat(Reader &r, const Json &source, double ior, Material &m) {
     const Json &specular = extension(source, "KHR_materials_specular");
-    double ior = number(extension(source, "KHR_materials_ior"), "ior", 1.5);
     for (const char *name : {"specularTexture", "specularColorTexture"})
         if (!member(specular, name).is_null()) {
             r.ignored.insert("textures of coats");
@@ -440,7 +418,7 @@ void read_coat(Reader &r, const Json &source, Material &m) {
     const double root = ior < 1 ? 1 : (ior - 1) / (ior + 1);
     const std::vector<double> tint = numbers(specular, "specularColorFactor", 3);
     const Vec3 coat = bounded(number(specular, "specularFactor", 1)) *
-                      min(static_cast<float>(root * root) * colour(tint, 1e9), Vec3(0.98f));
+                      min(float(root * root) * colour(tint, 1e9), Vec3(0.98f));
     m.coat_colour = max_component(coat) > 0 ? coat / max_component(coat) : Vec3(1);
     if (specular.is_object() || ior < 1 || ior > 10) {
         const float edge = std::sqrt(max_component(coat));
@@ -448,108 +426,96 @@ void read_coat(Reader &r, const Json &source, Material &m) {
     }
 }
 
-void read_glass(Reader &r, const Json &source, Material &m) {
-    m.kind = Material::DIELECTRIC;
-    m.ior = bounded(number(extension(source, "KHR_materials_ior"), "ior", 1.5), 1, 10);
-    if (text(source, "alphaMode") == "BLEND") // the uncovered part passes all colours
-        m.albedo = glm::mix(Vec3(1), m.albedo, bounded(alpha_of(source)));
-    if (!member(extension(source, "KHR_materials_transmission"), "transmissionTexture").is_null())
-        r.ignored.insert("textures of transmission");
-    const Json &pbr = member(source, "pbrMetallicRoughness");
-    if (!member(pbr, "metallicRoughnessTexture").is_null())
-        r.ignored.insert("textures of roughness on what transmits");
-}
-
-void read_opaque(Reader &r, const Json &source, Material &m, SurfaceMaps &maps) {
-    const Json &pbr = member(source, "pbrMetallicRoughness");
-    maps.metallic_roughness = texture_use(r, member(pbr, "metallicRoughnessTexture"), false);
-    const bool all_metal = m.metallic == 1 && maps.metallic_roughness.texture < 0;
-    const bool bare = m.metallic == 0 && !(m.ior > 1);
-    m.kind = all_metal ? Material::CONDUCTOR
-             : bare    ? Material::DIFFUSE
-                       : Material::METALLIC_ROUGHNESS;
-}
-
-Emission read_emission(Reader &r, const Json &source, bool two_sided, SurfaceMaps &maps) {
-    Emission emission;
-    emission.both_sides = two_sided;
+Emission read_emission(Reader &r, const Json &source, SurfaceMaps &maps) {
     const double strength =
         number(extension(source, "KHR_materials_emissive_strength"), "emissiveStrength", 1);
     const std::vector<double> factor = numbers(source, "emissiveFactor", 3);
-    if (!factor.empty()) emission.radiance = bounded(strength, 0, 1e9) * colour(factor, 1e9);
-    maps.emission_factor = emission.radiance;
+    if (!factor.empty()) maps.emission_factor = bounded(strength, 0, 1e9) * colour(factor, 1e9);
     const Json &texture = member(source, "emissiveTexture");
-    if (max_component(emission.radiance) > 0)
+    if (max_component(maps.emission_factor) > 0)
         maps.emission = texture_use(r, texture, true);
     else if (!texture.is_null())
         r.ignored.insert("textures of emission without an emissiveFactor, which is then 0");
-    return emission;
+    return {maps.emission_factor, flag(source, "doubleSided")};
 }
 
-void read_holes(Reader &r, const Json &source, bool transmits, SurfaceMaps &maps) {
+void read_holes(Reader &r, const Json &source, double alpha, SurfaceMaps &maps) {
     const std::string mode = text(source, "alphaMode");
-    const bool picture_has_holes =
-        maps.colour.texture >= 0 && r.scene.textures[maps.colour.texture].has_alpha;
-    const bool blend = mode == "BLEND" && !transmits &&
-                       (alpha_of(source) < 1 || picture_has_holes || maps.vertex_colours);
+    const int32_t texture = maps.colour.texture;
+    const bool image_has_holes = texture >= 0 && r.scene.textures[texture].has_alpha;
+    const bool blend = mode == "BLEND" && (alpha < 1 || image_has_holes || maps.vertex_colours);
     if (mode != "MASK" && !blend) return;
-    maps.alpha = bounded(alpha_of(source));
+    maps.alpha = bounded(alpha);
     maps.alpha_cutoff = blend ? 0.5f : bounded(number(source, "alphaCutoff", 0.5), 0, 2);
-    if (picture_has_holes) maps.cut_out = maps.colour;
+    if (image_has_holes) maps.cut_out = maps.colour;
     if (blend) r.ignored.insert("blending (what covers less than half is cut out)");
+    r.scene.has_cut_outs = r.scene.has_cut_outs || maps.alpha_cutoff > 0;
 }
 
 uint32_t material_number(Reader &r, int64_t number_in_file, bool vertex_colours) {
-    const auto known = r.materials.find({number_in_file, vertex_colours});
-    if (known != r.materials.end()) return known->second;
+    const auto [known, is_new] =
+        r.materials.try_emplace({number_in_file, vertex_colours}, uint32_t(r.materials.size()));
+    if (!is_new) return known->second;
     const Json none;
     const Json &source =
         number_in_file < 0 ? none : r.file.at("materials", number_in_file, "material");
     for (const auto &[name, value] : member(source, "extensions").items())
         if (KNOWN_MATERIALS.count(name) == 0) r.ignored.insert("the extension " + printable(name));
 
-    const Json &pbr = member(source, "pbrMetallicRoughness");
-    const Json &sides = member(source, "doubleSided");
-    const bool two_sided = sides.is_boolean() && sides.get<bool>();
+    const Json &pbr = member(source, "pbrMetallicRoughness"),
+               &transmission = extension(source, "KHR_materials_transmission");
+    const std::vector<double> base = numbers(pbr, "baseColorFactor", 4);
+    const double alpha = base.empty() ? 1 : base[3];
+    const double ior = number(extension(source, "KHR_materials_ior"), "ior", 1.5);
+    const bool blended = text(source, "alphaMode") == "BLEND" && alpha < 1;
     Material m;
-    m.albedo = colour(numbers(pbr, "baseColorFactor", 4));
+    SurfaceMaps maps;
+    m.albedo = colour(base);
     m.metallic = bounded(number(pbr, "metallicFactor", 1));
     m.roughness = bounded(number(pbr, "roughnessFactor", 1));
-    read_coat(r, source, m);
-    // Metal does not transmit. But a file that omits metallicFactor declares metal by default: if it
-    // also blends with an alpha below 1, it means glass.
-    const bool blended = text(source, "alphaMode") == "BLEND" && alpha_of(source) < 1;
-    const bool transmits =
-        number(extension(source, "KHR_materials_transmission"), "transmissionFactor", 0) >= 0.5 &&
-        (m.metallic < 0.5f || blended);
-    SurfaceMaps maps;
     maps.vertex_colours = vertex_colours;
     maps.colour = texture_use(r, member(pbr, "baseColorTexture"), true);
-    if (transmits)
-        read_glass(r, source, m);
-    else
-        read_opaque(r, source, m, maps);
-    m.single_sided = !two_sided && !transmits; // what is inside glass is seen through its back
+    // Metal does not transmit. But a file that omits metallicFactor declares metal by default: if it
+    // also blends with an alpha below 1, it means glass.
+    const bool transmits =
+        number(transmission, "transmissionFactor", 0) >= 0.5 && (m.metallic < 0.5f || blended);
+    if (transmits) {
+        m.kind = Material::DIELECTRIC;
+        m.ior = bounded(ior, 1, 10);
+        // The uncovered part passes all colours.
+        if (blended) m.albedo = glm::mix(Vec3(1), m.albedo, bounded(alpha));
+        if (!member(transmission, "transmissionTexture").is_null() ||
+            !member(pbr, "metallicRoughnessTexture").is_null())
+            r.ignored.insert("textures of transmission and its roughness");
+    } else {
+        read_coat(r, source, ior, m);
+        maps.metallic_roughness = texture_use(r, member(pbr, "metallicRoughnessTexture"), false);
+        const bool all_metal = m.metallic == 1 && maps.metallic_roughness.texture < 0;
+        const bool bare = m.metallic == 0 && !(m.ior > 1);
+        m.kind = all_metal ? Material::CONDUCTOR
+                 : bare    ? Material::DIFFUSE
+                           : Material::METALLIC_ROUGHNESS;
+        read_holes(r, source, alpha, maps);
+        // What is inside glass is seen through its back.
+        m.single_sided = !flag(source, "doubleSided");
+    }
     const Json &normal = member(source, "normalTexture");
     maps.normal = texture_use(r, normal, false);
     maps.normal_scale = bounded(number(normal, "scale", 1), -100, 100);
-    r.emission.push_back(read_emission(r, source, two_sided, maps));
-    read_holes(r, source, transmits, maps);
+    r.emission.push_back(read_emission(r, source, maps));
 
     Scene &scene = r.scene;
     scene.has_single_sided = scene.has_single_sided || m.single_sided;
-    scene.has_cut_outs = scene.has_cut_outs || maps.alpha_cutoff > 0;
     bool any = maps.alpha_cutoff > 0 || maps.vertex_colours;
     for (const TextureUse *use :
          {&maps.colour, &maps.metallic_roughness, &maps.emission, &maps.normal})
         any = any || use->texture >= 0;
     if (any) {
-        m.maps = static_cast<int32_t>(scene.maps.size());
+        m.maps = int32_t(scene.maps.size());
         scene.maps.push_back(maps);
     }
     scene.materials.push_back(m);
-    return r.materials[{number_in_file, vertex_colours}] =
-               static_cast<uint32_t>(scene.materials.size() - 1);
+    return known->second;
 }
 
 // ---- Transformations
@@ -568,7 +534,7 @@ glm::dmat4 local_transform(const Json &node) {
     return t;
 }
 
-// The unit vector along t * v; zero if that has no direction.
+// The unit vector along t * v; zero if there is none.
 Vec3 direction(const glm::dmat3 &t, glm::dvec3 v) {
     v = t * v;
     const double size = length(v);
@@ -595,76 +561,47 @@ void for_each_triangle(int64_t mode, size_t count, const Function &triangle) {
     }
 }
 
-uint32_t add_vertex(Reader &r, Point3d position, Vec3 normal, Vec2 uv0, Vec2 uv1, glm::vec4 colour,
-                    glm::vec4 tangent) {
-    if (r.points.size() >= MAX_ELEMENTS) throw Error("has more than 2^26 vertices");
-    r.points.push_back(position);
-    r.scene.normals.push_back(normal);
-    r.scene.texture_coordinates[0].push_back(uv0);
-    r.scene.texture_coordinates[1].push_back(uv1);
-    r.scene.colours.push_back(colour);
-    r.scene.tangents.push_back(tangent);
-    return static_cast<uint32_t>(r.points.size() - 1);
-}
-
 // Tangents where a file has none, after Mikkelsen ("Simulation of Wrinkled Surfaces Revisited",
 // 2008): at each vertex the mean over the faces that share its place, normal and coordinates,
-// weighted by their angles there. Faces whose textures are mirror images share none, so a vertex
-// between them is split.
+// weighted by their angles there. Faces whose textures are mirror images share none.
 void make_tangents(Reader &r, const TextureUse &map, size_t first_triangle) {
     using Key = std::array<float, 9>;
     Scene &scene = r.scene;
     const std::vector<Vec2> &coordinates = scene.texture_coordinates[map.set];
     std::map<Key, Vec3> sums;
-    std::map<std::pair<uint32_t, bool>, uint32_t> split;
-    const auto place = [&](const Triangle &t, int i) {
-        return map.transform * Vec3(coordinates[t.vertices[i]], 1);
-    };
-    const auto turned = [&](const Triangle &t) {
-        const Vec2 a = place(t, 1) - place(t, 0), b = place(t, 2) - place(t, 0);
-        return a.x * b.y - a.y * b.x > 0;
-    };
-    const auto key = [&](uint32_t vertex, bool turn) {
-        const Vec3 p = Vec3(r.points[vertex] - r.points[0]), n = scene.normals[vertex];
-        const Vec2 uv = coordinates[vertex];
-        return Key{p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y, turn ? 1.0f : -1.0f};
-    };
     const auto corners = [&](const auto &visit) {
-        for (size_t i = first_triangle; i < scene.triangles.size(); ++i)
-            for (int corner = 0; corner < 3; ++corner)
-                visit(scene.triangles[i], corner, turned(scene.triangles[i]));
-    };
-    corners([&](const Triangle &t, int c, bool turn) {
-        const auto edge = [&](int from, int to) {
-            return Vec3(r.points[t.vertices[(c + to) % 3]] - r.points[t.vertices[(c + from) % 3]]);
-        };
-        const Vec3 n = scene.normals[t.vertices[c]];
-        const Vec2 uv1 = place(t, (c + 1) % 3) - place(t, c),
-                   uv2 = place(t, (c + 2) % 3) - place(t, c);
-        const Vec3 along = (turn ? 1.0f : -1.0f) * (uv2.y * edge(0, 1) - uv1.y * edge(0, 2));
-        const Vec3 a = normalize_or(edge(0, 1), {}), b = normalize_or(edge(0, 2), {});
-        const float angle = std::acos(std::clamp(dot(a, b), -1.0f, 1.0f));
-        sums[key(t.vertices[c], turn)] += angle * normalize_or(along - dot(along, n) * n, {});
-    });
-    corners([&](Triangle &t, int c, bool turn) {
-        uint32_t &vertex = t.vertices[c];
-        const glm::vec4 tangent(normalize_or(sums[key(vertex, turn)], {}), turn ? -1.0f : 1.0f);
-        glm::vec4 &own = scene.tangents[vertex];
-        if (own.w == tangent.w || own.w == 0) {
-            own = tangent;
-            return;
+        for (size_t i = first_triangle; i < scene.triangles.size(); ++i) {
+            const auto &t = scene.triangles[i].vertices;
+            const auto place = [&](int c) {
+                return map.transform * Vec3(coordinates[t[c % 3]], 1);
+            };
+            const Vec2 u = place(1) - place(0), v = place(2) - place(0);
+            const float turn = u.x * v.y - u.y * v.x > 0 ? 1 : -1;
+            for (int c = 0; c < 3; ++c) {
+                const Vec3 p = Vec3(r.points[t[c]] - r.points[0]), n = scene.normals[t[c]];
+                const Vec2 uv = coordinates[t[c]];
+                Vec3 &sum = sums[{p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y, turn}];
+                const auto edge = [&](int to) { // and how its coordinates change
+                    return std::pair{Vec3(r.points[t[(c + to) % 3]] - r.points[t[c]]),
+                                     place(c + to) - place(c)};
+                };
+                visit(scene.tangents[3 * i + size_t(c)], sum, n, turn, edge(1), edge(2));
+            }
         }
-        const auto [known, is_new] = split.try_emplace({vertex, turn}, 0u);
-        if (is_new)
-            known->second = add_vertex(
-                r, r.points[vertex], scene.normals[vertex], scene.texture_coordinates[0][vertex],
-                scene.texture_coordinates[1][vertex], scene.colours[vertex], tangent);
-        vertex = known->second;
+    };
+    corners([](glm::vec4 &, Vec3 &sum, Vec3 n, float turn, const auto &a, const auto &b) {
+        const Vec3 along = turn * (b.second.y * a.first - a.second.y * b.first);
+        const float cosine = dot(normalize_or(a.first, {}), normalize_or(b.first, {}));
+        sum += std::acos(std::clamp(cosine, -1.0f, 1.0f)) *
+               normalize_or(along - dot(along, n) * n, {});
+    });
+    corners([](glm::vec4 &own, Vec3 &sum, Vec3, float turn, const auto &, const auto &) {
+        own = glm::vec4(normalize_or(sum, {}), -turn);
     });
 }
 
 void read_primitive(Reader &r, const Json &primitive, const Transform &transform) {
-    const auto mode = static_cast<int64_t>(number(primitive, "mode", 4));
+    const auto mode = int64_t(number(primitive, "mode", 4));
     if (mode < 4 || mode > 6) {
         r.ignored.insert("points and lines");
         return;
@@ -672,51 +609,49 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
     if (!member(primitive, "targets").empty()) r.ignored.insert("morph targets");
     const Json &attributes = member(primitive, "attributes");
     if (index(attributes, "POSITION") < 0) return; // glTF says to skip it
-    const auto positions = elements<float>(r.file, index(attributes, "POSITION"), 3, "positions");
-    const size_t count = positions.size() / 3;
-    const auto optional = [&](const char *name, size_t width, const char *what) {
-        std::vector<float> values;
-        if (index(attributes, name) < 0) return values;
-        values = elements<float>(r.file, index(attributes, name), width, what);
-        if (values.size() / width != count)
+    const Elements positions =
+        elements(r.file, index(attributes, "POSITION"), {"VEC3"}, "positions");
+    const size_t count = positions.size();
+    if (r.points.size() + count > MAX_ELEMENTS) throw Error("has more than 2^26 vertices");
+    // Of other attributes, as many, or none.
+    const auto optional = [&](const char *name, const std::set<std::string> &types,
+                              const char *what) {
+        if (index(attributes, name) < 0) return Elements{};
+        const Elements values = elements(r.file, index(attributes, name), types, what);
+        if (values.size() != count)
             throw Error("has ", what, " of another count than its positions");
         return values;
     };
-    const auto normals = optional("NORMAL", 3, "normals");
-    const auto tangents = optional("TANGENT", 4, "tangents");
-    const std::vector<float> coordinates[2] = {optional("TEXCOORD_0", 2, "texture coordinates"),
-                                               optional("TEXCOORD_1", 2, "texture coordinates")};
-    const int64_t coloured = index(attributes, "COLOR_0");
-    const bool rgb = coloured >= 0 && width_of(r.file.at("accessors", coloured, "accessor")) == 3;
-    const size_t channels = rgb ? 3 : 4;
-    const auto colours = optional("COLOR_0", channels, "vertex colours");
+    const Elements normals = optional("NORMAL", {"VEC3"}, "normals"),
+                   tangents = optional("TANGENT", {"VEC4"}, "tangents"),
+                   colours = optional("COLOR_0", {"VEC3", "VEC4"}, "vertex colours"),
+                   coordinates[] = {optional("TEXCOORD_0", {"VEC2"}, "texture coordinates"),
+                                    optional("TEXCOORD_1", {"VEC2"}, "texture coordinates")};
 
     bool mirrored;
-    const glm::dmat3 normal_matrix = cofactors(glm::dmat3(transform), mirrored);
-    const auto first = static_cast<uint32_t>(r.points.size());
+    const glm::dmat3 turn(transform), normal_matrix = cofactors(turn, mirrored);
+    const auto first = uint32_t(r.points.size());
     for (size_t i = 0; i < count; ++i) {
-        const Point3d position = transform * glm::dvec4(glm::make_vec3(&positions[3 * i]), 1);
+        const Point3d position = transform * positions[i];
         if (!is_finite(position) || max_magnitude(position) > MAX_COORDINATE)
             throw Error("has a vertex that is not a finite number, or beyond 1e15");
-        Vec3 normal(0);
-        glm::vec4 colour(1), tangent(0);
-        Vec2 uv[2] = {};
-        if (!normals.empty()) normal = direction(normal_matrix, glm::make_vec3(&normals[3 * i]));
-        if (!tangents.empty() && !normals.empty())
-            tangent = glm::vec4(direction(glm::dmat3(transform), glm::make_vec3(&tangents[4 * i])),
-                                (tangents[4 * i + 3] < 0) != mirrored ? -1.0f : 1.0f);
+        r.points.push_back(position);
+        r.scene.normals.push_back(normals.empty() ? Vec3(0) : direction(normal_matrix, normals[i]));
         for (int set = 0; set < 2; ++set)
-            if (!coordinates[set].empty()) uv[set] = glm::make_vec2(&coordinates[set][2 * i]);
-        for (size_t c = 0; c < channels && !colours.empty(); ++c)
-            colour[static_cast<int>(c)] = bounded(double{colours[channels * i + c]});
-        add_vertex(r, position, normal, uv[0], uv[1], colour, tangent);
+            r.scene.texture_coordinates[set].push_back(
+                coordinates[set].empty() ? Vec2(0) : Vec2(coordinates[set][i]));
+        r.scene.colours.push_back(colours.empty() ? glm::vec4(1)
+                                                  : glm::vec4(clamp(colours[i], 0.0, 1.0)));
     }
 
     const uint32_t material = material_number(r, index(primitive, "material"), !colours.empty());
-    std::vector<uint32_t> indices(count);
-    std::iota(indices.begin(), indices.end(), 0u);
-    if (!member(primitive, "indices").is_null())
-        indices = elements<uint32_t>(r.file, index(primitive, "indices"), 1, "indices");
+    std::vector<uint32_t> indices;
+    if (member(primitive, "indices").is_null())
+        for (uint32_t i = 0; i < count; ++i) indices.push_back(i);
+    else
+        for (const glm::dvec4 &v :
+             elements(r.file, index(primitive, "indices"), {"SCALAR"}, "indices"))
+            indices.push_back(uint32_t(v.x));
     for (const uint32_t vertex : indices)
         if (vertex >= count)
             throw Error("has an index out of range: vertex ", vertex, " of ", count);
@@ -725,6 +660,13 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
         if (mirrored) std::swap(b, c);
         r.scene.triangles.push_back({{first + indices[a], first + indices[b], first + indices[c]}});
         r.scene.surfaces.push_back({material, -1});
+        for (const uint32_t i : {indices[a], indices[b], indices[c]}) {
+            glm::vec4 tangent(0);
+            if (!tangents.empty() && !normals.empty())
+                tangent = {direction(turn, tangents[i]),
+                           (tangents[i].w < 0) != mirrored ? -1.0f : 1.0f};
+            r.scene.tangents.push_back(tangent);
+        }
     });
     const int32_t maps = r.scene.materials[material].maps;
     if (maps >= 0 && r.scene.maps[maps].normal.texture >= 0 && !normals.empty() && tangents.empty())
@@ -743,11 +685,10 @@ void read_camera(Reader &r, const Json &camera, const Transform &t, const std::s
         r.ignored.insert("a camera without direction or angle");
     } else {
         Camera read{};
-        read.tan_half_height = static_cast<float>(std::tan(0.5 * angle));
-        read.forward = forward;
-        read.up = up;
-        r.scene.cameras.push_back(
-            {read, printable(node_name.empty() ? text(camera, "name") : node_name)});
+        read.tan_half_height = float(std::tan(0.5 * angle));
+        camera_turn(read, forward, up);
+        const std::string &name = node_name.empty() ? text(camera, "name") : node_name;
+        r.scene.cameras.push_back({read, printable(name)});
         r.camera_places.push_back(t[3]);
     }
 }
@@ -758,7 +699,7 @@ void read_light(Reader &r, const Json &source, const Transform &t, bool photomet
         {"point", Light::POINT}, {"spot", Light::SPOT}, {"directional", Light::DIRECTIONAL}};
     const auto kind = kinds.find(text(source, "type"));
     light.normal = direction(glm::dmat3(t), {0, 0, -1});
-    if (kind == kinds.end() || !is_finite(t[3]) ||
+    if (kind == kinds.end() ||
         (kind->second != Light::POINT && !(max_magnitude(light.normal) > 0))) {
         r.ignored.insert("lights of unknown kinds or without a direction");
         return;
@@ -766,16 +707,13 @@ void read_light(Reader &r, const Json &source, const Transform &t, bool photomet
     light.kind = kind->second;
     const std::vector<double> c = numbers(source, "color", 3);
     const Vec3 tint = c.empty() ? Vec3(1) : Vec3(c[0], c[1], c[2]);
-    const auto intensity = static_cast<float>(number(source, "intensity", 1));
+    const auto intensity = float(number(source, "intensity", 1));
     light.radiance = (photometric ? intensity / LUMENS_PER_WATT : intensity) * tint;
     if (!is_finite(light.radiance) || std::min({tint.x, tint.y, tint.z}) < 0)
         throw Error("has a light whose intensity is negative or not a number");
-    if (light.kind == Light::SPOT) {
-        const Json &cone = member(source, "spot");
-        light.cosine_inner = static_cast<float>(std::cos(number(cone, "innerConeAngle", 0)));
-        light.cosine_outer = static_cast<float>(
-            std::cos(number(cone, "outerConeAngle", 0.25 * static_cast<double>(PI))));
-    }
+    const Json &cone = member(source, "spot");
+    light.cosine_inner = float(std::cos(number(cone, "innerConeAngle", 0)));
+    light.cosine_outer = float(std::cos(number(cone, "outerConeAngle", 0.25 * double(PI))));
     if (number(source, "range", 0) > 0) r.ignored.insert("the range of lights");
     r.scene.lights.push_back(light);
     r.light_places.push_back(t[3]);
@@ -788,15 +726,21 @@ void read_node(Reader &r, const Json &node, const Transform &t, bool photometric
         for (const Json &p : member(r.file.at("meshes", index(node, "mesh"), "mesh"), "primitives"))
             read_primitive(r, p, t);
     if (!member(node, "skin").is_null()) r.ignored.insert("skins");
-    if (!member(node, "camera").is_null())
+    const Json &camera = member(node, "camera"), &light = extension(node, "KHR_lights_punctual");
+    if (camera.is_null() && light.is_null()) return;
+    if (!is_finite(t[3]) || max_magnitude(t[3]) > MAX_COORDINATE) {
+        r.ignored.insert("a camera or a light beyond 1e15");
+        return;
+    }
+    if (!camera.is_null())
         read_camera(r, r.file.at("cameras", index(node, "camera"), "camera"), t,
                     text(node, "name"));
-    if (const Json &light = extension(node, "KHR_lights_punctual"); !light.is_null()) {
+    if (!light.is_null()) {
         const Json &list = member(extension(r.file.json, "KHR_lights_punctual"), "lights");
         const int64_t at = index(light, "light");
-        if (at < 0 || static_cast<size_t>(at) >= list.size())
+        if (at < 0 || size_t(at) >= list.size())
             throw Error("refers to light ", at, ", and has ", list.size());
-        read_light(r, list[static_cast<size_t>(at)], t, photometric);
+        read_light(r, list[size_t(at)], t, photometric);
     }
 }
 
@@ -827,13 +771,13 @@ void read_nodes(Reader &r, bool photometric) {
             for (const Json &child : member(node, "children")) children.insert(as_index(child));
         Json roots = Json::array();
         for (size_t i = 0; i < nodes.size(); ++i)
-            if (children.count(static_cast<int64_t>(i)) == 0) roots.push_back(i);
+            if (children.count(int64_t(i)) == 0) roots.push_back(i);
         reach(roots, Transform(1));
     }
     while (!open.empty()) {
         const auto [at, parent] = open.back();
         open.pop_back();
-        const Json &node = nodes[static_cast<size_t>(at)];
+        const Json &node = nodes[size_t(at)];
         const Transform transform = parent * local_transform(node);
         read_node(r, node, transform, photometric);
         reach(member(node, "children"), transform);
@@ -847,9 +791,8 @@ Vec3 mean_emission(const Scene &scene, uint32_t triangle) {
     const int rows = 6;
     Vec3 sum = {0, 0, 0};
     for (int i = 0; i < rows * rows; ++i) {
-        const Vec2 at = square_to_triangle(
-            (Vec2(static_cast<float>(i % rows), static_cast<float>(i / rows)) + 0.5f) /
-            float{rows});
+        const Vec2 at =
+            square_to_triangle((Vec2(float(i % rows), float(i / rows)) + 0.5f) / float{rows});
         sum += emission_at(scene, {triangle, at.x, at.y});
     }
     return sum / float{rows * rows};
@@ -881,7 +824,7 @@ bool make_area_lights(Reader &r) {
             const SurfaceMaps &maps = scene.maps[number];
             textured = maps.emission.texture >= 0;
             light.mapped = textured || maps.alpha_cutoff > 0;
-            const Vec3 mean = mean_emission(scene, static_cast<uint32_t>(i));
+            const Vec3 mean = mean_emission(scene, uint32_t(i));
             there = max_component(mean) > 0;
             // What is between the points counts a little, so that it is sampled, too.
             const bool even = maps.cut_out.texture < 0 && !maps.vertex_colours;
@@ -890,7 +833,7 @@ bool make_area_lights(Reader &r) {
         }
         if (!(max_component(light.radiance) > 0)) continue;
         lit = lit || (there && !textured && max_component(emission.radiance) > MAX_GLOW);
-        scene.surfaces[i].light = static_cast<int32_t>(scene.lights.size());
+        scene.surfaces[i].light = int32_t(scene.lights.size());
         scene.lights.push_back(light);
     }
     return lit;
@@ -925,44 +868,19 @@ Camera framing_camera(const Scene &scene) {
     return camera;
 }
 
-// Moves the file's cameras along with the scene; those too far off are left out. A camera's target
-// is the point on its axis nearest to the scene's centre.
-void place_cameras(Reader &r) {
-    std::vector<NamedCamera> kept;
-    for (size_t i = 0; i < r.camera_places.size(); ++i) {
-        NamedCamera named = r.scene.cameras[i];
-        if (!is_finite(r.camera_places[i]) || max_magnitude(r.camera_places[i]) > MAX_COORDINATE) {
-            r.ignored.insert("a camera beyond 1e15");
-            continue;
-        }
-        Camera &c = named.camera;
-        const Vec3 forward = c.forward, up = c.up,
-                   position = Vec3(r.camera_places[i] - r.scene.origin);
-        const float ahead = -dot(position, forward);
-        c = camera_look_at(position, position + (ahead > 0 ? ahead : 1) * forward, up,
-                           c.tan_half_height);
-        // Far from the centre, target - position loses precision: keep the file's direction.
-        camera_turn(c, forward, up);
-        kept.push_back(named);
+// Moves the file's cameras and punctual lights along with the scene. A camera's target is the point
+// on its axis nearest to the scene's centre.
+void place_cameras_and_lights(Reader &r) {
+    Scene &scene = r.scene;
+    for (size_t i = 0; i < scene.cameras.size(); ++i) {
+        Camera &camera = scene.cameras[i].camera;
+        camera.position = Vec3(r.camera_places[i] - scene.origin);
+        const float ahead = -dot(camera.position, camera.forward);
+        camera.target = camera.position + (ahead > 0 ? ahead : 1) * camera.forward;
     }
-    r.scene.cameras = kept;
-    r.scene.camera = kept.empty() ? framing_camera(r.scene) : kept[0].camera;
-}
-
-// Moves the punctual lights along with the scene. Returns whether there are any.
-bool place_lights(Reader &r) {
-    std::vector<Light> kept;
-    for (size_t i = 0; i < r.light_places.size(); ++i) {
-        Light light = r.scene.lights[i];
-        if (max_magnitude(r.light_places[i]) > MAX_COORDINATE) {
-            r.ignored.insert("a light beyond 1e15");
-            continue;
-        }
-        light.corner = Vec3(r.light_places[i] - r.scene.origin);
-        kept.push_back(light);
-    }
-    r.scene.lights = kept;
-    return !kept.empty();
+    for (size_t i = 0; i < scene.lights.size(); ++i)
+        scene.lights[i].corner = Vec3(r.light_places[i] - scene.origin);
+    scene.camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras[0].camera;
 }
 
 } // namespace
@@ -992,8 +910,8 @@ Scene scene_file_read(const std::string &path, const SceneOptions &options) {
         const auto none = [](Vec3 n) { return !(max_magnitude(n) > 0); };
         if (std::all_of(scene.normals.begin(), scene.normals.end(), none)) scene.normals = {};
         recentre(r);
-        const bool punctual = place_lights(r), lamps = make_area_lights(r);
-        place_cameras(r);
+        place_cameras_and_lights(r);
+        const bool punctual = !scene.lights.empty(), lamps = make_area_lights(r);
         scene.environment = options.environment;
         if (!scene.environment && !punctual && !lamps)
             scene.environment = std::make_shared<Environment>(environment_read("sky"));
@@ -1005,7 +923,5 @@ Scene scene_file_read(const std::string &path, const SceneOptions &options) {
         throw Error(path, ": is not valid glTF 2.0: ", printable(error.what()));
     } catch (const Error &error) {
         throw Error(path, ": ", error.what());
-    } catch (const std::bad_alloc &) {
-        throw Error(path, ": needs more memory than there is, or than --max-memory allows");
     }
 }

@@ -2,9 +2,8 @@
 // A unidirectional path tracer (Kajiya, "The Rendering Equation", 1986) with next event estimation.
 // Light is found both by sampling points on lights and by scattered rays that hit lights; the power
 // heuristic combines the two (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte
-// Carlo Rendering", 1995). Paths end by Russian roulette or after max_depth bounces; up to that
-// depth the estimate is unbiased. The pixel filter is a box, and each sample contributes to its own
-// pixel only: splatting would correlate neighbours and spoil the blue noise.
+// Carlo Rendering", 1995). Paths end by Russian roulette or after max_depth bounces. The pixel filter is
+// a box: splatting would correlate neighbours and spoil the blue noise.
 #include "integrator.h"
 
 #include <array>
@@ -13,16 +12,9 @@
 
 namespace {
 
-// The first bounces decide most of a pixel; roulette there would add more noise than it saves time.
+// The first bounces decide most of a pixel: Russian roulette there would add more noise than it saves time.
 constexpr uint32_t FIRST_ROULETTE_BOUNCE = 3;
 
-// The MIS weight of a sample of density pdf > 0.
-float power_heuristic(float pdf, float other_pdf) {
-    const float ratio = other_pdf / pdf;
-    return 1 / (1 + ratio * ratio);
-}
-
-// The state of a path traced from the camera.
 struct Path {
     PathCounters *counters;
     // The first pair chose the ray, the second chooses a light where the ray ends.
@@ -31,12 +23,10 @@ struct Path {
     Vec3 throughput = {1, 1, 1};
     Vec3 radiance = {0, 0, 0};
     // The density per steradian with which the ray was chosen, and the number of light samples that
-    // compete with it: none after the camera or a mirror, since no light sample could find those
-    // rays.
+    // compete with it: none after the camera or a mirror.
     float scatter_pdf = 1, light_samples = 0;
     Receiver from = {}; // where the ray was scattered: what the light samples were chosen for
     bool seen_by_camera = true; // directly, or through mirrors and smooth glass
-    bool ends = false;          // where it arrives: only lights are still added
 };
 
 bool has_lens(const Scene &scene) {
@@ -51,15 +41,11 @@ bool first_light_apart(const Scene &scene) {
 // The numbers of a ray. The second pair is drawn only if it serves a light or the lens.
 template <typename RayNumbers>
 inline std::array<float, 4> draw(const Integrator &integrator, uint32_t ray,
-                                 const RayNumbers &numbers, PathCounters &counters) {
+                                 const RayNumbers &numbers) {
     const Scene &scene = *integrator.scene;
-    const bool light =
-        scene.light_samples > 0 && !scene.lights.empty() && ray < integrator.max_depth;
-    if (ray > 0 ? light : has_lens(scene) || (light && !first_light_apart(scene))) {
-        ++counters.draws_4d;
+    const bool light = !scene.lights.empty() && ray < integrator.max_depth;
+    if (ray > 0 ? light : has_lens(scene) || (light && !first_light_apart(scene)))
         return numbers.draw();
-    }
-    ++counters.draws_2d;
     const auto [u, v] = numbers.draw_direction();
     return {u, v, 0, 0};
 }
@@ -67,30 +53,24 @@ inline std::array<float, 4> draw(const Integrator &integrator, uint32_t ray,
 template <typename PathNumbers, typename RayNumbers>
 Path camera_path(const Integrator &integrator, int x, int y, const PathNumbers &path_numbers,
                  const RayNumbers &numbers, PathCounters &counters) {
-    const std::array<float, 4> u = draw(integrator, 0, numbers, counters);
-    const Vec2 pixel = {static_cast<float>(x) + u[0], static_cast<float>(y) + u[1]};
+    const std::array<float, 4> u = draw(integrator, 0, numbers);
+    const Vec2 pixel = {float(x) + u[0], float(y) + u[1]};
     Path path{&counters, u, camera_ray(integrator.scene->camera, pixel, pair23(u))};
-    // One time for the whole path. It multiplies with the position in the pixel, so it could take the
-    // second pair of ray 0, as a lens does. Where nothing else varies that is as good, but
-    // the first light loses the pair: in crops of `motion` after a blur, time_wavelength() was better at 9 of 12 counts from 1 to 64, by a hundredth on average.
-    if (!integrator.scene->motions.empty()) {
-        ++counters.draws_2d;
-        path.ray.time = path_numbers.time_wavelength()[0];
-    }
+    // It could take the second pair of ray 0, as a lens does, but then the first light would lose it.
+    if (!integrator.scene->motions.empty()) path.ray.time = path_numbers.time_wavelength()[0];
     return path;
 }
 
 // ---- Light that a ray hits
 
-// The density with which the path's light samples would have chosen its ray's direction, if one
-// sample of `light` chooses it with `light_pdf`.
+// The density with which the path's light samples would have chosen its ray's direction.
 float light_samples_pdf(const Scene &scene, const Path &path, int32_t light, float light_pdf) {
     if (!(path.light_samples > 0) || light < 0) return 0;
     return path.light_samples * light_pdf *
-           light_probability(scene.light_tree, path.from, static_cast<uint32_t>(light));
+           light_probability(scene.light_tree, path.from, uint32_t(light));
 }
 
-// Adds light that the ray hits, weighted against the light samples that could have found it too.
+// Adds light that the ray hits, weighted against light samples.
 void add_found_light(Path &path, float other_pdf, Vec3 emitted) {
     path.radiance += power_heuristic(path.scatter_pdf, other_pdf) * (path.throughput * emitted);
 }
@@ -105,15 +85,14 @@ inline void add_environment(const Scene &scene, Path &path) {
 }
 
 inline void add_emission(const Scene &scene, Path &path, const Hit &hit) {
-    const int32_t number = scene.surfaces[hit.triangle].light;
+    const int32_t number = scene.surfaces[hit.point.triangle].light;
     if (number < 0) return;
     const Light &light = scene.lights[number];
     const float cosine = -dot(hit.normal, path.ray.direction);
     if (!(cosine > 0) && !light.both_sides) return;
     const float pdf =
         light_samples_pdf(scene, path, number, light_pdf(light, hit.distance, cosine));
-    const Vec3 emitted =
-        light.mapped ? emission_at(scene, {hit.triangle, hit.u, hit.v}) : light.radiance;
+    const Vec3 emitted = light.mapped ? emission_at(scene, hit.point) : light.radiance;
     add_found_light(path, pdf, emitted);
 }
 
@@ -132,10 +111,8 @@ struct Vertex {
         const bool both = material.kind == Material::DIELECTRIC || material.kind == Material::PHASE;
         return {point, shading_normal, !both};
     }
-    // The origin of the next ray, moved off the surface to the side the ray leaves on.
     Vec3 start(Vec3 wi) const { return offset_point(point, wi.z > 0 ? normal : -normal, distance); }
-    // Whether `wi` is on the same side of the triangle as of the shading normal. Other directions
-    // carry no light.
+    // Whether `wi` is on one side of the triangle and of the shading normal. No other carries light.
     bool same_side(Vec3 wi, Vec3 direction) const {
         return (wi.z > 0) == (dot(normal, direction) > 0);
     }
@@ -144,8 +121,7 @@ struct Vertex {
 inline Vertex vertex_at(const Scene &scene, const Ray &ray, const Hit &hit) {
     Vertex v;
     const Vec3 to_origin = -ray.direction;
-    const ShadingNormals n =
-        shading_normals(scene, hit.triangle, hit.u, hit.v, hit.normal, to_origin);
+    const ShadingNormals n = shading_normals(scene, hit.point, hit.normal, to_origin);
     v.front = n.front;
     v.normal = n.geometric;
     v.shading_normal = n.shading;
@@ -159,22 +135,20 @@ inline Vertex vertex_at(const Scene &scene, const Ray &ray, const Hit &hit) {
 // The material at a hit, stored in `textured` if it has maps.
 inline const Material &material_of_hit(const Scene &scene, const Hit &hit,
                                        std::optional<Material> &textured) {
-    const Material &base = material_of(scene, hit.triangle);
+    const Material &base = material_of(scene, hit.point.triangle);
     if (base.maps < 0) return base;
-    textured = material_at(scene, base, {hit.triangle, hit.u, hit.v});
+    textured = material_at(scene, base, hit.point);
     return *textured;
 }
 
-// How far the path's ray flies through the medium until it meets a particle before `end`, or
-// infinity.
+// How far the path's ray flies to a particle before `end`, or infinity.
 template <typename RayNumbers>
 float free_flight(const Medium &medium, const Path &path, const RayNumbers &numbers, float end) {
     bn::LoopSampler walk = numbers.draw_loop(0);
-    ++path.counters->draws_4d;
     return medium_free_flight(medium, path.ray, end, walk);
 }
 
-// A particle is a vertex whose normal points back along the ray: its material needs no other.
+// A particle is a vertex whose normal points back along the ray.
 inline Vertex vertex_in_medium(const Ray &ray, float distance) {
     Vertex v{};
     v.point = ray.origin + distance * ray.direction;
@@ -195,10 +169,10 @@ inline Vec3 shadow_ray_end(const Light &light, const LightSample &sample) {
     return offset_point(sample.point, leaves_front ? light.normal : -light.normal, 0);
 }
 
-// Adds the contribution of light sample k of `count`, chosen by u: a coin takes half a one.
+// Adds the contribution of light sample k of `count`, chosen by u.
 template <typename RayNumbers>
 void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
-                      const Material &material, const RayNumbers &numbers, Vec2 u, float count,
+                      const Material &material, const RayNumbers &numbers, Vec2 u, uint32_t count,
                       uint32_t k) {
     const Scene &scene = *integrator.scene;
     const LightChoice choice = light_choose(scene.light_tree, v.receiver(material), u.x);
@@ -216,10 +190,9 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
     float passed = 1;
     if (scene.medium) {
         bn::LoopSampler walk = numbers.draw_loop(k + 1);
-        ++path.counters->draws_4d;
         passed = medium_transmittance(*scene.medium, shadow, length(end - shadow.origin), walk);
     }
-    const float pdf = count * choice.probability * sample.pdf;
+    const float pdf = float(count) * choice.probability * sample.pdf;
     const float weight = light_has_extent(light) ? power_heuristic(pdf, own_pdf) : 1;
     const Vec3 emitted = light.mapped
                              ? emission_at(scene, {light.triangle, sample.place.x, sample.place.y})
@@ -227,107 +200,46 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
     path.radiance += (passed * weight / pdf) * (path.throughput * scattered * emitted);
 }
 
-// Adds a vertex's light samples. Returns how many.
+// Returns how many.
 template <typename PathNumbers, typename RayNumbers>
 uint32_t add_light_samples(const Integrator &integrator, Path &path, const Vertex &v,
                            const Material &material, uint32_t bounce,
                            const PathNumbers &path_numbers, const RayNumbers &numbers) {
     const Scene &scene = *integrator.scene;
     if (material_is_smooth(material) || scene.lights.empty()) return 0;
-    const uint32_t count = bounce == 0 || scene.light_samples == 0 ? scene.light_samples : 1;
+    const uint32_t count = bounce == 0 ? scene.light_samples : 1;
     for (uint32_t k = 0; k < count; ++k) {
         Vec2 u = pair23(path.u);
         if (bounce == 0 && first_light_apart(scene)) {
-            ++path.counters->draws_2d;
             const auto [s, t] = path_numbers.first_light(count, k);
             u = {s, t};
         }
-        add_light_sample(integrator, path, v, material, numbers, u, static_cast<float>(count), k);
+        add_light_sample(integrator, path, v, material, numbers, u, count, k);
     }
     return count;
 }
 
 // ---- The next ray
 
-// The choice of --lights coin: u.x tosses it and is stretched again.
-bool toss(Vec2 &u) {
-    const bool heads = u.x < 0.5f;
-    u.x = 2 * u.x - (heads ? 0.0f : 1.0f);
-    return heads;
-}
-
-// A direction from the material, or to the point `u` of the lights. Its density is the mean of both
-// techniques', so light that the ray hits counts in full. `kept` becomes the share of light that the
-// material alone would keep there.
-MaterialSample sample_either(const Scene &scene, const Vertex &v, const Material &material,
-                             bool to_light, Vec2 u, float lobe, float &kept) {
-    MaterialSample result{};
-    const Receiver receiver = v.receiver(material);
-    Vec3 direction;
-    if (to_light) {
-        const LightChoice choice = light_choose(scene.light_tree, receiver, u.x);
-        if (choice.light < 0) return result;
-        const LightSample sample = light_sample(scene.lights[choice.light], v.point, u);
-        if (!(sample.pdf > 0)) return result;
-        direction = sample.direction;
-        result.wi = direction * v.frame;
-    } else {
-        result = material_sample(material, v.front, v.wo, u, lobe);
-        if (!(result.pdf > 0)) return result;
-        direction = v.frame * result.wi;
-    }
-    const auto [scattered, own_pdf] = material_value(material, v.front, v.wo, result.wi);
-    result.pdf = 0.5f * own_pdf;
-    for (uint32_t i = 0; i < scene.lights.size(); ++i) {
-        const float pdf = light_pdf_towards(scene.lights[i], v.point, direction);
-        if (pdf > 0) result.pdf += 0.5f * pdf * light_probability(scene.light_tree, receiver, i);
-    }
-    if (!(result.pdf > 0) || !(max_component(scattered) > 0)) return MaterialSample{};
-    kept = max_component(scattered) / own_pdf;
-    result.weight = (1 / result.pdf) * scattered;
-    return result;
-}
-
-// Continues the path in a direction sampled from the material, with the numbers of the new ray.
-// Returns false if the path ends, by roulette or otherwise.
+// Continues the path in a direction sampled from the material. Returns false if the path ends.
 template <typename RayNumbers>
 bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Material &material,
              uint32_t bounce, RayNumbers &numbers) {
     const bool roulette = bounce >= FIRST_ROULETTE_BOUNCE;
     float lobe = 0, fate = 0;
     if (roulette || material_reads_lobe(material)) {
-        ++path.counters->draws_2d;
         lobe = numbers.next_1d();
         fate = numbers.next_1d();
     }
-    path.u = draw(integrator, bounce + 1, numbers, *path.counters);
-    Vec2 u = pair01(path.u);
-    const Scene &scene = *integrator.scene;
-    MaterialSample sample;
-    float kept = 0;
-    if (scene.light_samples > 0 || scene.lights.empty() || material_is_smooth(material)) {
-        sample = material_sample(material, v.front, v.wo, u, lobe);
-        kept = max_component(sample.weight);
-    } else {
-        const bool to_light = toss(u);
-        float rest = u.x;
-        const int32_t light =
-            to_light ? light_choose(scene.light_tree, v.receiver(material), rest).light : -1;
-        if (light >= 0 && !light_has_extent(scene.lights[light])) {
-            // No ray can hit it, so the path ends with it.
-            add_light_sample(integrator, path, v, material, numbers, u, 0.5f, 0);
-            return false;
-        }
-        sample = sample_either(scene, v, material, to_light, u, lobe, kept);
-    }
+    path.u = draw(integrator, bounce + 1, numbers);
+    const MaterialSample sample = material_sample(material, v.front, v.wo, pair01(path.u), lobe);
     if (!(sample.pdf > 0)) return false;
     const Vec3 direction = v.frame * sample.wi;
     if (!v.same_side(sample.wi, direction)) return false;
     path.throughput *= sample.weight;
     if (roulette) {
-        // The probability is the share of light the bounce keeps, so survivors keep their
-        // throughput.
-        const float survival = std::min(kept, 1.0f);
+        // The probability is the share of light that is kept, so survivors keep their throughput.
+        const float survival = std::min(max_component(sample.weight), 1.0f);
         if (fate >= survival) return false;
         path.throughput = (1 / survival) * path.throughput;
     }
@@ -377,9 +289,9 @@ PathSample trace(const Integrator &integrator, int x, int y, const PathNumbers &
         } else {
             add_environment(scene, path);
         }
-        if (path.ends || !(met || in_medium)) break;
+        if (!(met || in_medium)) break;
         if (bounce == integrator.max_depth) {
-            counters.cut_off += static_cast<double>(luminance(path.throughput));
+            counters.cut_off += double(luminance(path.throughput));
             break;
         }
         if (!(vertex.wo.z > 0)) break;
@@ -387,8 +299,7 @@ PathSample trace(const Integrator &integrator, int x, int y, const PathNumbers &
             add_light_samples(integrator, path, vertex, *material, bounce, path_numbers, numbers);
         numbers = path_numbers.ray(bounce + 1);
         if (!scatter(integrator, path, vertex, *material, bounce, numbers)) break;
-        path.ends = in_medium && scene.single_scatter;
-        path.light_samples = static_cast<float>(count); // 0 after a mirror
+        path.light_samples = float(count); // 0 after a mirror
     }
     result.radiance = path.radiance;
     return result;

@@ -9,7 +9,6 @@
 #include "sampler.h"
 #include "scene.h"
 
-// Everything a path reads while it is traced.
 struct Integrator {
     const Scene *scene;
     const Geometry *geometry;
@@ -17,26 +16,20 @@ struct Integrator {
     uint32_t max_depth; // bounces, off surfaces and in a medium; 0 shows lights only
 };
 
-// Statistics of the paths traced.
 struct PathCounters {
     uint64_t rays = 0;
-    uint64_t draws_2d = 0, draws_4d = 0; // from the sampler
-    uint64_t lost = 0;                   // non-finite samples: there should be none
-    // The total throughput of paths cut off at max_depth. Divided by the number of samples, the
-    // share of throughput lost.
+    uint64_t lost = 0; // non-finite samples: there should be none
+    // The throughput of all paths that were cut off at max_depth.
     double cut_off = 0;
 };
 
 inline PathCounters &operator+=(PathCounters &a, const PathCounters &b) {
     a.rays += b.rays;
-    a.draws_2d += b.draws_2d;
-    a.draws_4d += b.draws_4d;
     a.lost += b.lost;
     a.cut_off += b.cut_off;
     return a;
 }
 
-// The result of one sample of a pixel.
 struct PathSample {
     Vec3 radiance;
     // The first surface the camera ray hits, for denoisers; 0 if there is none.
@@ -44,6 +37,12 @@ struct PathSample {
     Vec3 albedo, normal; // `normal` is the shading normal in world space
     float depth;         // along the camera's axis, from its lens
 };
+
+// The MIS weight of a sample of density pdf > 0.
+inline float power_heuristic(float pdf, float other_pdf) {
+    const float ratio = other_pdf / pdf;
+    return 1 / (1 + ratio * ratio);
+}
 
 // Traces sample `index` of pixel (x, y); (0, 0) is top left. Adds to `counters`.
 PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index,

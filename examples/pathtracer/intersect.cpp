@@ -37,8 +37,7 @@ void record_error(void *user, RTCError, const char *message) {
 // Marks rays that pass through the backs of single-sided surfaces.
 constexpr unsigned SEES_FRONTS = 1;
 
-// Lets rays continue through cut-outs and through the backs of single-sided surfaces. This program
-// traces one ray at a time, so N is 1.
+// Lets rays continue through cut-outs and through the backs of single-sided surfaces.
 void pass_through(const RTCFilterFunctionNArguments *query) {
     const auto &scene = *static_cast<const Scene *>(query->geometryUserPtr);
     const RTCHit hit = rtcGetHitFromHitN(query->hit, query->N, 0);
@@ -54,7 +53,6 @@ RTCRay make_ray(Vec3 from, Vec3 by, float far, float time) {
     return {from.x, from.y, from.z, 0, by.x, by.y, by.z, time, far, 0xffffffffu, 0, 0};
 }
 
-// Calls rtcIntersect1 or rtcOccluded1.
 template <typename Function, typename Query>
 void ask(Function function, const Geometry &geometry, Query &query) {
 #if BN_EMBREE_MAJOR == 4
@@ -84,7 +82,6 @@ GeometryPointer geometry_build(const Scene &scene) {
     RTCGeometry mesh = rtcNewGeometry(geometry->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     void *vertices = rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                              sizeof(Vec3), scene.vertices.size());
-    // Where things move, Embree interpolates the vertices between two steps of time.
     void *ends = vertices;
     if (!scene.motions.empty()) {
         rtcSetGeometryTimeStepCount(mesh, 2);
@@ -133,10 +130,8 @@ bool intersect(const Geometry &geometry, const Ray &ray, bool seen_by_camera, Hi
     ask(rtcIntersect1, geometry, query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
     hit.distance = query.ray.tfar;
-    hit.triangle = query.hit.primID;
+    hit.point = {query.hit.primID, query.hit.u, query.hit.v};
     hit.normal = normalize_or({query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}, -ray.direction);
-    hit.u = query.hit.u;
-    hit.v = query.hit.v;
     return true;
 }
 

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The environment is sampled by brightness: a row, then a column in it, both by inversion, then
-// uniformly over the texel's solid angle. Radiance is constant over a texel, so the pdf can match
-// it exactly; with interpolation the two would differ most at the rim of the sun, where it matters.
-// The mean is subtracted from each texel's luminance: scattered rays find whatever is no brighter
-// than most of the sky, and multiple importance sampling accounts for both (Karlik et al., "MIS
-// Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", 2019). A uniform
-// sky is left to scattered rays alone.
+// The environment is sampled by brightness: a row, then a column in it, then uniformly over the texel's
+// solid angle, over which radiance is constant, so that the pdf matches it exactly. The mean is
+// subtracted from each texel's luminance: scattered rays find what is no brighter than most of the sky
+// (Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling",
+// 2019).
 #include "light.h"
 
 #include <cmath>
@@ -22,20 +20,20 @@ constexpr double LEAST_CONTRAST = 0.02;
 glm::ivec2 texel_at(const Environment &e, Vec3 d) {
     const float longitude = std::atan2(d.x, d.z);
     const float from_top = std::atan2(std::sqrt(d.x * d.x + d.z * d.z), d.y);
-    const float x = (0.5f - longitude / (2 * PI)) * static_cast<float>(e.width);
-    const float y = from_top / PI * static_cast<float>(e.height);
+    const float x = (0.5f - longitude / (2 * PI)) * float(e.width);
+    const float y = from_top / PI * float(e.height);
     return clamp(glm::ivec2(x, y), glm::ivec2(0), glm::ivec2(e.width, e.height) - 1);
 }
 
 Vec3 direction_at(float column, float cosine, int width) {
-    const float longitude = (0.5f - column / static_cast<float>(width)) * 2 * PI;
+    const float longitude = (0.5f - column / float(width)) * 2 * PI;
     const float sine = std::sqrt(std::max(0.0f, 1 - cosine * cosine));
     return {sine * std::sin(longitude), cosine, sine * std::cos(longitude)};
 }
 
 float texel_pdf(const Environment &e, size_t row, float probability) {
     const float solid_angle =
-        (e.row_cosines[row] - e.row_cosines[row + 1]) * 2 * PI / static_cast<float>(e.width);
+        (e.row_cosines[row] - e.row_cosines[row + 1]) * 2 * PI / float(e.width);
     return probability / solid_angle;
 }
 
@@ -46,42 +44,39 @@ Environment environment_create(int width, int height, std::vector<Vec3> texels, 
     for (size_t i = 0; i < e.texels.size(); ++i) {
         Vec3 &v = e.texels[i];
         if (!clamp && !is_finite(v))
-            throw Error("its texel ", i % static_cast<size_t>(width), ",",
-                        i / static_cast<size_t>(width), " is not finite; use --clamp to bound it");
+            throw Error("its texel ", i % size_t(width), ",", i / size_t(width),
+                        " is not finite; use --clamp to bound it");
         for (int c = 0; c < 3; ++c)
             v[c] = clamp ? std::min(std::max(0.0f, v[c]), 65504.0f) : std::max(0.0f, v[c]);
     }
-    const auto w = static_cast<size_t>(width), h = static_cast<size_t>(height);
+    const auto w = size_t(width), h = size_t(height);
     e.row_limits.resize(h + 1);
     e.column_limits.resize(h * (w + 1));
     e.row_cosines.resize(h + 1);
     for (size_t y = 0; y <= h; ++y)
-        e.row_cosines[y] = static_cast<float>(
-            std::cos(3.14159265358979 * static_cast<double>(y) / static_cast<double>(h)));
+        e.row_cosines[y] = float(std::cos(3.14159265358979 * double(y) / double(h)));
 
-    std::vector<double> weights(w * h), solid_angles(h), row_weights(h);
-    double total = 0;
-    for (size_t y = 0; y < h; ++y) {
-        solid_angles[y] =
-            static_cast<double>((e.row_cosines[y] - e.row_cosines[y + 1]) * 2 * PI) / width;
-        for (size_t x = 0; x < w; ++x) {
-            weights[y * w + x] = static_cast<double>(luminance(e.texels[y * w + x]));
-            total += weights[y * w + x] * solid_angles[y];
-        }
+    std::vector<double> weights(w * h), row_weights(h);
+    const auto solid_angle = [&](size_t y) {
+        return double((e.row_cosines[y] - e.row_cosines[y + 1]) * 2 * PI) / width;
+    };
+    double total = 0, sampled = 0;
+    for (size_t i = 0; i < w * h; ++i) {
+        weights[i] = double(luminance(e.texels[i]));
+        total += weights[i] * solid_angle(i / w);
     }
-    const double mean = total / (4 * static_cast<double>(PI));
-    double sampled = 0;
+    const double mean = total / (4 * double(PI));
     for (size_t y = 0; y < h; ++y) {
         for (size_t x = 0; x < w; ++x) {
             double &weight = weights[y * w + x];
             weight = std::max(0.0, weight - mean);
-            row_weights[y] += weight * solid_angles[y];
+            row_weights[y] += weight * solid_angle(y);
         }
         distribution_build(&weights[y * w], w, &e.column_limits[y * (w + 1)]);
         sampled += row_weights[y];
     }
     distribution_build(row_weights.data(), h, e.row_limits.data());
-    e.irradiance = sampled > LEAST_CONTRAST * total ? static_cast<float>(sampled) : 0;
+    e.irradiance = sampled > LEAST_CONTRAST * total ? float(sampled) : 0;
     return e;
 }
 
@@ -97,12 +92,12 @@ float environment_pdf(const Environment &e, Vec3 direction) {
 }
 
 EnvironmentSample environment_sample(const Environment &e, Vec2 u) {
-    const auto w = static_cast<size_t>(e.width), h = static_cast<size_t>(e.height);
+    const auto w = size_t(e.width), h = size_t(e.height);
     const Choice row = distribution_choose(e.row_limits.data(), h, u.y);
     const Choice column = distribution_choose(&e.column_limits[row.index * (w + 1)], w, u.x);
     const float cosine =
         (1 - row.rest) * e.row_cosines[row.index] + row.rest * e.row_cosines[row.index + 1];
-    return {direction_at(static_cast<float>(column.index) + column.rest, cosine, e.width),
+    return {direction_at(float(column.index) + column.rest, cosine, e.width),
             texel_pdf(e, row.index, row.probability * column.probability)};
 }
 
@@ -114,17 +109,17 @@ Environment environment_sky(Vec3 to_sun) {
     const Vec3 sun_radiance = {700, 590, 430};
 
     std::vector<Vec3> texels;
-    texels.reserve(static_cast<size_t>(width) * static_cast<size_t>(height));
+    texels.reserve(size_t(width) * size_t(height));
     for (int y = 0; y < height; ++y) {
-        const float cosine = std::cos(PI * (static_cast<float>(y) + 0.5f) / height);
+        const float cosine = std::cos(PI * (float(y) + 0.5f) / height);
         for (int x = 0; x < width; ++x) {
-            const Vec3 d = direction_at(static_cast<float>(x) + 0.5f, cosine, width);
+            const Vec3 d = direction_at(float(x) + 0.5f, cosine, width);
             const float toward = std::max(dot(d, to_sun), 0.0f);
             const float haze = std::pow(1 - std::abs(d.y), 5.0f);
             Vec3 radiance = haze * horizon + (1 - haze) * (d.y > 0 ? zenith : ground);
             if (d.y > 0) {
                 const float angle = std::acos(std::min(toward, 1.0f));
-                const float edge = 2 * PI / static_cast<float>(width); // one texel, in radians
+                const float edge = 2 * PI / float(width); // one texel, in radians
                 const float disc = std::clamp((sun_radius - angle) / edge + 0.5f, 0.0f, 1.0f);
                 radiance += (0.5f * std::pow(toward, 6.0f) + 3 * std::pow(toward, 300.0f)) * glow;
                 radiance += disc * sun_radiance;
@@ -152,8 +147,7 @@ Environment environment_read(const std::string &path, bool clamp) {
 namespace {
 
 constexpr size_t WIDTH = 8; // children of a node, at most
-// Of the probability, shared evenly by all children that can shine at the point: their bounds know
-// nothing of what hides them.
+// Shared evenly by all children that can shine at the point: their bounds ignore what hides them.
 constexpr float EVEN_SHARE = 0.02f;
 
 // The cosine of an angle less another, or 1 if nothing is left.
@@ -196,7 +190,6 @@ float weigh(const LightTree &tree, const LightNode &node, const Receiver &r,
     return total + even * shining;
 }
 
-// Bounds of some lights.
 LightNode node_around(const std::vector<Light> &lights, const uint32_t *first, size_t count) {
     LightNode node;
     node.low = Vec3(std::numeric_limits<float>::infinity());
@@ -235,7 +228,7 @@ LightNode node_around(const std::vector<Light> &lights, const uint32_t *first, s
 size_t split(const std::vector<Light> &lights, uint32_t *first, size_t count) {
     uint32_t *const end = first + count;
     const auto distant = [&](uint32_t i) { return light_is_distant(lights[i]); };
-    const auto apart = static_cast<size_t>(std::stable_partition(first, end, distant) - first);
+    const auto apart = size_t(std::stable_partition(first, end, distant) - first);
     if (apart > 0 && apart < count) return apart;
     const LightNode all = node_around(lights, first, count);
     const Vec3 extent = all.high - all.low;
@@ -247,34 +240,29 @@ size_t split(const std::vector<Light> &lights, uint32_t *first, size_t count) {
     return count / 2;
 }
 
+// Splits the largest group of lights until there are enough, and makes each a child.
 void add_children(const std::vector<Light> &lights, LightTree &tree, uint32_t parent,
                   uint32_t *first, size_t count) {
     std::vector<std::pair<uint32_t *, size_t>> groups = {{first, count}};
-    if (count <= WIDTH) {
-        groups.clear();
-        for (size_t i = 0; i < count; ++i) groups.push_back({first + i, 1});
-    }
-    for (size_t i = 0; i < groups.size() && count > WIDTH && groups.size() < WIDTH;) {
-        // The largest group next.
-        i = static_cast<size_t>(
+    while (groups.size() < std::min(WIDTH, count)) {
+        const auto largest =
             std::max_element(groups.begin(), groups.end(),
-                             [](auto &a, auto &b) { return a.second < b.second; }) -
-            groups.begin());
-        auto &[begin, size] = groups[i];
-        const size_t half = split(lights, begin, size);
-        const std::pair<uint32_t *, size_t> rest = {begin + half, size - half};
-        size = half;
-        groups.insert(groups.begin() + static_cast<std::ptrdiff_t>(i) + 1, rest);
+                             [](const auto &a, const auto &b) { return a.second < b.second; });
+        const auto [begin, size] = *largest;
+        // A small group falls into its lights, in their order.
+        const size_t part = count <= WIDTH ? 1 : split(lights, begin, size);
+        *largest = {begin, part};
+        groups.insert(largest + 1, {begin + part, size - part});
     }
-    const auto children = static_cast<uint32_t>(tree.nodes.size());
+    const auto children = uint32_t(tree.nodes.size());
     tree.nodes[parent].first = children;
-    tree.nodes[parent].count = static_cast<uint32_t>(groups.size());
+    tree.nodes[parent].count = uint32_t(groups.size());
     for (const auto &[begin, size] : groups) {
         tree.nodes.push_back(node_around(lights, begin, size));
         tree.nodes.back().parent = parent;
         if (size > 1) continue;
-        tree.nodes.back().light = static_cast<int32_t>(*begin);
-        tree.node_of[*begin] = static_cast<uint32_t>(tree.nodes.size() - 1);
+        tree.nodes.back().light = int32_t(*begin);
+        tree.node_of[*begin] = uint32_t(tree.nodes.size() - 1);
     }
     for (uint32_t i = 0; i < groups.size(); ++i)
         if (groups[i].second > 1)
@@ -291,7 +279,7 @@ float light_power(const Light &light) {
 LightTree light_tree(const std::vector<Light> &lights) {
     LightTree tree;
     std::vector<uint32_t> order(lights.size());
-    for (size_t i = 0; i < order.size(); ++i) order[i] = static_cast<uint32_t>(i);
+    for (size_t i = 0; i < order.size(); ++i) order[i] = uint32_t(i);
     tree.nodes.resize(1);
     tree.node_of.resize(lights.size());
     if (!lights.empty()) add_children(lights, tree, 0, order.data(), order.size());

@@ -12,15 +12,14 @@
 
 #include "math.h"
 
-// ---- Choosing one of n items with probability proportional to its weight, by inversion, in O(log n).
-// Unlike an alias table, inversion is monotonic: stratified numbers stay stratified and blue noise
-// stays blue. Draws and the limits between items are multiples of 2^-24, so the stated
-// probabilities are exact. Every weight above zero gets at least one step of 2^-24.
+// ---- Choosing one of n items with probability proportional to its weight, by inversion. Unlike an
+// alias table, inversion is monotonic: stratified numbers stay stratified and blue noise stays blue.
+// Draws and the limits between items are multiples of 2^-24, so the stated probabilities are exact.
 
 constexpr float DRAW_STEP = 1.0f / (1 << 24);
 
-// Writes count + 1 limits, from 0 to 1. Weights must be finite and non-negative; if all are zero,
-// the first item is always chosen. At most 2^23 weights.
+// Writes count + 1 limits, from 0 to 1, at least one step apart around every weight above zero. Weights
+// must be finite and non-negative, 2^23 at most; if all are zero, the first item is always chosen.
 inline void distribution_build(const double *weights, size_t count, float *limits) {
     double total = 0;
     size_t used = 0;
@@ -28,7 +27,7 @@ inline void distribution_build(const double *weights, size_t count, float *limit
         total += weights[i];
         used += weights[i] > 0 ? 1 : 0;
     }
-    const double shared = static_cast<double>((1u << 24) - used); // steps left after one each
+    const double shared = double((1u << 24) - used); // steps left after one each
     double sum = 0;
     size_t before = 0;
     limits[0] = 0;
@@ -36,8 +35,8 @@ inline void distribution_build(const double *weights, size_t count, float *limit
         sum += weights[i];
         before += weights[i] > 0 ? 1 : 0;
         const double share = total > 0 ? std::min(sum / total, 1.0) : 0;
-        const auto steps = static_cast<uint32_t>(share * shared) + static_cast<uint32_t>(before);
-        limits[i + 1] = static_cast<float>(steps) * DRAW_STEP;
+        const auto steps = uint32_t(share * shared) + uint32_t(before);
+        limits[i + 1] = float(steps) * DRAW_STEP;
     }
     // Rounding may leave a step over. It must not go to trailing items of weight zero.
     size_t last = count;
@@ -54,9 +53,9 @@ struct Choice {
 inline Choice distribution_choose(const float *limits, size_t count, float u) {
     const float *above = std::upper_bound(limits + 1, limits + count, u);
     const float low = above[-1], width = *above - low;
-    // Use the middle of the step, so items only a few steps wide are not always hit at their start.
+    // The middle of the step, so that items only a few steps wide are not always hit at their start.
     const float rest = std::min((u - low + 0.5f * DRAW_STEP) / width, 1 - DRAW_STEP);
-    return {static_cast<size_t>(above - 1 - limits), rest, width};
+    return {size_t(above - 1 - limits), rest, width};
 }
 
 // ---- The environment
@@ -65,30 +64,27 @@ inline Choice distribution_choose(const float *limits, size_t count, float u) {
 // latitude-longitude maps. Radiance is constant over each texel.
 struct Environment {
     int width, height;
-    std::vector<Vec3> texels; // radiance, row by row
-    // For sampling: the limits between rows, and between the columns of each row.
-    std::vector<float> row_limits;    // height + 1
-    std::vector<float> column_limits; // height rows of width + 1
+    std::vector<Vec3> texels;         // radiance, row by row
+    std::vector<float> row_limits;    // between rows, for sampling: height + 1
+    std::vector<float> column_limits; // between columns: height rows of width + 1
     std::vector<float> row_cosines;   // height + 1: of the angle to +y, from 1 to -1
-    float irradiance; // luminance above the mean, integrated over the sphere. 0: too
-                      // uniform to be worth sampling
+    float irradiance; // of luminance above the mean; 0: too uniform to be worth sampling
 };
 
-// Makes an environment from its texels; negative values become 0. Throws Error, which says where, if
-// a texel is not finite, unless `clamp` makes it as bright as half floats get, or black if it is no number.
+// Negative values become 0. Throws Error, which says where, if a texel is not finite, unless `clamp`
+// makes it as bright as half floats get, or black if it is not a number.
 Environment environment_create(int width, int height, std::vector<Vec3> texels, bool clamp = false);
 
 // A clear sky with a sun, wider than the real one, and ground below.
 Environment environment_sky(Vec3 to_sun);
 
-// Reads a latitude-longitude EXR file. Two names are special: "sky" is environment_sky, "none" is
-// black. Throws Error.
+// Reads a latitude-longitude EXR file, or makes "sky" or "none", which is black. Throws Error.
 Environment environment_read(const std::string &path, bool clamp = false);
 
 Vec3 environment_radiance(const Environment &environment, Vec3 direction);
 
-// The density per steradian with which environment_sample chooses a direction. It is constant over
-// each texel and 0 on texels darker than the mean, so combine it with scattered rays.
+// The density per steradian with which environment_sample chooses a direction: 0 where it is darker than
+// the mean, so combine it with scattered rays.
 float environment_pdf(const Environment &environment, Vec3 direction);
 
 struct EnvironmentSample {
@@ -116,7 +112,6 @@ struct Light {
     float cosine_inner = 1, cosine_outer = 0; // SPOT: full inside, none outside, smooth between
 };
 
-// A parallelogram or a triangle that emits from its front.
 inline Light area_light(Light::Kind kind, Vec3 corner, Vec3 edge_u, Vec3 edge_v, Vec3 radiance) {
     Light light{};
     const Vec3 normal = cross(edge_u, edge_v);
@@ -135,7 +130,6 @@ inline bool light_has_extent(const Light &light) {
     return light.kind < Light::POINT;
 }
 
-// Whether the light has no position.
 inline bool light_is_distant(const Light &light) {
     return light.kind == Light::ENVIRONMENT || light.kind == Light::DIRECTIONAL;
 }
@@ -186,37 +180,17 @@ inline LightSample light_sample(const Light &light, Vec3 lit_point, Vec2 u) {
             squared * distance / (along_normal * light.area), u};
 }
 
-// The density with which light_sample chooses a point of an area light, at this distance and
-// non-zero cosine.
+// The density with which light_sample chooses a point at this distance and non-zero cosine.
 inline float light_pdf(const Light &light, float distance, float cosine) {
     return distance * distance / (std::abs(cosine) * light.area);
 }
 
-// The density with which light_sample chooses a direction, whatever hides the light. 0 for punctual
-// lights.
-inline float light_pdf_towards(const Light &light, Vec3 lit_point, Vec3 direction) {
-    if (light.kind == Light::ENVIRONMENT) return environment_pdf(*light.environment, direction);
-    const float cosine = -dot(light.normal, direction);
-    if (!light_has_extent(light) || !(light.both_sides ? cosine != 0 : cosine > 0)) return 0;
-    const float distance = dot(light.normal, lit_point - light.corner) / cosine;
-    if (!(distance > 0)) return 0;
-    const Vec3 place = lit_point + distance * direction - light.corner;
-    const float uu = dot(light.edge_u, light.edge_u), uv = dot(light.edge_u, light.edge_v);
-    const float vv = dot(light.edge_v, light.edge_v), determinant = uu * vv - uv * uv;
-    const float pu = dot(light.edge_u, place), pv = dot(light.edge_v, place);
-    const float u = (vv * pu - uv * pv) / determinant, v = (uu * pv - uv * pu) / determinant;
-    const bool hit =
-        u >= 0 && v >= 0 && (light.kind == Light::TRIANGLE ? u + v : std::max(u, v)) <= 1;
-    return hit ? light_pdf(light, distance, cosine) : 0;
-}
-
 // ---- Choosing a light for a point, by a bound of what each brings there: its power over the squared
 // distance, times bounds of both cosines (Conty Estevez and Kulla, "Importance Sampling of Many
-// Lights with Adaptive Tree Splitting", 2018). One number is enough: at each node of a tree it chooses
-// one of up to eight children, and what is left of it is stratified still. With up to eight lights the
-// root's children are the lights.
+// Lights with Adaptive Tree Splitting", 2018). At each node of a tree one number chooses one of up to
+// eight children, and what is left of it is stratified still.
 
-// What lights are chosen for: a point, and the side of it that can be lit, if it is one side alone.
+// A lit point, and the side of it that can be lit, if it is one side alone.
 struct Receiver {
     Vec3 point = {0, 0, 0}, normal = {0, 0, 0};
     bool one_side = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program: rendering and merging, step by step. Everything that can fail early comes before the
-// first ray. Each pixel of a picture that was stopped holds its first samples, some pixels more than
+// first ray. Each pixel of an image that was stopped holds its first samples, some pixels more than
 // others: the counts alone say which samples are missing, so no other state is kept.
 #include <fcntl.h>
 #include <sys/resource.h>
@@ -12,10 +12,8 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
-#include <exception>
 #include <fstream>
 #include <new>
-#include <optional>
 
 #include "exr.h"
 #include "files.h"
@@ -32,92 +30,48 @@ namespace {
 
 // ---- Files
 
-// A file, and the option that names it.
-struct NamedFile {
-    std::string role;
-    fs::path path;
-};
-
-// The files that options name, but the scene's own.
-std::vector<NamedFile> setting_files(const Options &o) {
-    std::vector<NamedFile> files;
-    const auto add = [&](const char *role, const std::string &name, bool is_file) {
-        if (is_file && !name.empty()) files.push_back({role, name});
-    };
-    const std::string &mask = o.sampler.mask;
-    add("--scene", o.scene, is_scene_file(o.scene));
-    add("--env", o.environment, o.environment != "sky" && o.environment != "none");
-    add("--mask", mask, mask != "builtin" && mask != "neural");
-    return files;
-}
-
 fs::path preview_path(const Options &o) {
-    return fs::path(o.output).replace_extension(".png");
+    return fs::path(o.text("-o")).replace_extension(".png");
 }
 
-// Throws Error if an output is also the other output, the reference, or one of `inputs`, under any
-// name. Only the --resume picture may be replaced by -o.
-void check_file_names(const Options &o, std::vector<NamedFile> inputs) {
-    inputs.push_back({"--resume", o.resume});
-    inputs.push_back({"--reference", o.reference});
-    const fs::path exr = o.output, png = preview_path(o);
-    const auto as = [](const fs::path &one, const fs::path &other) {
-        return one == other ? "" : " (as " + other.string() + ")";
+bool is_environment_file(const std::string &name) {
+    return !name.empty() && name != "sky" && name != "none";
+}
+
+// Throws Error unless both outputs can be written, and are none of the files that are read, under
+// any name. Only the image of --resume may be replaced by -o.
+void check_outputs(const Options &o, const std::vector<fs::path> &inputs) {
+    const fs::path exr = o.text("-o"), png = preview_path(o), resumed = o.text("--resume");
+    const auto check = [&](const char *role, const fs::path &output, const fs::path &input) {
+        if (!input.empty() && is_same_file(output, input))
+            throw Error(role, " would overwrite ", output.string(), ", which is read as ",
+                        input.string(), "; give the output another name");
     };
+    for (const fs::path &input : inputs) {
+        check("-o", exr, input);
+        check("the preview of -o", png, input);
+    }
+    check("the preview of -o", png, resumed);
     if (is_same_file(exr, png))
-        throw Error("-o and the preview of -o would both write ", exr.string(), as(exr, png),
-                    "; give another name");
-    for (const NamedFile &output : {NamedFile{"-o", exr}, NamedFile{"the preview of -o", png}})
-        for (const NamedFile &input : inputs)
-            if (!input.path.empty() && !(output.role == "-o" && input.role == "--resume") &&
-                is_same_file(output.path, input.path))
-                throw Error(output.role, " would overwrite ", output.path.string(), ", which ",
-                            input.role, " reads", as(output.path, input.path),
-                            "; give the output another name");
-}
-
-// Before the first ray, so that a wrong name costs nothing.
-void check_outputs(const Options &o) {
-    check_writable(o.output);
-    check_writable(preview_path(o));
+        throw Error("-o and its preview ", png.string(), " are the same file; give another name");
+    check_writable(exr);
+    check_writable(png);
 }
 
 void write_outputs(const Options &o, const Film &film, ExrHead head) {
-    const bool automatic = o.auto_exposure || is_scene_file(head.settings["scene"]);
-    float &exposure = head.statistics.exposure;
-    exposure = o.exposure ? *o.exposure : automatic ? auto_exposure(film) : 0;
-    write_files({{o.output, exr_encode(film, head)},
-                 {preview_path(o), png_encode_preview(film_image(film), exposure)}});
+    const std::string &exposure = o.text("--exposure");
+    const bool automatic =
+        exposure == "auto" || (exposure.empty() && is_scene_file(head.settings["scene"]));
+    head.statistics.exposure = automatic ? auto_exposure(film) : o.number<float>("--exposure");
+    write_files(
+        {{o.text("-o"), exr_encode(film, head)},
+         {preview_path(o), png_encode_preview(film_image(film), head.statistics.exposure)}});
 }
 
-// The reference's pixels inside the crop; empty if there is no reference.
-std::optional<Image> load_reference(const std::string &path, int full_width, int full_height,
-                                    const Crop &crop) {
-    if (path.empty()) return {};
-    const Image image = exr_read(path);
-    if (image.full_width != full_width || image.full_height != full_height)
-        throw Error("the reference ", path, " has ", image.full_width, "x", image.full_height,
-                    " pixels, but the picture has ", full_width, "x", full_height,
-                    "; set --size or choose another reference");
-    if (crop.x0 < image.crop.x0 || crop.y0 < image.crop.y0 || crop.x1 > image.crop.x1 ||
-        crop.y1 > image.crop.y1)
-        throw Error("the reference ", path, " covers only a part of the picture");
-    Image part = image_crop(image, crop);
-    for (const Vec3 v : part.rgb)
-        if (!is_finite(v)) throw Error("the reference ", path, " has a value that is not finite");
-    return part;
-}
-
-void print_error(const Image &image, const Image &reference) {
-    std::printf("rmse %.6f  sigma 1.0 %.6f  sigma 2.1 %.6f\n", blurred_rmse(image, reference, 0),
-                blurred_rmse(image, reference, 1.0), blurred_rmse(image, reference, 2.1));
-}
-
-// Prints even with --quiet. Partial pictures are exempt: they may well be empty.
+// Prints even with --quiet. Parts of an image are exempt: they may well be empty.
 void warn(const Film &film, const std::string &extent) {
-    if (pixel_count(film.crop) <
-        static_cast<uint64_t>(film.full_width) * static_cast<uint64_t>(film.full_height))
-        return;
+    const Crop &c = film.crop;
+    if (width(c) < film.full_width || height(c) < film.full_height) return;
     const std::string warning = film_warning(film, extent);
     if (!warning.empty()) say(warning);
 }
@@ -140,106 +94,84 @@ void listen_to_interrupts() {
 
 // ---- Before the first ray
 
-// Adds the files that are not read through the scene's folder.
-void record_others(const Options &options, InputRecord &record) {
-    for (const NamedFile &file : setting_files(options))
-        if (file.role != "--scene") record.add_file(file.path);
+// Builds or reads the scene. `record` gets every file that is read.
+Scene load_scene(const Options &o, InputRecord &record) {
+    SceneOptions options;
+    if (!o.text("--camera").empty()) options.camera.number = o.number<uint32_t>("--camera");
+    if (!o.text("--fov").empty()) options.camera.fov = o.number<double>("--fov");
+    options.camera.eye = o.point("--eye");
+    options.camera.target = o.point("--target");
+    options.allow_outside = o.flag("--allow-outside");
+    options.photometric = o.flag("--photometric");
+    options.record = &record;
+    const std::string &environment = o.text("--env");
+    if (is_environment_file(environment)) record.add_file(environment);
+    if (!environment.empty())
+        options.environment =
+            std::make_shared<Environment>(environment_read(environment, o.flag("--clamp")));
+    if (is_environment_file(environment)) record.add_file(environment); // it may have changed
+    return scene_build(o.text("--scene"), options);
 }
 
-// The options that affect the scene. Reads the environment.
-SceneOptions scene_options(const Options &options, InputRecord *record = nullptr) {
-    std::shared_ptr<const Environment> environment;
-    if (!options.environment.empty())
-        environment =
-            std::make_shared<Environment>(environment_read(options.environment, options.clamp));
-    return {options.camera,        environment,         options.single_scatter,
-            options.allow_outside, options.photometric, record};
-}
-
-Scene load_scene(const Options &options, InputRecord &record) {
-    Scene scene = scene_build(options.scene, scene_options(options, &record));
-    if (!options.quiet)
-        for (const std::string &note : scene.notes) say(note);
-    if (options.light_samples) scene.light_samples = *options.light_samples;
-    camera_fit(scene.camera, options.width, options.height);
-    return scene;
-}
-
-void check_samples(const Options &options, const Scene &scene, const Sampler &sampler) {
-    const uint64_t end = uint64_t{options.first_sample} + options.spp;
-    if (end > (uint64_t{1} << 32) / std::max(scene.light_samples, 1u))
+void check_samples(const Options &o, const Scene &scene, const Sampler &sampler) {
+    const auto end = o.number<uint64_t>("--first-sample") + o.number<uint64_t>("--spp");
+    if (end > (uint64_t{1} << 32) / scene.light_samples)
         throw Error("--first-sample and --spp run past the last sample of ", scene.light_samples,
                     " light samples each; take fewer");
     if (sampler.peer && end > PeerSampler::INDEX_LIMIT)
         throw Error("--first-sample and --spp run past sample ", PeerSampler::INDEX_LIMIT,
-                    ", the last of '", options.sampler.name, "'; take fewer");
+                    ", the last of '", o.text("--sampler"), "'; take fewer");
 }
 
-// What is known of the picture before rendering. The camera must be fitted already.
-ExrHead picture_head(Options &o, const Scene &scene, const Crop &crop, const InputRecord &record) {
-    ExrHead head{o.width, o.height, crop, {}, {}};
-    if (!(o.noise.level > 0)) o.noise = {};
-    for (const OptionRow &row : option_rows(o))
-        if (row.attribute) head.settings[row.attribute] = row.text();
+// What is known of the image before rendering. The camera must be fitted already.
+ExrHead image_head(const Options &o, const Scene &scene, const Crop &crop,
+                   const InputRecord &record) {
+    const std::vector<int> size = o.integers("--size");
+    ExrHead head{size[0], size[1], crop, {}, {}};
+    for (const std::string &name : Options::settings())
+        head.settings[name.substr(2)] = o.text(name);
     std::string &camera = head.settings["camera"];
     if (!scene.cameras.empty())
-        camera = "--camera " + std::to_string(o.camera.number.value_or(0)) + " ";
+        camera = "--camera " + std::to_string(o.number<uint32_t>("--camera")) + " ";
     camera += camera_text(scene, scene.camera);
     head.settings["draws"] = std::to_string(BN_DRAW_TABLE_VERSION);
     head.settings["inputs"] = record.text(); // the rest may follow from what is in them
-    head.settings["lightSamples"] = std::to_string(scene.light_samples);
-    o.noise.exposure = o.noise.level > 0 ? o.exposure.value_or(0) : 0;
-    std::ostringstream exposure;
-    exposure << o.noise.exposure;
-    head.settings["noiseExposure"] = exposure.str();
-    head.statistics.first_sample = o.first_sample;
-    head.statistics.threads = o.threads;
+    head.settings["light-samples"] = std::to_string(scene.light_samples);
+    const bool adaptive = o.number<double>("--noise") > 0;
+    head.settings["noise-exposure"] = adaptive ? shortest(o.number<double>("--exposure")) : "";
+    head.statistics.first_sample = o.number<uint64_t>("--first-sample");
+    head.statistics.threads = o.number<unsigned>("--threads");
     return head;
 }
 
-// ---- Pictures in parts
+// ---- Images in parts
 
 bool overlap(const Crop &a, const Crop &b) {
     return a.x0 < b.x1 && b.x0 < a.x1 && a.y0 < b.y1 && b.y0 < a.y1;
 }
 
-// The first difference between the settings of two pictures, or between the files they are made of
-// unless --allow-changed, such as "seed '1' and '2'"; empty if they can be parts of one picture.
-// Regions and sample ranges are not compared.
-std::string settings_difference(ExrHead one, ExrHead other, bool allow_changed) {
+// The first difference between the settings or the files of two images, such as "seed '1' and '2'".
+std::string settings_difference(ExrHead one, ExrHead other) {
     for (ExrHead *head : {&one, &other})
-        head->settings["size"] =
-            std::to_string(head->full_width) + "x" + std::to_string(head->full_height);
+        head->settings["size"] = joined(head->full_width, "x", head->full_height);
     std::map<std::string, std::string> all = one.settings;
     all.insert(other.settings.begin(), other.settings.end());
     for (const auto &[name, unused] : all) {
         const std::string &a = one.settings[name], &b = other.settings[name];
-        if (a == b || (name == "inputs" && allow_changed)) continue;
-        if (name != "inputs") return name + " '" + a + "' and '" + b + "'";
-        return inputs_difference(a, b) + " (--allow-changed mixes them all the same)";
+        if (a == b) continue;
+        return name == "inputs" ? inputs_difference(a, b) : name + " '" + a + "' and '" + b + "'";
     }
     return "";
 }
 
-// Adds the cost of a part to a picture, which does not list its files any more if the part is made of
-// other ones.
-void add_part(ExrHead &to, const ExrHead &part) {
-    PictureStatistics &a = to.statistics;
-    const PictureStatistics &b = part.statistics;
-    // Weighted by time, as if one machine had rendered everything.
-    const double seconds = a.seconds + b.seconds;
-    if (seconds > 0)
-        a.sampling_share = (a.sampling_share * a.seconds + b.sampling_share * b.seconds) / seconds;
-    a.seconds = seconds;
-    a.ray_count += b.ray_count;
-    a.threads = std::max(a.threads, b.threads);
-    std::string &inputs = to.settings["inputs"];
-    if (const auto other = part.settings.find("inputs");
-        other == part.settings.end() || other->second != inputs)
-        inputs.clear();
+// Adds the cost of a part, as if one machine had rendered everything.
+void add_part(ImageStatistics &to, const ImageStatistics &part) {
+    to.seconds += part.seconds;
+    to.ray_count += part.ray_count;
+    to.threads = std::max(to.threads, part.threads);
 }
 
-// Adds a part's samples to a pixel of the picture, which starts at sample `first`.
+// Adds a part's samples to a pixel of the image, which starts at sample `first`.
 void add_samples(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t first, uint64_t begin,
                  const std::string &path) {
     if (from.count == 0) return;
@@ -247,158 +179,121 @@ void add_samples(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t fi
     if (begin > next)
         throw Error("samples ", next, " to ", begin - 1, " of pixel ", x, ",", y,
                     " are missing before ", path, "; render them with --first-sample ", next,
-                    " --spp ", begin - next, ", or --resume the picture that was stopped");
+                    " --spp ", begin - next, ", or --resume the image that was stopped");
     film_merge(to, from);
 }
 
-// Reads and merges parts that this program wrote with the same settings, and of the same files
-// unless --allow-changed. Where parts overlap they must hold different samples, and each pixel's
-// samples must be consecutive, starting at the first sample of all parts. Pixels outside all parts
-// are black and have no samples. Holds only the result and one part in memory. Throws Error.
-Film merge_pictures(const Options &o, ExrHead &merged) {
+// Merges parts of the same settings and files. Where they overlap they must hold different samples, and
+// each pixel's samples must be consecutive. Holds only the result and one part in memory. Throws Error.
+Film merge_images(const std::vector<std::string> &paths, ExrHead &merged) {
     std::vector<ExrHead> heads;
-    for (const std::string &path : o.merge) {
+    for (const std::string &path : paths) {
         const ExrHead head = exr_read_head(path);
-        if (!heads.empty()) {
-            const std::string difference = settings_difference(head, heads[0], o.allow_changed);
-            if (!difference.empty())
-                throw Error(path, " and ", o.merge[0],
-                            " are not parts of one picture: they differ in ", difference);
-        }
+        const std::string difference = settings_difference(head, heads.empty() ? head : heads[0]);
+        if (!difference.empty())
+            throw Error(path, " and ", paths[0], " are not parts of one image: they differ in ",
+                        difference);
         for (size_t i = 0; i < heads.size(); ++i) {
-            const PictureStatistics &a = heads[i].statistics, &b = head.statistics;
+            const ImageStatistics &a = heads[i].statistics, &b = head.statistics;
             if (a.first_sample < b.end_sample && b.first_sample < a.end_sample &&
                 overlap(heads[i].crop, head.crop))
-                throw Error(path, " and ", o.merge[i],
+                throw Error(path, " and ", paths[i],
                             " contain the same samples of the same pixels");
         }
         heads.push_back(head);
     }
     merged = heads[0];
-    PictureStatistics &all = merged.statistics;
+    ImageStatistics &all = merged.statistics;
     Crop &crop = merged.crop;
     std::multimap<uint64_t, size_t> order; // of samples, so that each pixel fills up without gaps
     for (size_t i = 0; i < heads.size(); ++i) {
         const Crop &c = heads[i].crop;
-        order.emplace(heads[i].statistics.first_sample, i);
+        const ImageStatistics &part = heads[i].statistics;
+        order.emplace(part.first_sample, i);
         if (i == 0) continue;
         crop = {std::min(crop.x0, c.x0), std::min(crop.y0, c.y0), std::max(crop.x1, c.x1),
                 std::max(crop.y1, c.y1)};
-        all.first_sample = std::min(all.first_sample, heads[i].statistics.first_sample);
-        all.end_sample = std::max(all.end_sample, heads[i].statistics.end_sample);
-        add_part(merged, heads[i]);
+        all.first_sample = std::min(all.first_sample, part.first_sample);
+        all.end_sample = std::max(all.end_sample, part.end_sample);
+        add_part(all, part);
     }
     if (pixel_count(crop) > MAX_PIXELS)
         throw Error("the parts span more than ", MAX_PIXELS, " pixels; merge fewer of them");
     Film film = film_create(merged.full_width, merged.full_height, crop);
     for (const auto &[first, i] : order) {
-        const Film part = exr_read_film(o.merge[i]);
+        const Film part = exr_read_film(paths[i]);
         for (int y = part.crop.y0; y < part.crop.y1; ++y)
             for (int x = part.crop.x0; x < part.crop.x1; ++x)
                 add_samples(film_pixel(film, x, y), film_pixel(part, x, y), x, y, all.first_sample,
-                            first, o.merge[i]);
+                            first, paths[i]);
     }
     all.spp = film_counts(film).most;
     return film;
 }
 
-// A picture may come from anybody: the files it names are read below its own folder only, unless
-// the user names them too.
-void check_inside(const Options &o, const NamedFile &file) {
-    if (o.given.count(file.role) > 0) return;
-    const auto refuse = [&](const std::string &why) {
-        throw Error(o.resume, " names the file ", printable(file.path.string()), ", which ", why,
-                    "; name it with ", file.role, ", or use --allow-outside");
-    };
+// An image may come from anybody: it names files below its own folder only, or the user names them.
+void check_inside(const Options &o, const std::string &name) {
+    const std::string &file = o.text(name);
+    const bool is_file = name == "--scene" ? is_scene_file(file) : is_environment_file(file);
+    if (!is_file || o.given(name)) return;
     try {
-        SceneFolder(o.resume, o.allow_outside).resolve(fs::absolute(file.path).string());
-    } catch (const Error &) {
-        refuse("is outside the picture's folder");
-    } catch (const fs::filesystem_error &) {
-        refuse("is no path");
+        SceneFolder(o.text("--resume"), o.flag("--allow-outside"))
+            .resolve(fs::absolute(file).string());
+    } catch (const std::exception &) {
+        throw Error(o.text("--resume"), " names the file ", printable(file),
+                    ", which is outside the image's folder; name it with ", name,
+                    ", or use --allow-outside");
     }
 }
 
-// Reads the header of the picture to continue and takes from it all settings that are not on the
-// command line. Without --spp, rendering only evens out the sample counts of its pixels.
-// Throws Error.
+// Takes from the image to continue all settings that are not on the command line. Throws Error.
 ExrHead resume_settings(Options &o) {
-    ExrHead head = exr_read_head(o.resume);
-    const auto given = [&](const char *name) { return o.given.count(name) > 0; };
-    const PictureStatistics &s = head.statistics;
-    if (!given("--size")) o.width = head.full_width, o.height = head.full_height;
-    if (o.width != head.full_width || o.height != head.full_height || head.crop.x0 < 0 ||
-        head.crop.y0 < 0)
-        throw Error(o.resume, " is of a picture of ", head.full_width, "x", head.full_height,
-                    " pixels; leave out --size, or give that size");
-    if (!given("--crop")) o.crop = head.crop;
-    if (!given("--camera") && !given("--eye") && !given("--target") && !given("--fov"))
-        o.camera = camera_parse(head.settings["camera"]);
-    const auto take = [&](const OptionRow &row, const std::string &attribute) {
-        const auto found = head.settings.find(attribute);
+    const std::string &resumed = o.text("--resume");
+    ExrHead head = exr_read_head(resumed);
+    const auto take = [&](const std::string &name, const std::string &value) {
         try {
-            if (found == head.settings.end()) throw Error("it has no ", attribute);
-            option_read(row, found->second);
+            if (!o.given(name) && !value.empty()) o.set(name, value);
         } catch (const Error &error) {
-            throw Error(o.resume, " cannot be continued: ", error.what());
+            throw Error(resumed, " cannot be continued: ", error.what());
         }
     };
-    for (const OptionRow &row : option_rows(o)) {
-        const std::string &name = row.name;
-        if (given(name.c_str())) continue;
-        if (row.attribute) take(row, row.attribute);
-        if (name == "--light-samples" && !given("--lights")) {
-            if (head.settings["lightSamples"] == "0")
-                o.light_samples = 0;
-            else
-                take(row, "lightSamples");
-        }
-    }
-    if (!given("--first-sample")) o.first_sample = static_cast<uint32_t>(s.first_sample);
-    if (!given("--exposure") && o.noise.level > 0 && head.settings["noise"] != "0")
-        for (const OptionRow &row : option_rows(o))
-            if (row.name == "--exposure") take(row, "noiseExposure");
-    if (!given("--spp")) o.spp = std::max(s.spp, 1u);
-    for (const NamedFile &file : setting_files(o)) check_inside(o, file);
-    check_options(o);
+    const Crop &c = head.crop;
+    const ImageStatistics &s = head.statistics;
+    for (const std::string &name : Options::settings()) take(name, head.settings[name.substr(2)]);
+    take("--size", joined(head.full_width, "x", head.full_height));
+    take("--crop", joined(c.x0, ",", c.y0, ",", c.x1, ",", c.y1));
+    take("--first-sample", std::to_string(s.first_sample));
+    take("--spp", std::to_string(std::max(s.spp, 1u)));
+    take("--exposure", head.settings["noise-exposure"]);
+    const std::string camera[] = {"--camera", "--eye", "--target", "--fov"};
+    const auto given = [&](const std::string &name) { return o.given(name); };
+    std::istringstream words(head.settings["camera"]);
+    for (std::string name, value; words >> name >> value;)
+        if (std::none_of(std::begin(camera), std::end(camera), given) &&
+            std::count(std::begin(camera), std::end(camera), name) > 0)
+            take(name, value);
+    for (const char *name : {"--scene", "--env"}) check_inside(o, name);
+    o.check();
     return head;
 }
 
-// Whether a picture of `spp` samples that was rendered with settings `before` is an earlier state of
-// one with `now`: no block may have more samples than it would get.
-bool noise_continues(const ExrHead &before, const Options &now, uint32_t spp) {
-    const auto number = [&](const char *name) {
-        const auto found = before.settings.find(name);
-        return found == before.settings.end() ? 0 : std::strtof(found->second.c_str(), nullptr);
-    };
-    if (!(now.noise.level > 0)) return true;
-    if (!(number("noise") > 0)) return spp <= next_look(now.noise, 0);
-    const float exposure = now.exposure.value_or(0);
-    return now.noise.level <= number("noise") &&
-           static_cast<float>(now.noise.min_spp) >= number("minSpp") &&
-           !(exposure < number("noiseExposure") || exposure > number("noiseExposure"));
-}
-
-// Reads the samples of the picture. Throws Error, naming the difference, unless it can be continued
-// as `wanted`, or if it has --spp samples in each pixel already.
-Film resume_film(const Options &o, ExrHead picture, const ExrHead &wanted) {
-    if (noise_continues(picture, o, picture.statistics.spp))
-        for (const char *name : {"noise", "minSpp", "noiseExposure"})
-            picture.settings[name] = wanted.settings.at(name);
-    std::string difference = settings_difference(picture, wanted, o.allow_changed);
-    const Crop &had = picture.crop, &now = wanted.crop;
-    if (difference.empty() && picture.statistics.first_sample != wanted.statistics.first_sample)
+// Reads the samples. Throws Error, naming the difference, unless they can be continued as `wanted`.
+Film resume_film(const Options &o, const ExrHead &image, const ExrHead &wanted) {
+    std::string difference = settings_difference(image, wanted);
+    const Crop &had = image.crop, &now = wanted.crop;
+    if (difference.empty() && image.statistics.first_sample != wanted.statistics.first_sample)
         difference = "first sample";
     if (difference.empty() &&
         (had.x0 != now.x0 || had.y0 != now.y0 || had.x1 != now.x1 || had.y1 != now.y1))
         difference = "crop";
     if (!difference.empty())
-        throw Error(o.resume, " is not an earlier state of this picture: they differ in ",
+        throw Error(o.text("--resume"), " is not an earlier state of this image: they differ in ",
                     difference, "; options that you leave out are taken from it");
-    Film film = exr_read_film(o.resume);
+    Film film = exr_read_film(o.text("--resume"));
     const SampleCounts counts = film_counts(film);
-    if (counts.most > o.spp || counts.least >= o.spp)
-        throw Error(o.resume, " has ", counts.least, " to ", counts.most,
+    const auto spp = o.number<uint32_t>("--spp");
+    if (counts.most > spp || counts.least >= spp)
+        throw Error(o.text("--resume"), " has ", counts.least, " to ", counts.most,
                     " samples in each pixel already; give a larger --spp");
     return film;
 }
@@ -406,173 +301,149 @@ Film resume_film(const Options &o, ExrHead picture, const ExrHead &wanted) {
 // ---- Rendering
 
 void print_progress(double fraction, const RenderTotals &totals) {
-    const double rays_per_second =
-        static_cast<double>(totals.counters.rays) / std::max(totals.seconds, 1e-9);
-    std::fprintf(stderr, "\r%5.1f %%  %6.1f M rays/s", 100 * fraction, 1e-6 * rays_per_second);
+    const double rays = double(totals.counters.rays);
+    std::fprintf(stderr, "\r%5.1f %%  %6.1f M rays/s", 100 * fraction,
+                 1e-6 * rays / std::max(totals.seconds, 1e-9));
     if (fraction > 0)
         std::fprintf(stderr, "  %.0f s left   ",
                      std::ceil(totals.seconds * (1 - fraction) / fraction));
     std::fflush(stderr);
 }
 
-// What a run without --quiet prints about its picture. Takes the samples of the whole film.
-void print_summary(const Options &o, const PictureStatistics &a, const RenderTotals &totals,
-                   const SampleCounts &counts, double mean_count, double samples) {
-    char mean[64] = "";
-    if (o.noise.level > 0)
-        std::snprintf(mean, sizeof mean, " to %u spp, %.6g on average", counts.most, mean_count);
-    std::printf("%s: %s, %s, %u%s, %.2f s, %" PRIu64 " rays, %.2f M rays/s, %.1f %% sampling, "
-                "%.2f %% cut off at depth %u\n",
-                without_controls(o.output).c_str(), without_controls(o.scene).c_str(),
-                o.sampler.name.c_str(), counts.least, o.noise.level > 0 ? mean : " spp",
-                totals.seconds, totals.counters.rays,
-                1e-6 * static_cast<double>(totals.counters.rays) / totals.seconds,
-                100 * a.sampling_share, 100 * totals.counters.cut_off / std::max(samples, 1.0),
-                o.max_depth);
+// What a run without --quiet prints about its image.
+void print_summary(const Options &o, const Film &film, const RenderTotals &totals, double samples) {
+    const SampleCounts counts = film_counts(film);
+    std::string spp = std::to_string(counts.least);
+    if (o.number<double>("--noise") > 0) {
+        const double pixels = double(film.pixels.size());
+        spp += joined(" to ", counts.most, " spp, ", film_samples(film) / pixels, " on average");
+    } else {
+        spp += " spp";
+    }
+    const double rays = double(totals.counters.rays);
+    std::printf("%s: %s, %s, %s, %.2f s, %.0f rays, %.2f M rays/s, %.2f %% cut off at depth %s\n",
+                without_controls(o.text("-o")).c_str(), without_controls(o.text("--scene")).c_str(),
+                o.text("--sampler").c_str(), spp.c_str(), totals.seconds, rays,
+                1e-6 * rays / totals.seconds,
+                100 * totals.counters.cut_off / std::max(samples, 1.0),
+                o.text("--max-depth").c_str());
 }
 
-// Reads all files of a picture. Returns their names and hashes.
-std::string input_list(const Options &options) {
+// Renders an image and writes it. Returns the signal that interrupted it, or 0.
+int run_render(Options o) {
+    const bool resumes = !o.text("--resume").empty();
+    const ExrHead resumed = resumes ? resume_settings(o) : ExrHead{};
     InputRecord record;
-    scene_build(options.scene, scene_options(options, &record));
-    record_others(options, record);
-    return record.text();
-}
-
-// Renders a picture and writes it. Returns the signal that interrupted it, or 0.
-int run_render(const Options &given) {
-    Options o = given;
-    std::optional<ExrHead> resumed;
-    if (!o.resume.empty()) resumed = resume_settings(o);
-    check_file_names(o, setting_files(o));
-    // Before and after: a file that changes meanwhile is an error.
-    InputRecord record;
-    record_others(o, record);
-    const Scene scene = load_scene(o, record);
-    std::vector<NamedFile> read;
-    for (const auto &file : record.files) read.push_back({"--scene", file.first});
-    check_file_names(o, read);
-    const SamplerPointer sampler = sampler_create(o.sampler);
-    record_others(o, record);
+    Scene scene = load_scene(o, record);
+    if (!o.flag("--quiet"))
+        for (const std::string &note : scene.notes) say(note);
+    std::vector<fs::path> inputs;
+    for (const auto &file : record.files) inputs.push_back(file.first);
+    check_outputs(o, inputs);
+    if (!o.text("--light-samples").empty())
+        scene.light_samples = o.number<uint32_t>("--light-samples");
+    const std::vector<int> size = o.integers("--size"), c = o.integers("--crop");
+    const Crop crop = c.empty() ? Crop{0, 0, size[0], size[1]} : Crop{c[0], c[1], c[2], c[3]};
+    camera_fit(scene.camera, size[0], size[1]);
+    const SamplerPointer sampler = sampler_create(o.text("--sampler"), o.number<uint64_t>("--seed"),
+                                                  o.number<uint32_t>("--declare"));
     check_samples(o, scene, *sampler);
-    const Crop crop = o.crop.value_or(Crop{0, 0, o.width, o.height});
-    const std::optional<Image> reference = load_reference(o.reference, o.width, o.height, crop);
-    ExrHead head = picture_head(o, scene, crop, record);
-    check_outputs(o);
-    Film film = resumed ? resume_film(o, *resumed, head) : film_create(o.width, o.height, crop);
-    if (o.noise.level > 0) film = film_with_crop(film, whole_blocks(crop, o.width, o.height));
+    ExrHead head = image_head(o, scene, crop, record);
+    Film film = resumes ? resume_film(o, resumed, head) : film_create(size[0], size[1], crop);
+    const RenderSettings settings = {o.number<uint32_t>("--spp"),
+                                     o.number<uint32_t>("--first-sample"),
+                                     o.number<unsigned>("--threads"),
+                                     {o.number<float>("--noise"), o.number<uint32_t>("--min-spp"),
+                                      o.number<float>("--exposure")}};
+    const bool adaptive = settings.noise.level > 0;
+    if (adaptive) film = film_with_crop(film, whole_blocks(crop, size[0], size[1]));
     const double samples_before = film_samples(film);
 
     const GeometryPointer geometry = geometry_build(scene);
-    const Integrator integrator{&scene, geometry.get(), sampler.get(), o.max_depth};
-    const RenderSettings settings = {o.spp, o.first_sample, o.threads, o.noise};
+    const Integrator integrator{&scene, geometry.get(), sampler.get(),
+                                o.number<uint32_t>("--max-depth")};
     RenderTotals totals;
-    const bool show_progress = !o.quiet && isatty(STDERR_FILENO);
+    const bool show_progress = !o.flag("--quiet") && isatty(STDERR_FILENO);
     const auto progress = [&](double fraction, const RenderTotals &so_far) {
         if (show_progress) print_progress(fraction, so_far);
     };
     listen_to_interrupts();
     const bool complete = render_frame(integrator, settings, film, totals, progress, interrupted);
-    if (complete) progress(1, totals);
     if (show_progress) std::fprintf(stderr, "\n");
 
-    PictureStatistics &statistics = head.statistics;
-    statistics.sampling_share = sampling_share(integrator, settings, film, totals);
     const double samples = film_samples(film) - samples_before; // also of blocks beyond the crop
-    if (o.noise.level > 0) film = film_with_crop(film, crop);
+    if (adaptive) film = film_with_crop(film, crop);
     const SampleCounts counts = film_counts(film);
-    statistics.spp = counts.most;
-    statistics.end_sample = uint64_t{o.first_sample} + counts.most;
-    statistics.seconds = totals.seconds;
-    statistics.ray_count = totals.counters.rays;
-    if (resumed) add_part(head, *resumed);
+    head.statistics.spp = counts.most;
+    head.statistics.end_sample = head.statistics.first_sample + counts.most;
+    head.statistics.seconds = totals.seconds;
+    head.statistics.ray_count = totals.counters.rays;
+    if (resumes) add_part(head.statistics, resumed.statistics);
     write_outputs(o, film, head);
 
     if (!complete)
-        say("interrupted; " + o.output + " has the picture so far, " +
-            std::to_string(counts.least) + " to " + std::to_string(counts.most) + " spp");
-    if (!o.quiet)
-        print_summary(o, statistics, totals, counts,
-                      film_samples(film) / static_cast<double>(film.pixels.size()), samples);
+        say(joined("interrupted; ", o.text("-o"), " has the image so far, ", counts.least, " to ",
+                   counts.most, " spp"));
+    if (!o.flag("--quiet")) print_summary(o, film, totals, samples);
     warn(film, scene_extent_text(scene));
     if (totals.counters.lost > 0)
-        say(std::to_string(totals.counters.lost) + " samples were not finite and count as black");
-    if (reference) print_error(film_image(film), *reference);
+        say(joined(totals.counters.lost, " samples were not finite and count as black"));
     return interrupted;
 }
 
-// Merges a picture from parts and writes it.
+// Merges an image from parts and writes it.
 void run_merge(const Options &o) {
-    std::vector<NamedFile> parts;
-    for (const std::string &part : o.merge) parts.push_back({"--merge", part});
-    check_file_names(o, parts);
+    check_outputs(o, {o.merge.begin(), o.merge.end()});
     ExrHead head;
-    const Film film = merge_pictures(o, head);
-    const std::optional<Image> reference =
-        load_reference(o.reference, film.full_width, film.full_height, film.crop);
-    check_outputs(o);
+    const Film film = merge_images(o.merge, head);
     write_outputs(o, film, head);
     warn(film, "lies elsewhere");
     const SampleCounts counts = film_counts(film);
-    if (!o.quiet)
-        std::printf("%s: %zu pictures merged, %u to %u spp\n", without_controls(o.output).c_str(),
+    if (!o.flag("--quiet"))
+        std::printf("%s: %zu images merged, %u to %u spp\n", without_controls(o.text("-o")).c_str(),
                     o.merge.size(), counts.least, counts.most);
-    if (reference) print_error(film_image(film), *reference);
 }
 
 // ---- The process
 
-// Opens /dev/null for each standard stream that is closed. Otherwise a picture could get the
-// stream's number, and then its text too.
+// Otherwise an image could get the number of a closed stream, and then its text too.
 void occupy_closed_streams() {
     for (int descriptor = 0; descriptor < 3; ++descriptor)
         if (fcntl(descriptor, F_GETFD) < 0) open("/dev/null", O_RDONLY);
 }
 
-constexpr double GIB = 1024.0 * 1024 * 1024;
-
-// Bytes of such memory already taken, which under sanitizers is terabytes that are never touched.
+// Bytes of private memory already taken, which under sanitizers is terabytes that are never touched.
 double taken() {
     std::ifstream file("/proc/self/statm");
     double pages = 0;
     for (int field = 0; field < 6; ++field) file >> pages; // the sixth: data and stack
-    return file ? pages * static_cast<double>(sysconf(_SC_PAGESIZE)) : 0;
+    return file ? pages * double(sysconf(_SC_PAGESIZE)) : 0;
 }
 
-// From here on, allocations beyond this many GiB, by default half of the machine's, fail, those of
-// libraries and threads too: a scene made to waste memory ends in one line and not with the
-// machine's. 0 is no bound. Works on Linux from 4.7 on; elsewhere some systems do without.
-void limit_memory(std::optional<double> chosen) {
-    const double half = 0.5 * static_cast<double>(sysconf(_SC_PHYS_PAGES)) *
-                        static_cast<double>(sysconf(_SC_PAGESIZE)) / GIB;
-    const double gib = chosen.value_or(half);
-    if (!(gib > 0)) return;
+// From here on, allocations beyond --max-memory fail, those of libraries too: a scene made to waste
+// memory ends in one line. Works on Linux from 4.7 on; elsewhere some systems do without.
+void limit_memory(const Options &o) {
+    const double half = 0.5 * double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
+    const double bytes =
+        o.given("--max-memory") ? o.number<double>("--max-memory") * 1024 * 1024 * 1024 : half;
     rlimit limit;
-    if (getrlimit(RLIMIT_DATA, &limit) != 0) return;
-    const double bytes = taken() + gib * GIB;
-    // A bound that is lower already stays.
-    if (limit.rlim_cur != RLIM_INFINITY && static_cast<double>(limit.rlim_cur) <= bytes) return;
-    limit.rlim_cur = static_cast<rlim_t>(bytes);
-    if (limit.rlim_max != RLIM_INFINITY) limit.rlim_cur = std::min(limit.rlim_cur, limit.rlim_max);
+    if (!(bytes > 0) || getrlimit(RLIMIT_DATA, &limit) != 0) return;
+    limit.rlim_cur =
+        std::min({static_cast<rlim_t>(taken() + bytes), limit.rlim_cur, limit.rlim_max});
     setrlimit(RLIMIT_DATA, &limit);
 }
 
 // The exit status of a run that went well, if all that it printed has arrived.
 int status_of_output() {
-    const bool failed = std::ferror(stdout) != 0;
-    if (std::fflush(stdout) == 0 && !failed) return 0;
-    say(std::string("cannot write to standard output: ") +
-        (failed ? "not all of it arrived" : std::strerror(errno)));
+    if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return 0;
+    say(std::string("cannot write to standard output: ") + std::strerror(errno));
     return 1;
 }
 
 template <typename Entry>
 void print_entries(const char *what, const std::vector<Entry> &entries) {
-    size_t width = 10;
-    for (const Entry &entry : entries) width = std::max(width, std::strlen(entry.name));
     std::printf("%s:\n", what);
-    for (const Entry &entry : entries)
-        std::printf("  %-*s %s\n", static_cast<int>(width), entry.name, entry.summary);
+    for (const Entry &entry : entries) std::printf("  %-12s %s\n", entry.name, entry.summary);
 }
 
 } // namespace
@@ -585,28 +456,28 @@ int main(int argc, char **argv) {
     std::signal(SIGXFSZ, SIG_IGN);
 #endif
     try {
-        const Options options = parse_options(argc, argv);
-        limit_memory(options.max_memory);
-        if (options.help) {
-            std::fputs(options_help().c_str(), stdout);
-        } else if (options.list) {
+        const Options options(argc, argv);
+        limit_memory(options);
+        InputRecord record;
+        if (options.flag("--help")) {
+            std::fputs(Options::help().c_str(), stdout);
+        } else if (options.flag("--list")) {
             print_entries("scenes", scene_entries());
             print_entries("samplers", sampler_entries());
-        } else if (options.list_cameras) {
-            const Scene scene = scene_build(options.scene, scene_options(options));
-            std::fputs(camera_list(scene).c_str(), stdout);
-        } else if (options.list_inputs) {
-            std::fputs(input_list(options).c_str(), stdout);
+        } else if (options.flag("--list-cameras")) {
+            std::fputs(camera_list(load_scene(options, record)).c_str(), stdout);
+        } else if (options.flag("--list-inputs")) {
+            load_scene(options, record);
+            std::fputs(record.text().c_str(), stdout);
         } else if (!options.merge.empty()) {
             run_merge(options);
-        } else {
-            const int signal = run_render(options);
-            // The shell's convention: a script sees that the picture is incomplete.
-            if (signal) return 128 + signal;
+        } else if (const int signal = run_render(options)) {
+            return 128 +
+                   signal; // the shell's convention: a script sees that the image is incomplete
         }
         return status_of_output();
     } catch (const std::bad_alloc &) {
-        say("out of memory; render the picture in parts with --crop, or allow more with "
+        say("out of memory; render the image in parts with --crop, or allow more with "
             "--max-memory");
     } catch (const std::exception &error) {
         say(error.what());

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // GGX conductors, dielectrics, and the metallic-roughness material of glTF.
 //
-// Microfacet formulas lose the light that scatters more than once. A wide lobe adds it back (Kulla
-// and Conty, "Revisiting Physically Based Shading at Imageworks", 2017): the loss in direction o
-// times the loss in direction i, which is reciprocal and restores exactly what was lost. The losses
-// are tabulated at start-up: for conductors over cosine and roughness, with a white Fresnel term;
-// for each rough dielectric over cosine. Rough materials are sampled as the mixture of both lobes,
-// the wide one with the probability of the loss.
-// The Fresnel term of conductors is Schlick's.
+//
+// A wide lobe adds back the light that scatters more than once (Kulla and Conty, "Revisiting
+// Physically Based Shading at Imageworks", 2017): the loss in direction o times the loss in direction
+// i, tabulated at start-up. Rough materials are sampled as the mixture of both lobes, the wide one
+// with the probability of the loss. The Fresnel term of conductors is Schlick's.
 #include "material.h"
 
 #include "light.h"
@@ -26,8 +24,7 @@ float alpha_of(const Material &m) {
 struct ConductorEnergy : ConductorRow {
     float mean_loss;
     explicit ConductorEnergy(const Material &m)
-        : ConductorRow(m.roughness),
-          mean_loss(m.single_scatter ? 0 : mean(conductor_table().mean_loss)) {}
+        : ConductorRow(m.roughness), mean_loss(mean(conductor_table().mean_loss)) {}
 };
 
 float loss(const ConductorEnergy &e, float cosine) {
@@ -44,8 +41,8 @@ Vec3 fresnel_conductor(const Material &m, float cosine) {
     return clamp(m.albedo + (1.0f - m.albedo) * fifth, 0.0f, 1.0f);
 }
 
-// The Fresnel term of multiply scattered light: a geometric series in which every facet reflects
-// the mean Fresnel term and a share mean_loss of that hits another facet.
+// Of multiply scattered light: a geometric series in which every facet reflects the mean Fresnel term
+// and a share mean_loss of that hits another facet.
 Vec3 fresnel_multiple(const Material &m, float mean_loss) {
     const Vec3 mean = m.albedo + (1.0f - m.albedo) / 21.0f;
     return mean * mean * (1 - mean_loss) / (1.0f - mean * mean_loss);
@@ -126,7 +123,6 @@ struct FacetAlbedo {
     float at(float reflectance) const { return reflectance * bound + edge; }
 };
 
-// A metallic-roughness material, prepared for one point.
 struct Mixture : ConductorRow {
     using ConductorRow::ConductorRow;
     Vec3 reflectance; // at normal incidence
@@ -157,7 +153,7 @@ Mixture mixture(const Material &m) {
     const float root = (m.ior - 1) / (m.ior + 1);
     x.coat = root * root;
     const auto multiple = [&](Vec3 reflectance) {
-        if (m.single_scatter || mean_loss < LEAST_LOSS) return Vec3(0);
+        if (mean_loss < LEAST_LOSS) return Vec3(0);
         const Vec3 mean = reflectance + (1.0f - reflectance) / 21.0f;
         return mean * mean * (1 - mean_loss) / (1.0f - mean * mean_loss);
     };
@@ -172,7 +168,6 @@ Mixture mixture(const Material &m) {
     return x;
 }
 
-// What the coat leaves to the base, and what facets lose, at one cosine.
 struct Left {
     float by_coat, by_facets;
 };
@@ -182,8 +177,7 @@ Left left_at(const Mixture &x, FacetAlbedo f) {
     return {std::max(0.0f, 1 - f.at(x.coat) - x.coat_multiple * lost), lost};
 }
 
-// The probability of sampling the facet lobe: its share of the light returned at the cosine of
-// `wo`. The rest is sampled by cosine.
+// The probability of sampling the facet lobe: its share of the light returned. The rest is cosine.
 float facet_share(const Mixture &x, Vec3 wo, Left &left) {
     const FacetAlbedo f = facet_albedo(x, wo.z);
     left = left_at(x, f);
@@ -242,7 +236,6 @@ MaterialSample sample_smooth(const Material &m, bool front, Vec3 wo, float lobe)
     return {wi, m.albedo, 1 - fresnel, true};
 }
 
-// Samples a direction from a rough material's mixture of lobes.
 bool sample_rough(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe, Vec3 &wi) {
     const bool metal = m.kind == Material::CONDUCTOR;
     const float wide = metal ? loss(ConductorEnergy(m), wo.z) : loss(m, front, wo.z);
@@ -298,7 +291,7 @@ namespace {
 constexpr int RINGS = 40, SECTORS = 12; // facets integrated per table entry
 
 float cosine_of_entry(size_t entry) {
-    const float root = static_cast<float>(entry) / (ENERGY_SIZE - 1);
+    const float root = float(entry) / (ENERGY_SIZE - 1);
     return std::max(root * root, 1e-4f);
 }
 
@@ -306,44 +299,42 @@ Vec3 direction_of_cosine(float cosine) {
     return {std::sqrt(1 - cosine * cosine), 0, cosine};
 }
 
-// The share of light kept by a facet drawn from the visible normals that scatters from o to `wi`:
-// G2 / G1.
+// The share of light that a visible facet keeps, which scatters from o to `wi`: G2 / G1.
 float kept(float alpha, Vec3 o, Vec3 wi) {
     return std::abs(wi.z) * ggx_shadowing(alpha, o, wi) / ggx_masking(alpha, o);
 }
 
-// The mean of a function over the normals visible from o, which lies in the xz-plane. The facets
-// that matter are steep and rare, at the rim of the disc, so its rings get thinner towards the rim.
+// The mean of a function over the normals visible from o. The facets that matter are at the rim of the
+// disc, so its rings get thinner there.
 template <typename Function>
 float mean_over_normals(float alpha, Vec3 o, const Function &function) {
     double sum = 0, weights = 0;
     for (int ring = 0; ring < RINGS; ++ring) {
-        const float v = (static_cast<float>(ring) + 0.5f) / RINGS;
+        const float v = (float(ring) + 0.5f) / RINGS;
         const float radius = std::sqrt(1 - v * v * v);
         for (int sector = 0; sector < SECTORS; ++sector) {
             // The two halves of the disc are mirror images; one is enough.
-            const float angle = PI * ((static_cast<float>(sector) + 0.5f) / SECTORS - 0.5f);
+            const float angle = PI * ((float(sector) + 0.5f) / SECTORS - 0.5f);
             const Vec2 disc = {radius * std::cos(angle), radius * std::sin(angle)};
-            const double weight = static_cast<double>(v * v);
-            sum += weight * static_cast<double>(function(ggx_visible_normal(alpha, o, disc)));
+            const double weight = double(v * v);
+            sum += weight * double(function(ggx_visible_normal(alpha, o, disc)));
             weights += weight;
         }
     }
-    return static_cast<float>(sum / weights);
+    return float(sum / weights);
 }
 
-// The cosine-weighted mean over the hemisphere: twice the integral of the table times the cosine,
-// over the cosine. Between entries the table is linear in the root, as in interpolate().
+// Cosine-weighted. Between entries the table is linear in the root, as in interpolate().
 float hemispherical_mean(const EnergyTable &table) {
     const int steps = 8 * ENERGY_SIZE;
     double sum = 0, weight = 0;
     for (int i = 0; i < steps; ++i) {
         const double root = (i + 0.5) / steps;
         const double w = root * root * root; // cosine times the derivative of the cosine
-        sum += w * static_cast<double>(interpolate(table, static_cast<float>(root)));
+        sum += w * double(interpolate(table, float(root)));
         weight += w;
     }
-    return static_cast<float>(sum / weight);
+    return float(sum / weight);
 }
 
 } // namespace
@@ -352,7 +343,7 @@ const ConductorTable &conductor_table() {
     static const ConductorTable table = [] {
         ConductorTable t;
         for (size_t r = 0; r < ENERGY_SIZE; ++r) {
-            const float roughness = std::max(static_cast<float>(r) / (ENERGY_SIZE - 1), SMOOTH);
+            const float roughness = std::max(float(r) / (ENERGY_SIZE - 1), SMOOTH);
             const float alpha = roughness * roughness;
             for (size_t c = 0; c < ENERGY_SIZE; ++c) {
                 const Vec3 o = direction_of_cosine(cosine_of_entry(c));
@@ -403,16 +394,14 @@ void material_prepare(Material &m) {
         passed[side] = hemispherical_mean(transmitted);
     }
     const float larger = std::max(e.mean_loss[0], e.mean_loss[1]);
-    if (m.single_scatter || std::min(e.mean_loss[0], e.mean_loss[1]) < LEAST_LOSS) {
+    if (std::min(e.mean_loss[0], e.mean_loss[1]) < LEAST_LOSS) {
         for (int side = 0; side < 2; ++side) {
             e.kept[side].fill(1);
             e.mean_loss[side] = e.passed_loss[side] = 0;
         }
         return;
     }
-    // Reciprocity fixes the ratio of the two shares. Each is proportional to the far side's mean
-    // loss times the mean transmittance of a smooth interface, and those transmittances differ by
-    // the squared index of refraction.
+    // Reciprocity fixes the ratio of the two shares.
     passed[1] = passed[0] / (m.ior * m.ior);
     e.passed_loss[0] = passed[0] * e.mean_loss[1] / larger;
     e.passed_loss[1] = passed[1] * e.mean_loss[0] / larger;

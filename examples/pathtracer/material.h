@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Surface scattering: value (eval and pdf) and sample, with a case for each kind of material.
 //
-// Directions are unit vectors pointing away from the surface, in a local frame whose +z is the
-// normal on the side of `wo`. `wo` points back along the path to the camera, `wi` to where light
-// comes from. Densities are per steradian. `front` says whether `wo` is on the front of the
-// surface.
-//
-// Paths carry radiance divided by the squared index of refraction, which is constant along a
-// refracted ray. So dielectrics need no factor for radiance compression in the denser medium, and
-// lights look as bright inside glass as in air.
+// Directions are unit vectors pointing away from the surface, in a local frame whose +z is the normal
+// on the side of `wo`, which points back along the path; `wi` points to where light comes from. `front`
+// says whether `wo` is on the front. Densities are per steradian. Paths carry radiance over the squared
+// index of refraction, which is constant along a refracted ray: lights look as bright inside glass.
 #pragma once
 
 #include <array>
@@ -46,9 +42,8 @@ struct Material {
     float ior = 1.5f;     // index of refraction, inside over outside. DIELECTRIC, and the coat of
                           // METALLIC_ROUGHNESS
     float anisotropy = 0; // PHASE: the mean cosine between light's ways in and out
-    bool single_sided = false;   // the camera does not see its back
-    bool single_scatter = false; // multiply scattered light stays lost
-    int32_t maps = -1;           // varying properties: index into Scene::maps, or -1
+    bool single_sided = false; // the camera does not see its back
+    int32_t maps = -1;         // varying properties: index into Scene::maps, or -1
 
     std::shared_ptr<const DielectricEnergy> energy; // DIELECTRIC, rough: see material_prepare
 };
@@ -61,8 +56,7 @@ constexpr float SAME_IOR = 1e-3f;
 // Call this once for each material before use: it builds the tables of rough dielectrics.
 void material_prepare(Material &material);
 
-// Whether the material scatters only into discrete directions. Then the value is 0, and samples
-// are marked smooth.
+// Whether the material scatters only into discrete directions: the value is 0, samples are smooth.
 inline bool material_is_smooth(const Material &m) {
     const bool specular = m.kind == Material::CONDUCTOR || m.kind == Material::DIELECTRIC;
     return (specular && m.roughness < SMOOTH) ||
@@ -92,16 +86,15 @@ inline MaterialValue material_value(const Material &m, bool front, Vec3 wo, Vec3
     return {flat * m.albedo, flat};
 }
 
-// u.x chooses the lobe and is then rescaled for use within it. Rough glass cannot do this: its
-// Fresnel term depends on the facet that u chose, so there `lobe` decides between reflection and
-// transmission.
+// u.x chooses the lobe and is then stretched again. Rough glass needs `lobe` instead, as its Fresnel
+// term depends on the facet that u chose.
 inline MaterialSample material_sample(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe) {
     if (m.kind != Material::DIFFUSE) return specular_sample(m, front, wo, u, lobe);
     const Vec3 wi = square_to_cosine_hemisphere(u);
     return {wi, m.albedo, wi.z / PI, false};
 }
 
-// An approximate albedo for the albedo layer. White for glass.
+// For the albedo layer.
 inline Vec3 material_albedo(const Material &m) {
     return m.kind == Material::DIELECTRIC ? Vec3{1, 1, 1} : m.albedo;
 }

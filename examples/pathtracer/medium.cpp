@@ -9,11 +9,10 @@ namespace {
 constexpr float INFINITE = std::numeric_limits<float>::infinity();
 
 size_t index_of(glm::ivec3 size, int x, int y, int z) {
-    return (static_cast<size_t>(z) * size.y + y) * size.x + x;
+    return (size_t(z) * size.y + y) * size.x + x;
 }
 
-// The least and the largest density that interpolation can give in a block: it reads one cell
-// beyond the block.
+// Of the interpolated density: it reads one cell beyond the block.
 Medium::Range range_of(const Medium &m, glm::ivec3 block) {
     const glm::ivec3 first = max(block * Medium::BLOCK - 1, glm::ivec3(0));
     const glm::ivec3 last = min((block + 1) * Medium::BLOCK, m.size - 1);
@@ -51,7 +50,7 @@ void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
     Vec3 next, length; // where the ray leaves the block on each axis, and crosses one
     for (int i = 0; i < 3; ++i) {
         step[i] = direction[i] < 0 ? -1 : 1;
-        const float face = low[i] + side[i] * static_cast<float>(block[i] + (step[i] > 0 ? 1 : 0));
+        const float face = low[i] + side[i] * float(block[i] + (step[i] > 0 ? 1 : 0));
         const bool crosses = direction[i] != 0;
         next[i] = crosses ? (face - origin[i]) / direction[i] : INFINITE;
         length[i] = crosses ? side[i] / std::abs(direction[i]) : INFINITE;
@@ -72,7 +71,7 @@ void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
 }
 
 // Meetings are apart by exponentially distributed amounts of rate times length, which go on from
-// block to block: a number decides one meeting, however many blocks lie before it.
+// block to block.
 struct Meetings {
     bn::LoopSampler *numbers;
     float left = -1; // until the next meeting; below 0: not drawn yet

@@ -2,17 +2,13 @@
 // A medium such as fog: a box of particles whose density varies from place to place. They scatter
 // and absorb light, the same at every wavelength but for the colour of what they scatter.
 //
-// Density is extinction: the mean number of particles that a ray meets per unit of length. Nothing
-// integrates it. A walk goes along the ray as if the density were a larger one that is constant in
-// each block of cells, and sorts out what it met there. medium_free_flight decides by chance whether
-// a meeting is real (Woodcock et al., "Techniques Used in the GEM Code for Monte Carlo Neutronics
-// Calculations", 1965). medium_transmittance takes what a block has everywhere from the exponential
-// law, and meets the rest alone, multiplying by the share that is not real (Novak, Selle and Jarosz,
-// "Residual Ratio Tracking for Estimating Attenuation in Participating Media", 2014). Both are
-// unbiased. The tighter the blocks, the fewer meetings are in vain, and the more the first numbers
-// of a walk decide: those are the good ones.
 //
-// How many numbers a walk takes is not known before: it draws from the generator of a loop.
+// Density is extinction: the mean number of particles that a ray meets per unit of length. A walk goes
+// along the ray as if the density were a larger one that is constant in each block of cells, and sorts
+// out what it met there. medium_free_flight decides by chance whether a meeting is real (Woodcock et
+// al., "Techniques Used in the GEM Code for Monte Carlo Neutronics Calculations", 1965).
+// medium_transmittance multiplies by the share that is not real (Novak, Selle and Jarosz, "Residual
+// Ratio Tracking for Estimating Attenuation in Participating Media", 2014). Both are unbiased.
 #pragma once
 
 #include <bn/bn.hpp>
@@ -37,16 +33,14 @@ struct Medium {
     Material material;         // how particles scatter: PHASE
 };
 
-// Fills a box with size.x x size.y x size.z cells of density(point) >= 0. `albedo` is the share
-// of light that particles scatter, `anisotropy` in (-1, 1) the mean cosine by which they turn it:
-// 0 to all sides alike, above 0 mostly ahead.
+// A box of size.x x size.y x size.z cells of density(point) >= 0. `albedo` is the share of light that
+// particles scatter, `anisotropy` in (-1, 1) the mean cosine by which they turn it.
 Medium medium_create(Vec3 low, Vec3 high, glm::ivec3 size, Vec3 albedo, float anisotropy,
                      const std::function<float(Vec3)> &density);
 
-// The density at a point in the box.
 float medium_density(const Medium &medium, Vec3 point);
 
-// How far a ray flies before it meets a particle, or infinity if it comes as far as `end` first.
+// How far a ray flies to a particle, or infinity if it comes as far as `end` first.
 float medium_free_flight(const Medium &medium, const Ray &ray, float end, bn::LoopSampler &numbers);
 
 // An estimate of the share of light that passes along a ray as far as `end`.

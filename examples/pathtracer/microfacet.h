@@ -2,10 +2,9 @@
 // What rough materials share: the GGX distribution of microfacets with Smith's height-correlated
 // shadowing and masking (Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
 // 2007; Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", 2014),
-// Fresnel's equations, and how much light single scattering keeps. Directions are local, with the surface normal along +z; alpha is in (0, 1].
-//
-// The functions are stable at grazing angles: masking and shadowing include the division by their
-// cosines, so nothing divides by a vanishing cosine.
+// Fresnel's equations, and how much light single scattering keeps. Directions are local, with the
+// normal along +z; alpha is in (0, 1]. Masking and shadowing include the division by their cosines, so
+// nothing divides by a vanishing cosine.
 #pragma once
 
 #include "material.h"
@@ -38,8 +37,7 @@ inline float ggx_visible_density(float alpha, Vec3 o, Vec3 h) {
     return ggx_masking(alpha, o) * std::max(0.0f, dot(o, h)) * ggx_density(alpha, h);
 }
 
-// Samples a normal with that density from a uniform point on the unit disc (Heitz, "Sampling the
-// GGX Distribution of Visible Normals", 2018).
+// From a uniform point on the disc (Heitz, "Sampling the GGX Distribution of Visible Normals", 2018).
 inline Vec3 ggx_visible_normal(float alpha, Vec3 o, Vec2 disc) {
     const Vec3 stretched = normalize(Vec3{alpha * o.x, alpha * o.y, o.z});
     const float squared = stretched.x * stretched.x + stretched.y * stretched.y;
@@ -54,8 +52,7 @@ inline Vec3 ggx_visible_normal(float alpha, Vec3 o, Vec2 disc) {
     return normalize(Vec3{alpha * h.x, alpha * h.y, std::max(h.z, 1e-6f)});
 }
 
-// The fraction of light an interface reflects. eta: index of refraction of the far side over the
-// near side.
+// The fraction of light reflected. eta: index of refraction of the far side over the near side.
 inline float fresnel_dielectric(float cosine, float eta) {
     const float squared_sine = (1 - cosine * cosine) / (eta * eta);
     if (squared_sine >= 1) return 1; // total internal reflection
@@ -65,8 +62,7 @@ inline float fresnel_dielectric(float cosine, float eta) {
     return 0.5f * (parallel * parallel + perpendicular * perpendicular);
 }
 
-// Refracts o, with o.h > 0, through a facet of normal h: `wi` is on the far side. False on total
-// internal reflection.
+// Refracts o through a facet of normal h. False on total internal reflection.
 inline bool refract(Vec3 o, Vec3 h, float eta, Vec3 &wi) {
     const float cosine = dot(o, h);
     const float squared_sine = (1 - cosine * cosine) / (eta * eta);
@@ -82,8 +78,8 @@ inline float schlick_edge(float cosine) {
     return c * c * c * c * c;
 }
 
-// ---- How much light microfacets keep in single scattering: materials add the rest back. Tables are
-// indexed by the square root of the cosine, because they change most at small cosines.
+// ---- How much light microfacets keep in single scattering, by the square root of the cosine, because
+// it changes most at small cosines.
 
 using EnergyTable = DielectricEnergy::Table;
 constexpr int ENERGY_SIZE = DielectricEnergy::SIZE;
@@ -92,8 +88,8 @@ constexpr float LEAST_LOSS = 1e-3f; // mean over the hemisphere; less is ignored
 // Looks up a table, linearly, at `position`, the root of a cosine.
 inline float interpolate(const EnergyTable &table, float position) {
     const float at = std::min(std::max(position, 0.0f), 1.0f) * (ENERGY_SIZE - 1);
-    const auto below = static_cast<size_t>(std::min(static_cast<int>(at), ENERGY_SIZE - 2));
-    return glm::mix(table[below], table[below + 1], at - static_cast<float>(below));
+    const auto below = size_t(std::min(int(at), ENERGY_SIZE - 2));
+    return glm::mix(table[below], table[below + 1], at - float(below));
 }
 
 // For conductors with a white Fresnel term.
@@ -107,15 +103,14 @@ struct ConductorTable {
 
 const ConductorTable &conductor_table();
 
-// A roughness between two rows of the table.
 struct ConductorRow {
     size_t row;
     float t; // from it to the next
 
     explicit ConductorRow(float roughness) {
         const float at = std::min(roughness, 1.0f) * (ENERGY_SIZE - 1);
-        row = static_cast<size_t>(std::min(static_cast<int>(at), ENERGY_SIZE - 2));
-        t = at - static_cast<float>(row);
+        row = size_t(std::min(int(at), ENERGY_SIZE - 2));
+        t = at - float(row);
     }
     float mean(const EnergyTable &of) const { return glm::mix(of[row], of[row + 1], t); }
 };

@@ -1,283 +1,207 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "options.h"
 
-#include <charconv>
-#include <cmath>
-#include <iomanip>
+#include <algorithm>
+#include <sstream>
 #include <thread>
 
 #include "exr.h"
 #include "files.h"
+#include "scene.h"
 
 namespace {
 
 constexpr int MAX_EXTENT = 65536; // pixels per side
-constexpr uint32_t MAX_SPP = 1u << 24;
-constexpr uint32_t MIN_SPP = 2; // for a variance
-constexpr uint32_t ADAPTIVE_SPP = 1024;
+constexpr double MAX_SPP = 1 << 24, MAX_INDEX = UINT32_MAX, MAX_SEED = 0x1p64;
 constexpr double MAX_COORDINATE = 1e15;
 constexpr double MIN_FOV = 1e-4; // degrees away from 0 and from 180
 
-// What a value should have been.
-struct Wrong {
-    std::string takes;
+// What an option takes: `count` numbers, or one of the others.
+enum Kind { FLAG, TEXT, WHOLE, REAL, STOPS, POINT, EXTENT, REGION };
+
+struct Row {
+    const char *name, *value, *otherwise; // `otherwise`: the default
+    Kind kind;
+    double low, high;
+    bool setting;
+    const char *help;
 };
 
-// Splits "12x34" or "1,2,3,4" into exactly `count` numbers in [low, high].
+const Row ROWS[] = {
+    {"--scene", "NAME|FILE", "cornell", TEXT, 0, 0, true,
+     "the scene (default cornell): a built-in one (see --list), or a .gltf or .glb file"},
+    {"--camera", "N", "", WHOLE, 0, MAX_INDEX, false,
+     "use the scene's camera number N (default 0); see --list-cameras"},
+    {"--eye", "x,y,z", "", POINT, -MAX_COORDINATE, MAX_COORDINATE, false, "position of the camera"},
+    {"--target", "x,y,z", "", POINT, -MAX_COORDINATE, MAX_COORDINATE, false,
+     "point that the camera looks at"},
+    {"--fov", "DEGREES", "", REAL, MIN_FOV, 180 - MIN_FOV, false,
+     "vertical angle of view; these three default to those of the scene's camera"},
+    {"--sampler", "NAME", "blue", TEXT, 0, 0, true, "the sampler (default blue); see --list"},
+    {"--spp", "N", "16", WHOLE, 1, MAX_SPP, false, "samples per pixel (default 16)"},
+    {"--noise", "LEVEL", "0", REAL, 0, 1, true,
+     "take fewer samples where the estimated relative error as displayed is below LEVEL,\n"
+     "such as 0.05; --spp is then the most (default 1024)"},
+    {"--min-spp", "N", "16", WHOLE, 2, MAX_SPP, true,
+     "samples per pixel before --noise may stop a block (default 16)"},
+    {"--declare", "N", "0", WHOLE, 0, MAX_INDEX, true,
+     "samples per pixel to tune the sampler \"zorder\" for (default 256)"},
+    {"--seed", "N", "0", WHOLE, 0, MAX_SEED, true, "seed of the sampler (default 0)"},
+    {"--first-sample", "N", "0", WHOLE, 0, MAX_INDEX, false,
+     "index of the first sample of each pixel (default 0)"},
+    {"--size", "WxH", "512x512", EXTENT, 1, MAX_EXTENT, false,
+     "size of the image in pixels (default 512x512)"},
+    {"--crop", "x0,y0,x1,y1", "", REGION, 0, MAX_EXTENT, false,
+     "render only the pixels x0 <= x < x1, y0 <= y < y1; (0,0) is the top left"},
+    {"--max-depth", "N", "8", WHOLE, 0, 1024, true,
+     "bounces, off surfaces and in fog (default 8); 0 shows only light that is seen directly"},
+    {"--light-samples", "N", "", WHOLE, 1, 256, true,
+     "light samples at the first surface of each path (default: set by the scene)"},
+    {"--env", "FILE", "", TEXT, 0, 0, true,
+     "replace the scene's environment by a latitude-longitude EXR, \"sky\" or \"none\""},
+    {"--clamp", "", "0", FLAG, 0, 0, true, "bound texels of --env that are not finite"},
+    {"--photometric", "", "0", FLAG, 0, 0, true,
+     "the file's punctual lights are in candela and lux: divide them by 683"},
+    {"--allow-outside", "", "0", FLAG, 0, 0, false,
+     "let a scene, or the image of --resume, name files outside its folder"},
+    {"--threads", "N", "", WHOLE, 1, 1024, false, "number of threads (default: number of cores)"},
+    {"--max-memory", "GIB", "", REAL, 0, 1e6, false,
+     "end with an error before the program takes more memory than this (default:\n"
+     "half of the machine's; 0: no bound)"},
+    {"--resume", "a.exr", "", TEXT, 0, 0, false,
+     "continue this image, with its settings, to --spp N samples in each pixel"},
+    {"--exposure", "EV|auto", "", STOPS, -64, 64, false,
+     "exposure of the preview in stops; auto maps the average to middle grey\n"
+     "(default: auto for files, 0 for built-in scenes)"},
+    {"-o", "out.exr", "", TEXT, 0, 0, false,
+     "the image; a preview is written to out.png beside it"},
+    {"--quiet", "", "0", FLAG, 0, 0, false, "print only errors and warnings"},
+    {"--list", "", "0", FLAG, 0, 0, false, "list scenes and samplers"},
+    {"--list-cameras", "", "0", FLAG, 0, 0, false,
+     "list the cameras of --scene as --eye, --target, --fov"},
+    {"--list-inputs", "", "0", FLAG, 0, 0, false,
+     "list the files of --scene and --env, and all that the scene names, each with\n"
+     "its CRC-32 and size"},
+    {"--help", "", "0", FLAG, 0, 0, false, "print this text"},
+};
+
+const Row &row_of(const std::string &name) {
+    const auto row = std::find_if(std::begin(ROWS), std::end(ROWS),
+                                  [&](const Row &r) { return r.name == name; });
+    if (row == std::end(ROWS)) throw Error("there is no option '", name, "'; see --help");
+    return *row;
+}
+
+// The numbers of "12x34" or "1,2,3,4"; none if anything else is in the text.
 template <typename Number>
-bool parse_list(const std::string &text, char separator, Number low, Number high, Number *values,
-                int count) {
+std::vector<Number> split(const std::string &text) {
+    std::vector<Number> numbers;
     const char *at = text.data(), *const end = at + text.size();
-    for (int i = 0; i < count; ++i) {
-        if (i > 0 && (at == end || *at++ != separator)) return false;
-        const auto [stop, error] = std::from_chars(at, end, values[i]);
-        if (error != std::errc() || !(values[i] >= low && values[i] <= high)) return false;
+    for (;; ++at) {
+        Number number{};
+        const auto [stop, error] = std::from_chars(at, end, number);
+        if (error != std::errc()) return {};
+        numbers.push_back(number);
+        if (stop == end) return numbers;
+        if (*stop != (text.find('x') != std::string::npos ? 'x' : ',')) return {};
         at = stop;
     }
-    return at == end;
 }
 
-std::string written(const std::string &value) {
-    return value;
-}
-template <typename Number>
-std::string written(const std::optional<Number> &value) {
-    return value ? std::to_string(*value) : "";
-}
-template <typename Number>
-std::string written(Number value) {
-    std::ostringstream text;
-    text << std::setprecision(9) << value;
-    return text.str();
+std::string takes(const Row &row) {
+    const uint64_t high = row.high < MAX_SEED ? uint64_t(row.high) : UINT64_MAX;
+    if (row.kind == WHOLE) return joined("a whole number from ", row.low, " to ", high);
+    if (row.kind == POINT) return "a point x,y,z with coordinates of at most 1e15";
+    if (row.kind == EXTENT) return joined("WIDTHxHEIGHT, each from 1 to ", high);
+    if (row.kind == REGION) return "x0,y0,x1,y1 with x0 < x1 and y0 < y1";
+    return joined(row.kind == STOPS ? "auto or " : "", "a number from ", row.low, " to ", row.high);
 }
 
-struct Table {
-    std::vector<OptionRow> rows;
-
-    // Adds an option whose value pictures store under this name, if it is not null.
-    template <typename Option>
-    void add(OptionRow row, const char *attribute, Option &option) {
-        row.attribute = attribute;
-        row.text = [&option] { return written(option); };
-        rows.push_back(std::move(row));
-    }
-    void text(const char *name, const char *value, std::string &to, const char *help,
-              const char *attribute = nullptr) {
-        add({name, value, help, [&to](const std::string &v) { to = v; }}, attribute, to);
-    }
-    template <typename Option, typename Number>
-    void number(const char *name, const char *value, Option &to, Number low, Number high,
-                const std::string &takes, const char *help, const char *attribute = nullptr) {
-        const auto read = [=, &to](const std::string &v) {
-            Number given{};
-            if (!parse_list(v, ' ', low, high, &given, 1)) throw Wrong{takes};
-            to = given;
+// Whether an option takes this value.
+bool fits(const Row &row, const std::string &value) {
+    if (row.kind == FLAG) return value == "0" || value == "1";
+    if (row.kind == TEXT || (row.kind == STOPS && value == "auto")) return true;
+    const auto in_range = [&](auto numbers, size_t count) {
+        const auto inside = [&](auto number) {
+            return double(number) >= row.low && double(number) <= row.high;
         };
-        add({name, value, help, read}, attribute, to);
-    }
-    template <typename Option, typename Number>
-    void whole(const char *name, Option &to, Number low, Number high, const char *help,
-               const char *attribute = nullptr) {
-        number(name, "N", to, low, high,
-               "a whole number from " + std::to_string(low) + " to " + std::to_string(high), help,
-               attribute);
-    }
-    void point(const char *name, std::optional<Point3d> &to, const char *help) {
-        rows.push_back({name, "x,y,z", help, [&to](const std::string &v) {
-                            Point3d p;
-                            if (!parse_list(v, ',', -MAX_COORDINATE, MAX_COORDINATE, &p.x, 3))
-                                throw Wrong{"a point x,y,z with coordinates of at most 1e15"};
-                            to = p;
-                        }});
-    }
-    void flag(const char *name, bool &to, const char *help, const char *attribute = nullptr) {
-        add({name, "", help, [&to](const std::string &v) { to = v != "0"; }}, attribute, to);
-    }
-};
-
-// Of adaptive sampling.
-void check_noise(const Options &o) {
-    if (!(o.noise.level > 0)) {
-        if (o.given.count("--min-spp") > 0)
-            throw Error("--min-spp goes with --noise; add it, or leave out --min-spp");
-        return;
-    }
-    if (o.auto_exposure || (!o.exposure && is_scene_file(o.scene)))
-        throw Error("--noise has to know the exposure before rendering; set it with --exposure EV");
-    if (o.first_sample > 0)
-        throw Error(o.given.count("--first-sample") > 0
-                        ? "--noise needs the first samples of a pixel; leave out --first-sample, "
-                          "and split the picture with --crop"
-                        : "--noise needs the first samples of a pixel, but " + o.resume +
-                              " begins with sample " + std::to_string(o.first_sample) +
-                              "; continue it without --noise");
-    if (o.spp <= o.noise.min_spp && o.given.count("--min-spp") == 0 && o.resume.empty())
-        throw Error("--noise looks at pixels from --min-spp ", o.noise.min_spp,
-                    " on; give more --spp than that, or a smaller --min-spp");
-    if (o.noise.min_spp > o.spp && o.given.count("--min-spp") > 0)
-        throw Error("--min-spp ", o.noise.min_spp, " is more than --spp ", o.spp);
+        return numbers.size() == count && std::all_of(numbers.begin(), numbers.end(), inside);
+    };
+    if (row.kind == WHOLE) return in_range(split<uint64_t>(value), 1);
+    if (row.kind == EXTENT) return in_range(split<int>(value), 2);
+    if (row.kind != REGION) return in_range(split<double>(value), row.kind == POINT ? 3 : 1);
+    const std::vector<int> c = split<int>(value);
+    return in_range(c, 4) && c[0] < c[2] && c[1] < c[3];
 }
 
 } // namespace
 
-std::vector<OptionRow> option_rows(Options &o) {
-    Table t;
-    t.text("--scene", "NAME|FILE", o.scene,
-           "the scene (default cornell): a built-in one (see --list), or a .gltf or .glb file",
-           "scene");
-    t.whole("--camera", o.camera.number, 0u, UINT32_MAX,
-            "use the scene's camera number N (default 0); see --list-cameras");
-    t.point("--eye", o.camera.eye, "position of the camera");
-    t.point("--target", o.camera.target, "point that the camera looks at");
-    t.number("--fov", "DEGREES", o.camera.fov, MIN_FOV, 180 - MIN_FOV,
-             "the vertical angle of view in degrees, more than 0 and less than 180",
-             "vertical angle of view; these three default to those of the scene's camera");
-    t.text("--sampler", "NAME", o.sampler.name, "the sampler (default blue); see --list",
-           "sampler");
-    t.whole("--spp", o.spp, 1u, MAX_SPP, "samples per pixel (default 16)");
-    t.number("--noise", "LEVEL", o.noise.level, 0.0f, 1.0f,
-             "a relative error from 0, which is off, to 1, such as 0.05",
-             "take fewer samples where the estimated relative error as displayed is below LEVEL,\n"
-             "such as 0.05; --spp is then the most (default 1024)",
-             "noise");
-    t.whole("--min-spp", o.noise.min_spp, MIN_SPP, MAX_SPP,
-            "samples per pixel before --noise may stop a block (default 16)", "minSpp");
-    t.whole("--declare", o.sampler.declared_spp, 0u, UINT32_MAX,
-            "samples per pixel to optimise the sampler \"zorder\" for (default 256)",
-            "declaredSpp");
-    t.text("--mask", "NAME|FILE", o.sampler.mask,
-           "mask for the sampler \"mask\": builtin (default), neural, or a greyscale PNG", "mask");
-    t.whole("--seed", o.sampler.seed, uint64_t{0}, UINT64_MAX, "seed of the sampler (default 0)",
-            "seed");
-    t.whole("--first-sample", o.first_sample, 0u, UINT32_MAX,
-            "index of the first sample of each pixel (default 0)");
-    t.rows.push_back({"--size", "WxH", "size of the picture in pixels (default 512x512)",
-                      [&o](const std::string &v) {
-                          int extents[2];
-                          if (!parse_list(v, 'x', 1, MAX_EXTENT, extents, 2))
-                              throw Wrong{"WIDTHxHEIGHT, each from 1 to " +
-                                          std::to_string(MAX_EXTENT)};
-                          o.width = extents[0];
-                          o.height = extents[1];
-                      }});
-    t.rows.push_back({"--crop", "x0,y0,x1,y1",
-                      "render only the pixels x0 <= x < x1, y0 <= y < y1; (0,0) is the top left",
-                      [&o](const std::string &v) {
-                          int c[4];
-                          if (!parse_list(v, ',', 0, MAX_EXTENT, c, 4) || c[0] >= c[2] ||
-                              c[1] >= c[3])
-                              throw Wrong{"x0,y0,x1,y1 with x0 < x1 and y0 < y1"};
-                          o.crop = Crop{c[0], c[1], c[2], c[3]};
-                      }});
-    t.whole(
-        "--max-depth", o.max_depth, 0u, 1024u,
-        "bounces, off surfaces and in fog (default 8); 0 shows only light that is seen directly",
-        "maxDepth");
-    t.whole("--light-samples", o.light_samples, 1u, 256u,
-            "light samples at the first surface of each path (default: set by the scene)");
-    t.rows.push_back({"--lights", "coin",
-                      "try no light apart from the path: one direction off each surface, from its\n"
-                      "material or towards a light, as a coin decides",
-                      [&o](const std::string &v) {
-                          if (v != "coin") throw Wrong{"coin"};
-                          o.light_samples = 0;
-                      }});
-    t.text("--env", "FILE", o.environment,
-           "replace the scene's environment by a latitude-longitude EXR, \"sky\" or \"none\"",
-           "environment");
-    t.flag("--clamp", o.clamp, "bound texels of --env that are not finite", "clamp");
-    t.flag("--photometric", o.photometric,
-           "the file's punctual lights are in candela and lux: divide them by 683", "photometric");
-    t.flag("--single-scatter", o.single_scatter,
-           "leave multiple scattering out of rough materials and of fog", "singleScatter");
-    t.flag("--allow-outside", o.allow_outside,
-           "let a scene, or the picture of --resume, name files outside its folder");
-    t.flag("--allow-changed", o.allow_changed,
-           "let --resume and --merge mix pictures whose files differ in contents");
-    t.whole("--threads", o.threads, 1u, 1024u, "number of threads (default: number of cores)");
-    t.rows.push_back({"--max-memory", "GIB",
-                      "end with an error before the program takes more memory than this (default:\n"
-                      "half of the machine's; 0: no bound)",
-                      [&o](const std::string &v) {
-                          double gib;
-                          if (!parse_list(v, ' ', 0.0, 1e6, &gib, 1) || (gib > 0 && gib < 0.25))
-                              throw Wrong{"GiB, from 0.25 to 1000000, or 0 for no bound"};
-                          o.max_memory = gib;
-                      }});
-    t.text("--resume", "a.exr", o.resume,
-           "continue this picture, with its settings, to --spp N samples in each pixel");
-    t.text("--reference", "ref.exr", o.reference,
-           "print the error against this picture: RMSE, plain and after Gaussian filters");
-    t.rows.push_back({"--exposure", "EV|auto",
-                      "exposure of the preview in stops; auto maps the average to middle grey\n"
-                      "(default: auto for files, 0 for built-in scenes)",
-                      [&o](const std::string &v) {
-                          float stops = 0;
-                          o.auto_exposure = v == "auto";
-                          o.exposure.reset();
-                          if (o.auto_exposure) return;
-                          if (!parse_list(v, ' ', -64.0f, 64.0f, &stops, 1))
-                              throw Wrong{"stops from -64 to 64, or auto"};
-                          o.exposure = stops;
-                      }});
-    t.text("-o", "out.exr", o.output, "the picture; a preview is written to out.png beside it");
-    t.flag("--quiet", o.quiet, "print only errors, and the error against the reference");
-    t.flag("--list", o.list, "list scenes and samplers");
-    t.flag("--list-cameras", o.list_cameras,
-           "list the cameras of --scene as --eye, --target, --fov");
-    t.flag("--list-inputs", o.list_inputs,
-           "list the files of --scene, --env and --mask, and all that the scene names, each with\n"
-           "its CRC-32 and size");
-    t.flag("--help", o.help, "print this text");
-    return t.rows;
+const std::vector<std::string> &Options::settings() {
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> result;
+        for (const Row &row : ROWS)
+            if (row.setting) result.push_back(row.name);
+        return result;
+    }();
+    return names;
 }
 
-void option_read(const OptionRow &row, const std::string &value) {
-    try {
-        row.read(value);
-    } catch (const Wrong &wrong) {
-        throw Error(row.name, " takes ", wrong.takes, ", not '", value, "'");
+std::vector<int> Options::integers(const std::string &name) const {
+    return split<int>(text(name));
+}
+
+std::optional<Point3d> Options::point(const std::string &name) const {
+    const std::vector<double> p = split<double>(text(name));
+    return p.empty() ? std::nullopt : std::optional<Point3d>({p[0], p[1], p[2]});
+}
+
+void Options::set(const std::string &name, const std::string &value) {
+    const Row &row = row_of(name);
+    if (!fits(row, value)) throw Error(name, " takes ", takes(row), ", not '", value, "'");
+    // As numbers are written, so that settings can be compared as texts.
+    values_[name] = row.kind == WHOLE  ? std::to_string(split<uint64_t>(value)[0])
+                    : row.kind == REAL ? shortest(split<double>(value)[0])
+                                       : value;
+}
+
+Options::Options(int argc, const char *const *argv) {
+    for (const Row &row : ROWS) values_[row.name] = row.otherwise;
+    values_["--threads"] = std::to_string(std::max(1u, std::thread::hardware_concurrency()));
+    for (int i = 1; i < argc; ++i) {
+        const std::string name = argv[i] == std::string("-h") ? "--help" : argv[i];
+        if (name == "--merge") {
+            while (i + 1 < argc && argv[i + 1][0] != '-') merge.emplace_back(argv[++i]);
+            if (merge.empty()) throw Error("--merge needs the images to merge; see --help");
+            continue;
+        }
+        std::string value = "1";
+        if (row_of(name).kind != FLAG) {
+            if (i + 1 == argc) throw Error(name, " needs a value; see --help");
+            value = argv[++i];
+            if (value.compare(0, 2, "--") == 0 || value == "-o" || value == "-h")
+                throw Error(name, " needs a value, not the option '", value,
+                            "'; write a file of that name as './", value, "'");
+        }
+        set(name, value);
+        given_.insert(name);
     }
+    if (number<double>("--noise") > 0 && !given("--spp")) values_["--spp"] = "1024";
+    if (text("--resume").empty() || !merge.empty()) check();
 }
 
-void check_options(const Options &o) {
-    if (o.output.empty()) throw Error("name the output with -o out.exr (see --help)");
-    if (o.output.size() < 5 || o.output.compare(o.output.size() - 4, 4, ".exr") != 0)
-        throw Error("the output must be named something.exr, not '", o.output, "'");
-    if (!o.merge.empty()) {
-        for (const char *name : {"--resume", "--noise"})
-            if (o.given.count(name) > 0) throw Error("--merge does not render; leave out ", name);
-        return;
-    }
-    if (o.given.count("--lights") > 0 && o.given.count("--light-samples") > 0)
-        throw Error(
-            "--lights coin takes one direction off each surface; leave out --light-samples");
-    const Crop crop = o.crop.value_or(Crop{0, 0, o.width, o.height});
-    if (crop.x1 > o.width || crop.y1 > o.height)
-        throw Error("--crop extends beyond the picture of ", o.width, "x", o.height,
-                    " pixels; set --size");
-    if (pixel_count(crop) > MAX_PIXELS)
-        throw Error("at most ", MAX_PIXELS,
-                    " pixels are rendered at once; render the picture in parts with --crop");
-    check_noise(o);
-    if (o.first_sample > UINT32_MAX - (o.spp - 1))
-        throw Error("--first-sample and --spp run past the last sample, number ", UINT32_MAX);
-}
-
-std::string options_help() {
+std::string Options::help() {
     std::string help = R"(Usage: pathtracer [options] -o out.exr
        pathtracer --merge a.exr b.exr ... -o out.exr
        pathtracer --resume a.exr --spp N -o out.exr
 
 Renders a scene with one of libbn's samplers to out.exr, and a preview to out.png beside it. Can also
-merge pictures of different regions (--crop) or different samples (--first-sample), and continue a
-picture that was stopped. When interrupted, it writes the picture so far.
+merge images of different regions (--crop) or different samples (--first-sample), and continue an
+image that was stopped. When interrupted, it writes the image so far.
 
 )";
-    Options unused;
-    for (const OptionRow &row : option_rows(unused)) {
+    for (const Row &row : ROWS) {
         std::istringstream lines(row.help);
-        std::string left = "  " + row.name + " " + row.value;
+        std::string left = std::string("  ") + row.name + " " + row.value;
         for (std::string line; std::getline(lines, line); left.clear()) {
             left.resize(std::max(left.size() + 1, size_t{25}), ' ');
             help += left + line + "\n";
@@ -286,35 +210,46 @@ picture that was stopped. When interrupted, it writes the picture so far.
     return help;
 }
 
-Options parse_options(int argc, const char *const *argv) {
-    Options options;
-    options.threads = std::max(1u, std::thread::hardware_concurrency());
-    const std::vector<OptionRow> rows = option_rows(options);
-    for (int i = 1; i < argc; ++i) {
-        const std::string name = argv[i] == std::string("-h") ? "--help" : argv[i];
-        if (name == "--merge") {
-            while (i + 1 < argc && argv[i + 1][0] != '-') options.merge.emplace_back(argv[++i]);
-            if (options.merge.empty())
-                throw Error("--merge needs the pictures to merge; see --help");
-            continue;
-        }
-        const auto row = std::find_if(rows.begin(), rows.end(),
-                                      [&](const OptionRow &r) { return r.name == name; });
-        if (row == rows.end()) throw Error("there is no option '", name, "'; see --help");
-        std::string value;
-        if (!row->value.empty()) {
-            if (i + 1 == argc) throw Error(name, " needs a value; see --help");
-            value = argv[++i];
-            if (value.compare(0, 2, "--") == 0 || value == "-o" || value == "-h")
-                throw Error(name, " needs a value, not the option '", value,
-                            "'; write a file of that name as './", value, "'");
-        }
-        options.given.insert(name);
-        option_read(*row, value);
+void Options::check_noise() const {
+    const auto spp = number<uint64_t>("--spp"), least = number<uint64_t>("--min-spp");
+    if (!(number<double>("--noise") > 0)) {
+        if (given("--min-spp"))
+            throw Error("--min-spp goes with --noise; add it, or leave out --min-spp");
+        return;
     }
-    if (options.noise.level > 0 && options.given.count("--spp") == 0) options.spp = ADAPTIVE_SPP;
-    if (!options.help && !options.list && !options.list_cameras && !options.list_inputs &&
-        (options.resume.empty() || !options.merge.empty()))
-        check_options(options);
-    return options;
+    const std::string &exposure = text("--exposure");
+    if (exposure == "auto" || (exposure.empty() && is_scene_file(text("--scene"))))
+        throw Error("--noise has to know the exposure before rendering; set it with --exposure EV");
+    if (text("--first-sample") != "0")
+        throw Error("--noise needs the first samples of a pixel; leave out --first-sample, and "
+                    "split the image with --crop");
+    if (least > spp)
+        throw Error("--min-spp ", least, " is more than --spp ", spp,
+                    "; give more --spp, or a smaller --min-spp");
+}
+
+void Options::check() const {
+    for (const char *name : {"--help", "--list", "--list-cameras", "--list-inputs"})
+        if (flag(name)) return;
+    const std::string &output = text("-o");
+    if (output.empty()) throw Error("name the output with -o out.exr (see --help)");
+    if (output.size() < 5 || output.compare(output.size() - 4, 4, ".exr") != 0)
+        throw Error("the output must be named something.exr, not '", output, "'");
+    if (!merge.empty()) {
+        for (const char *name : {"--resume", "--noise"})
+            if (given(name)) throw Error("--merge does not render; leave out ", name);
+        return;
+    }
+    const std::vector<int> size = integers("--size");
+    std::vector<int> c = integers("--crop");
+    if (c.empty()) c = {0, 0, size[0], size[1]};
+    if (c[2] > size[0] || c[3] > size[1])
+        throw Error("--crop extends beyond the image of ", size[0], "x", size[1],
+                    " pixels; set --size");
+    if (pixel_count({c[0], c[1], c[2], c[3]}) > MAX_PIXELS)
+        throw Error("at most ", MAX_PIXELS,
+                    " pixels are rendered at once; render the image in parts with --crop");
+    check_noise();
+    if (number<uint64_t>("--first-sample") + number<uint64_t>("--spp") - 1 > UINT32_MAX)
+        throw Error("--first-sample and --spp run past the last sample, number ", UINT32_MAX);
 }

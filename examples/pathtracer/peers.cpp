@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Samplers that are not libbn's, for comparison.
 #include "sampler.h"
-#include "sobol4d.h"
 
 #if __has_include(<boost/random/sobol.hpp>)
 #define BN_WITH_BOOST
@@ -16,28 +15,42 @@
 
 namespace {
 
-class Sobol4d final : public PeerSampler {
-  public:
-    using PeerSampler::PeerSampler;
-    void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
-              float *u) const override {
-        float all[4];
-        sobol4d_draw(seed, x, y, index, key, all);
-        std::copy_n(all, dimensions, u);
-    }
-};
+// The finaliser of SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number
+// Generators", 2014).
+uint64_t mix64(uint64_t v) {
+    v = (v ^ (v >> 30)) * 0xbf58476d1ce4e5b9u;
+    v = (v ^ (v >> 27)) * 0x94d049bb133111ebu;
+    return v ^ (v >> 31);
+}
 
 #ifdef BN_WITH_BOOST
+
+uint32_t reverse_bits(uint32_t v) {
+    uint32_t result = 0;
+    for (int bit = 0; bit < 32; ++bit, v >>= 1) result = result << 1 | (v & 1u);
+    return result;
+}
+
+// Nested uniform scrambling: flips each bit by a hash of the bits above it (Laine and Karras,
+// "Stratified Sampling for Stochastic Transparency", 2011). The multipliers are those of Vegdahl,
+// "Building a Better LK Hash", 2021.
+uint32_t owen_scramble(uint32_t digits, uint32_t seed) {
+    uint32_t v = reverse_bits(digits);
+    v ^= v * 0x3d20adeau;
+    v += seed;
+    v *= (seed >> 16) | 1u;
+    v ^= v * 0x05526c56u;
+    v ^= v * 0x53a22864u;
+    return reverse_bits(v);
+}
 
 // The sampler "sobol-global": one Sobol' sequence over the whole screen, as in pbrt (Gruenschloss, Raab
 // and Keller, "Enumerating Quasi-Monte Carlo Point Sequences in Elementary Intervals", 2012). Its first
 // two dimensions are the position on a screen of 4096 x 4096 pixels, which repeats. Every 2^24 points
 // hit each pixel once: sample i of a pixel is the one of round i. All its other numbers are further
-// dimensions of that point, in the order of a path: time, lens, first light, then six for each ray.
-//
-// The direction numbers are Joe and Kuo's ("Constructing Sobol Sequences with Better Two-Dimensional
-// Projections", 2008), from Boost.Random. Each dimension has an Owen scrambling of its own, the
-// position one for each pixel. Loops and rays past the last dimension take random numbers.
+// dimensions of that point: time, lens, first light, then six for each ray. Boost.Random has Joe and
+// Kuo's direction numbers. Each dimension has an Owen scrambling of its own, the position one for each
+// pixel. Loops and rays past the last dimension take random numbers.
 
 constexpr unsigned SCREEN = 12, BITS = 64; // log2 of the screen's extent; digits
 constexpr uint32_t DIMENSIONS = 512, PIXELS = (1u << SCREEN) - 1;
@@ -76,29 +89,25 @@ class SobolGlobal final : public PeerSampler {
     void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
               float *u) const override {
         uint64_t point = uint64_t{index} << 2 * SCREEN;
-        const uint32_t pixel =
-            (static_cast<uint32_t>(x) & PIXELS) | (static_cast<uint32_t>(y) & PIXELS) << SCREEN;
+        const uint32_t pixel = (uint32_t(x) & PIXELS) | (uint32_t(y) & PIXELS) << SCREEN;
         const uint32_t missing = pixel ^ shift() ^ pixel_of(point);
         for (unsigned digit = 0; digit < 2 * SCREEN; ++digit)
             if (missing >> digit & 1u) point ^= inverse_[digit];
         for (int half = 0; half < dimensions / 2; ++half) {
-            const uint32_t first = dimension_of(key + static_cast<uint32_t>(half));
+            const uint32_t first = dimension_of(key + uint32_t(half));
             if (first + 1 >= DIMENSIONS) {
-                bn_sample_2d(generator.get(), x, y, index, key + static_cast<uint32_t>(half), 0,
-                             u + 2 * half);
+                bn_sample_2d(generator.get(), x, y, index, key + uint32_t(half), 0, u + 2 * half);
                 continue;
             }
             for (uint32_t d = first; d < first + 2; ++d) {
-                uint64_t digits = digits_of(point, d), scrambling = sobol4d_mix(seed + 1) + d;
+                uint64_t digits = digits_of(point, d), scrambling = mix64(seed + 1) + d;
                 if (d < 2) { // the position: below the digits of the pixel
                     digits <<= SCREEN;
                     scrambling += uint64_t{d == 0 ? pixel & PIXELS : pixel >> SCREEN} << 32;
                 }
-                const uint32_t scrambled = sobol4d_scramble(
-                    static_cast<uint32_t>(digits >> 32),
-                    static_cast<uint32_t>(sobol4d_mix(scrambling + 0x9e3779b97f4a7c15u)));
-                *(u + 2 * half + (d - first)) =
-                    static_cast<float>(scrambled >> 8) * (1.0f / 16777216.0f);
+                const uint32_t scrambled = owen_scramble(
+                    uint32_t(digits >> 32), uint32_t(mix64(scrambling + 0x9e3779b97f4a7c15u)));
+                *(u + 2 * half + (d - first)) = float(scrambled >> 8) * (1.0f / 16777216.0f);
             }
         }
     }
@@ -124,13 +133,13 @@ class SobolGlobal final : public PeerSampler {
 
     // The pixel of a point: its column, and SCREEN bits higher its row.
     uint32_t pixel_of(uint64_t point) const {
-        return static_cast<uint32_t>(digits_of(point, 0) >> (BITS - SCREEN)) |
-               static_cast<uint32_t>(digits_of(point, 1) >> (BITS - SCREEN)) << SCREEN;
+        return uint32_t(digits_of(point, 0) >> (BITS - SCREEN)) |
+               uint32_t(digits_of(point, 1) >> (BITS - SCREEN)) << SCREEN;
     }
 
     // Another pixel takes the place of (0, 0) for each seed.
     uint32_t shift() const {
-        return static_cast<uint32_t>(sobol4d_mix(seed + 0x9e3779b97f4a7c15u)) >> (32 - 2 * SCREEN);
+        return uint32_t(mix64(seed + 0x9e3779b97f4a7c15u)) >> (32 - 2 * SCREEN);
     }
 
     std::vector<uint64_t> columns_; // of each dimension
@@ -140,21 +149,16 @@ class SobolGlobal final : public PeerSampler {
 #endif
 #ifdef BN_WITH_OPENQMC
 
-// OpenQMC's blue-noise samplers (Framestore, https://github.com/AcademySoftwareFoundation/openqmc)
-// beside libbn's, in builds with -DBN_OPENQMC=DIR. They are used as its README recommends: the root
-// is a sampler for one pixel and index, each decision of a path is a child of it by newDomain(),
-// and split light samples of one path come from newDomainSplit().
-//
-// OpenQMC takes no seed; the frame number re-randomises its patterns. From it and the domain keys
-// OpenQMC derives how far its tables are shifted on the screen. The shift is the same for all
-// pixels, which keeps their blue noise intact. Here the frame number is a hash of the seed.
+// OpenQMC's blue-noise samplers (Framestore, https://github.com/AcademySoftwareFoundation/openqmc), used
+// as its README recommends: the root is a sampler for one pixel and index, each decision of a path is a
+// child of it, and split light samples come from newDomainSplit(). OpenQMC takes no seed: here the frame
+// number is a hash of it, which shifts the tables, the same for all pixels.
 
 template <typename Native>
 class OpenQmcSampler final : public PeerSampler {
   public:
     explicit OpenQmcSampler(uint64_t own_seed)
-        : PeerSampler(own_seed),
-          frame_(static_cast<int>(sobol4d_mix(own_seed + 0x9e3779b97f4a7c15u) >> 34)),
+        : PeerSampler(own_seed), frame_(int(mix64(own_seed + 0x9e3779b97f4a7c15u) >> 34)),
           cache_(Native::cacheSize) {
         Native::initialiseCache(cache_.data());
     }
@@ -162,21 +166,18 @@ class OpenQmcSampler final : public PeerSampler {
     void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
               float *u) const override {
         const Native pixel = root(x, y, index);
-        pixel.newDomain(static_cast<int>(key)).template drawSample<2>(u);
-        if (dimensions == 4)
-            pixel.newDomain(static_cast<int>(key + 1)).template drawSample<2>(u + 2);
+        pixel.newDomain(int(key)).template drawSample<2>(u);
+        if (dimensions == 4) pixel.newDomain(int(key + 1)).template drawSample<2>(u + 2);
     }
 
     void draw_split(int32_t x, int32_t y, uint32_t index, uint32_t key, uint32_t count, uint32_t k,
                     float *u) const override {
-        root(x, y, index)
-            .newDomainSplit(static_cast<int>(key), static_cast<int>(count), static_cast<int>(k))
-            .template drawSample<2>(u);
+        root(x, y, index).newDomainSplit(int(key), int(count), int(k)).template drawSample<2>(u);
     }
 
   private:
     Native root(int32_t x, int32_t y, uint32_t index) const {
-        return Native(x, y, frame_, static_cast<int>(index), cache_.data());
+        return Native(x, y, frame_, int(index), cache_.data());
     }
 
     int frame_; // of 30 bits, because OpenQMC adds the high half of the index to it
@@ -189,9 +190,6 @@ class OpenQmcSampler final : public PeerSampler {
 
 std::vector<SamplerEntry> peer_entries() {
     return {
-        {"pcg", "one PCG32 for all decisions of a path, for comparison", 0, nullptr, true},
-        {"sobol4d", "four-dimensional Owen-scrambled Sobol', for comparison", 0,
-         create_peer<Sobol4d>},
 #ifdef BN_WITH_BOOST
         {"sobol-global", "one Sobol' sequence over the screen, for comparison", BN_SAMPLER_WHITE,
          create_peer<SobolGlobal>},

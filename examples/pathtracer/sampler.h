@@ -5,13 +5,13 @@
 //
 //     ray 0            draw()     position in the pixel, and light where it ends or the lens
 //     ray d            draw()     direction off surface d, and light where it ends
-//                      next_1d()  lobe of rough glass, and then roulette
-//                      rng(0)     free flight through a medium
-//                      rng(k + 1) transmittance towards light sample k where the ray ends
+//                      next_1d()  lobe of rough glass, and then Russian roulette
+//                      draw_loop(0) free flight through a medium
+//                      draw_loop(k + 1) transmittance towards light sample k where the ray ends
 //     first_light()    in place of ray 0's, if the lens has taken that or it is split
 //     time_wavelength() of the whole path, where things move
 //
-// Nothing is stored between samples: threads, tiles and crops cannot change a picture. docs/paths.md
+// Nothing is stored between samples: threads, tiles and crops cannot change an image. docs/paths.md
 // has the reasons, examples/pathtracer/README.md what the rest of the path tracer does for the noise.
 #pragma once
 
@@ -20,7 +20,6 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,9 +28,7 @@
 
 struct Sampler {
     bn::Sampler library;
-    std::vector<uint32_t> mask_ranks; // which `library` borrows; empty for the built-in mask
-    PeerPointer peer;                 // draws in place of `library`, unless it is null
-    std::optional<uint64_t> pcg_seed; // the same
+    PeerPointer peer; // draws in place of `library`, unless it is null
 };
 using SamplerPointer = std::unique_ptr<const Sampler>;
 
@@ -40,30 +37,22 @@ struct SamplerEntry {
     const char *summary;
     int32_t type;                                 // BN_SAMPLER_..., for libbn's samplers
     PeerPointer (*peer)(uint64_t seed) = nullptr; // creates a sampler that is not libbn's
-    bool is_pcg = false;
 };
 
-// libbn's samplers, pcg, sobol4d, sobol-global in a build with Boost, then OpenQMC's in one with that, in
-// the order of --list.
+// libbn's samplers, sobol-global in a build with Boost, then OpenQMC's in one with that.
 const std::vector<SamplerEntry> &sampler_entries();
 
 // Of these, those that are not libbn's: in peers.cpp.
 std::vector<SamplerEntry> peer_entries();
 
-struct SamplerSettings {
-    std::string name = "blue";
-    uint64_t seed = 0;
-    uint64_t declared_spp = 0; // below 2^32; 0: unknown
-    std::string mask;          // "builtin", "neural" or a greyscale PNG; for sampler "mask" only
-};
+// The sampler of this name. `declared_spp` is for "zorder"; 0: unknown. Throws Error that lists the
+// known samplers.
+SamplerPointer sampler_create(const std::string &name, uint64_t seed = 0,
+                              uint32_t declared_spp = 0);
 
-// Throws Error that lists the known samplers or says what is wrong with the mask.
-SamplerPointer sampler_create(const SamplerSettings &settings);
-
-// What visit(path) returns for sample `index` of a pixel. The path is a bn::PathSampler, PeerPath or PcgPath.
+// What visit(path) returns for sample `index` of a pixel. The path is a bn::PathSampler or PeerPath.
 template <typename Visit>
 auto with_path(const Sampler &sampler, int32_t x, int32_t y, uint32_t index, Visit visit) {
-    if (sampler.pcg_seed) return visit(PcgPath(*sampler.pcg_seed, x, y, index));
     if (sampler.peer) return visit(PeerPath(*sampler.peer, x, y, index));
     return visit(bn::PathSampler(sampler.library, x, y, index));
 }

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finding scenes by name, and preparing any scene for rendering.
+// Preparing any scene for rendering, and what varies over its surfaces.
 #include "scene.h"
 
-#include <charconv>
-#include <cinttypes>
 #include <cmath>
-#include <cstdio>
+#include <iomanip>
 #include <limits>
 
 #include "files.h"
@@ -36,6 +34,8 @@ void drop_triangles_without_area(Scene &scene) {
         if (!(max_magnitude(cross(b - a, c - a)) > 0)) continue;
         scene.triangles[kept] = scene.triangles[i];
         scene.surfaces[kept] = scene.surfaces[i];
+        for (size_t k = 0; k < 3 && !scene.tangents.empty(); ++k)
+            scene.tangents[3 * kept + k] = scene.tangents[3 * i + k];
         ++kept;
     }
     scene.triangles.resize(kept);
@@ -47,14 +47,13 @@ void prepare_lights(Scene &scene) {
     const float half_diagonal = 0.5f * length(e.high - e.low);
     const float radius = half_diagonal > 0 ? half_diagonal : 1;
     if (scene.environment && scene.environment->irradiance > 0) {
-        scene.environment_light = static_cast<int32_t>(scene.lights.size());
+        scene.environment_light = int32_t(scene.lights.size());
         Light light{};
         light.kind = Light::ENVIRONMENT;
         light.environment = scene.environment.get();
         scene.lights.push_back(light);
     }
-    // Lights without a position are beyond everything. The camera may be outside the scene and see
-    // nothing but the environment.
+    // Lights without a position are beyond everything, and beyond the camera.
     const float beyond = 4 * (radius + length(scene.camera.position - 0.5f * (e.low + e.high)));
     for (Light &light : scene.lights) light.distance = beyond;
 
@@ -63,7 +62,7 @@ void prepare_lights(Scene &scene) {
     for (const Light &light : scene.lights) {
         const float power = light_power(light);
         const bool shines = power > 0 && std::isfinite(power);
-        new_index.push_back(shines ? static_cast<int32_t>(kept) : -1);
+        new_index.push_back(shines ? int32_t(kept) : -1);
         if (shines) scene.lights[kept++] = light;
     }
     scene.lights.resize(kept);
@@ -74,14 +73,14 @@ void prepare_lights(Scene &scene) {
     renumber(scene.environment_light);
     for (size_t i = 0; i < scene.surfaces.size(); ++i) {
         const int32_t light = scene.surfaces[i].light;
-        if (light >= 0) scene.lights[light].triangle = static_cast<uint32_t>(i);
+        if (light >= 0) scene.lights[light].triangle = uint32_t(i);
     }
     scene.light_tree = light_tree(scene.lights);
 }
 
-// Interpolates a vertex attribute over a triangle.
 template <typename Value>
-Value interpolated(const std::vector<Value> &values, const Triangle &t, SurfacePoint p) {
+Value interpolated(const Scene &scene, const std::vector<Value> &values, SurfacePoint p) {
+    const Triangle &t = scene.triangles[p.triangle];
     const Value a = values[t.vertices[0]], b = values[t.vertices[1]], c = values[t.vertices[2]];
     return (1 - p.u - p.v) * a + p.u * b + p.v * c;
 }
@@ -97,8 +96,7 @@ const SurfaceMaps &maps_of(const Scene &scene, SurfacePoint p) {
 
 glm::vec4 looked_up(const Scene &scene, const TextureUse &use, SurfacePoint p) {
     const std::vector<Vec2> &coordinates = scene.texture_coordinates[use.set];
-    const Vec2 uv = coordinates.empty() ? Vec2{0, 0}
-                                        : interpolated(coordinates, scene.triangles[p.triangle], p);
+    const Vec2 uv = coordinates.empty() ? Vec2{0, 0} : interpolated(scene, coordinates, p);
     return texture_at(scene.textures[use.texture], transformed(use, uv));
 }
 
@@ -114,7 +112,8 @@ Vec3 mapped_normal(const Scene &scene, SurfacePoint p, Vec3 normal) {
         return normalize_or(v - dot(v, normal) * normal, {0, 0, 0});
     };
     Vec3 across, up; // the directions in which u, and the image upwards, increase
-    const glm::vec4 tangent = interpolated(scene.tangents, t, p);
+    const glm::vec4 *const tangents = &scene.tangents[3 * p.triangle];
+    const glm::vec4 tangent = (1 - p.u - p.v) * tangents[0] + p.u * tangents[1] + p.v * tangents[2];
     if (max_magnitude(Vec3(tangent)) > 0) {
         across = along_surface(Vec3(tangent));
         up = (tangent.w < 0 ? -1.0f : 1.0f) * cross(normal, across);
@@ -133,10 +132,9 @@ Vec3 mapped_normal(const Scene &scene, SurfacePoint p, Vec3 normal) {
     return normalize_or(x * across + y * up + (2 * n.z - 1) * normal, normal);
 }
 
-// Bends a shading normal just enough to reflect `wo` above the surface, whose normal is
-// `geometric`. Without this, mirrors with normal maps would have black spots where the reflection
-// points into the surface (Keller et al., "The Iray Light Transport Simulation and Rendering
-// System", 2017, adapt shading normals this way). `wo` must be on the front of the surface.
+// Bends a shading normal just enough to reflect `wo`, on the front, above the surface of normal
+// `geometric`: mirrors with normal maps would have black spots where the reflection points into the
+// surface (Keller et al., "The Iray Light Transport Simulation and Rendering System", 2017).
 Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 wo) {
     // The least cosine allowed between the mirrored direction and the geometric normal.
     const float facing = dot(geometric, wo);
@@ -153,13 +151,6 @@ Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 wo) {
     const Vec3 lifted =
         rise > 0.1f ? mirrored + (below / rise) * normal : mirrored + below * geometric;
     return normalize_or(wo + normalize_or(lifted, geometric), geometric);
-}
-
-void finish_chosen(Scene &scene, const SceneOptions &options) {
-    scene_choose_camera(scene, options.camera);
-    for (Material &material : scene.materials) material.single_scatter = options.single_scatter;
-    scene.single_scatter = options.single_scatter;
-    scene_finish(scene);
 }
 
 } // namespace
@@ -179,14 +170,12 @@ void scene_finish(Scene &scene) {
     for (Material &material : scene.materials) material_prepare(material);
 }
 
-ShadingNormals shading_normals(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal,
-                               Vec3 wo) {
-    const Material &material = material_of(scene, triangle);
+ShadingNormals shading_normals(const Scene &scene, SurfacePoint p, Vec3 normal, Vec3 wo) {
+    const Material &material = material_of(scene, p.triangle);
     Vec3 smooth = normal;
     if (!scene.normals.empty())
-        smooth = normalize_or(
-            interpolated(scene.normals, scene.triangles[triangle], {triangle, u, v}), normal);
-    Vec3 bent = scene.maps.empty() ? smooth : mapped_normal(scene, {triangle, u, v}, smooth);
+        smooth = normalize_or(interpolated(scene, scene.normals, p), normal);
+    Vec3 bent = scene.maps.empty() ? smooth : mapped_normal(scene, p, smooth);
     if (dot(smooth, normal) < 0) { // the corners are in the wrong order, or the normals turned
         if (material.single_sided)
             smooth = -smooth, bent = -bent;
@@ -202,6 +191,125 @@ ShadingNormals shading_normals(const Scene &scene, uint32_t triangle, float u, f
     if (mirrors) return {geometric, mirroring_normal(turned, geometric, wo), front};
     return {geometric, dot(turned, wo) > 0 ? turned : geometric, front};
 }
+
+Material material_at(const Scene &scene, const Material &material, SurfacePoint p) {
+    Material m = material;
+    const SurfaceMaps &maps = maps_of(scene, p);
+    if (maps.vertex_colours && !scene.colours.empty())
+        m.albedo *= Vec3(interpolated(scene, scene.colours, p));
+    if (maps.colour.texture >= 0) m.albedo *= Vec3(looked_up(scene, maps.colour, p));
+    if (maps.metallic_roughness.texture >= 0) {
+        const glm::vec4 texel = looked_up(scene, maps.metallic_roughness, p);
+        m.metallic *= texel.b;
+        m.roughness *= texel.g;
+    }
+    return m;
+}
+
+bool is_cut_out(const Scene &scene, SurfacePoint p) {
+    if (material_of(scene, p.triangle).maps < 0) return false;
+    const SurfaceMaps &maps = maps_of(scene, p);
+    if (!(maps.alpha_cutoff > 0)) return false;
+    float alpha = maps.alpha;
+    if (maps.vertex_colours) alpha *= interpolated(scene, scene.colours, p).a;
+    if (maps.cut_out.texture >= 0) alpha *= looked_up(scene, maps.cut_out, p).a;
+    return alpha < maps.alpha_cutoff;
+}
+
+Vec3 emission_at(const Scene &scene, SurfacePoint p) {
+    if (is_cut_out(scene, p)) return Vec3(0);
+    const SurfaceMaps &maps = maps_of(scene, p);
+    if (maps.emission.texture < 0) return maps.emission_factor;
+    return maps.emission_factor * Vec3(looked_up(scene, maps.emission, p));
+}
+
+// ---- The camera
+
+namespace {
+
+constexpr double DEGREE = 3.14159265358979323846 / 180;
+
+// The fewest digits, of `least` or more, that read_back() accepts the number of.
+template <typename ReadBack>
+std::string digits(double value, int least, const ReadBack &read_back) {
+    std::ostringstream text;
+    for (int precision = least;; ++precision, text.str("")) {
+        text << std::setprecision(precision) << value;
+        if (precision == 17 || read_back(std::stod(text.str()))) return text.str();
+    }
+}
+
+// Such that less the origin it is the same vector again.
+std::string digits(Vec3 v, Point3d origin) {
+    const auto coordinate = [&](int i) {
+        return digits(double{v[i]} + origin[i], 6,
+                      [&](double sum) { return float(sum - origin[i]) == v[i]; });
+    };
+    return coordinate(0) + "," + coordinate(1) + "," + coordinate(2);
+}
+
+float tan_half(double fov) {
+    return float(std::tan(0.5 * fov * DEGREE));
+}
+
+// Sets the scene's camera. Up in the image is +y, or -z if the camera looks straight down, or +z if it
+// looks straight up. A lens keeps its radius and focus distance. Throws Error.
+void choose_camera(Scene &scene, const CameraChoice &choice) {
+    Camera &camera = scene.camera;
+    if (choice.number) {
+        if (*choice.number >= scene.cameras.size())
+            throw Error("there is no camera ", *choice.number, ": the scene has ",
+                        scene.cameras.size(), " of its own; see --list-cameras, or set --eye");
+        camera = scene.cameras[*choice.number].camera;
+    }
+    if (choice.fov) camera.tan_half_height = tan_half(*choice.fov);
+    const Point3d eye = choice.eye.value_or(Point3d(camera.position) + scene.origin);
+    const Point3d target = choice.target.value_or(Point3d(camera.target) + scene.origin);
+    const Vec3 position = Vec3(eye - scene.origin), ahead = Vec3(target - scene.origin);
+    // Re-aiming at the same target would change the last bits of the scene's own camera.
+    if (position == camera.position && ahead == camera.target) return;
+    const double distance = length(target - eye);
+    if (!(distance > 0) || !std::isfinite(distance))
+        throw Error("the camera has no direction: --eye and --target are both ",
+                    digits(position, scene.origin), "; move one of them");
+    const Vec3 forward = Vec3((target - eye) / distance);
+    Vec3 up = {0, 1, 0};
+    if (!(max_magnitude(cross(forward, up)) > 1e-6f)) up = {0, 0, forward.y < 0 ? -1.0f : 1.0f};
+    camera.position = position;
+    camera.target = ahead;
+    camera_turn(camera, forward, up);
+}
+
+} // namespace
+
+std::string camera_text(const Scene &scene, const Camera &camera) {
+    const float tangent = camera.tan_half_height;
+    return joined("--eye ", digits(camera.position, scene.origin), " --target ",
+                  digits(camera.target, scene.origin), " --fov ",
+                  digits(2 * std::atan(double{tangent}) / DEGREE, 3,
+                         [&](double fov) { return tan_half(fov) == tangent; }));
+}
+
+std::string camera_list(const Scene &scene) {
+    if (scene.cameras.empty())
+        return "none of its own; everything is framed by " + camera_text(scene, scene.camera) +
+               "\n";
+    std::string list;
+    for (size_t i = 0; i < scene.cameras.size(); ++i) {
+        const auto &[camera, name] = scene.cameras[i];
+        list += joined(i, "  ", camera_text(scene, camera), name.empty() ? "" : "  '" + name + "'",
+                       "\n");
+    }
+    return list;
+}
+
+std::string scene_extent_text(const Scene &scene) {
+    const auto [low, high] = scene_bounds(scene);
+    const Point3d a = Point3d(low) + scene.origin, b = Point3d(high) + scene.origin;
+    return joined("reaches from ", a.x, ",", a.y, ",", a.z, " to ", b.x, ",", b.y, ",", b.z);
+}
+
+// ---- Finding scenes by name
 
 const std::vector<SceneEntry> &scene_entries() {
     static const std::vector<SceneEntry> entries = {
@@ -221,191 +329,32 @@ const std::vector<SceneEntry> &scene_entries() {
 }
 
 Scene scene_build(const std::string &name, const SceneOptions &options) {
-    if (is_scene_file(name)) {
-        Scene scene = scene_file_read(name, options);
-        try {
-            finish_chosen(scene, options);
-            if (scene.cameras.size() > 1 && !options.camera.number && !options.camera.eye)
-                scene.notes.push_back(name + ": shows the first of " +
-                                      std::to_string(scene.cameras.size()) +
-                                      " cameras; see --list-cameras and --camera");
-        } catch (const Error &error) {
-            throw Error(name, ": ", error.what());
-        }
-        return scene;
-    }
-    if (name.find('.') != std::string::npos)
-        throw Error(name, ": scenes are read from .gltf and .glb; convert it: scripts/to-gltf ",
-                    name);
+    Scene scene;
     std::string known;
     for (const SceneEntry &entry : scene_entries()) {
+        known += std::string(entry.name) + ", ";
         if (name == entry.name) {
-            Scene scene = entry.build();
-            if (options.environment) scene.environment = options.environment;
+            scene = entry.build();
             scene.cameras.push_back({scene.camera, ""});
-            finish_chosen(scene, options);
-            return scene;
+            if (options.environment) scene.environment = options.environment;
         }
-        known += (known.empty() ? "" : ", ") + std::string(entry.name);
     }
-    throw Error("there is no scene '", name, "'; the scenes are ", known,
-                ", or a file named .gltf or .glb");
-}
-
-Material material_at(const Scene &scene, const Material &material, SurfacePoint p) {
-    Material m = material;
-    const SurfaceMaps &maps = maps_of(scene, p);
-    if (maps.vertex_colours && !scene.colours.empty())
-        m.albedo *= Vec3(interpolated(scene.colours, scene.triangles[p.triangle], p));
-    if (maps.colour.texture >= 0) m.albedo *= Vec3(looked_up(scene, maps.colour, p));
-    if (maps.metallic_roughness.texture >= 0) {
-        const glm::vec4 texel = looked_up(scene, maps.metallic_roughness, p);
-        m.metallic *= texel.b;
-        m.roughness *= texel.g;
+    if (is_scene_file(name))
+        scene = scene_file_read(name, options);
+    else if (name.find('.') != std::string::npos)
+        throw Error(name, ": scenes are read from .gltf and .glb; convert it: scripts/to-gltf ",
+                    name);
+    else if (scene.cameras.empty())
+        throw Error("there is no scene '", name, "'; the scenes are ", known,
+                    "or a file named .gltf or .glb");
+    try {
+        choose_camera(scene, options.camera);
+        scene_finish(scene);
+    } catch (const Error &error) {
+        throw Error(name, ": ", error.what());
     }
-    return m;
-}
-
-bool is_cut_out(const Scene &scene, SurfacePoint p) {
-    if (material_of(scene, p.triangle).maps < 0) return false;
-    const SurfaceMaps &maps = maps_of(scene, p);
-    if (!(maps.alpha_cutoff > 0)) return false;
-    float alpha = maps.alpha;
-    if (maps.vertex_colours) alpha *= interpolated(scene.colours, scene.triangles[p.triangle], p).a;
-    if (maps.cut_out.texture >= 0) alpha *= looked_up(scene, maps.cut_out, p).a;
-    return alpha < maps.alpha_cutoff;
-}
-
-Vec3 emission_at(const Scene &scene, SurfacePoint p) {
-    if (is_cut_out(scene, p)) return Vec3(0);
-    const SurfaceMaps &maps = maps_of(scene, p);
-    if (maps.emission.texture < 0) return maps.emission_factor;
-    return maps.emission_factor * Vec3(looked_up(scene, maps.emission, p));
-}
-
-// ---- Choosing the camera
-
-namespace {
-
-constexpr double DEGREE = 3.14159265358979323846 / 180;
-
-// The fewest digits, of `least` or more, that read_back() accepts the number of.
-template <typename ReadBack>
-std::string digits(double value, int least, const ReadBack &read_back) {
-    char text[32];
-    for (int precision = least;; ++precision) {
-        const auto end =
-            std::to_chars(text, text + sizeof text, value, std::chars_format::general, precision);
-        double back = 0;
-        std::from_chars(text, end.ptr, back);
-        if (precision == 17 || read_back(back)) return {text, end.ptr};
-    }
-}
-
-// Of `value` + `origin`, such that less the origin it is the value again.
-std::string digits(float value, double origin) {
-    return digits(double{value} + origin, 6,
-                  [&](double sum) { return static_cast<float>(sum - origin) == value; });
-}
-
-std::string digits(Vec3 v, Point3d origin) {
-    return digits(v.x, origin.x) + "," + digits(v.y, origin.y) + "," + digits(v.z, origin.z);
-}
-
-float tan_half(double fov) {
-    return static_cast<float>(std::tan(0.5 * fov * DEGREE));
-}
-
-// The angle in degrees.
-std::string fov_text(float tan_half_height) {
-    return digits(2 * std::atan(double{tan_half_height}) / DEGREE, 3,
-                  [&](double fov) { return tan_half(fov) == tan_half_height; });
-}
-
-std::string numbered_names(const Scene &scene) {
-    std::string list;
-    for (size_t i = 0; i < scene.cameras.size(); ++i)
-        list += (i == 0 ? "" : ", ") + std::to_string(i) +
-                (scene.cameras[i].name.empty() ? "" : " '" + scene.cameras[i].name + "'");
-    return list;
-}
-
-void aim(Scene &scene, Point3d eye, Point3d target) {
-    const double distance = length(target - eye);
-    if (!(distance > 0) || !std::isfinite(distance))
-        throw Error("the camera has no direction: --eye and --target are both ",
-                    digits(Vec3(eye - scene.origin), scene.origin), "; move one of them");
-    const Vec3 forward = Vec3((target - eye) / distance);
-    Vec3 up = {0, 1, 0};
-    if (!(max_magnitude(cross(forward, up)) > 1e-6f)) up = {0, 0, forward.y < 0 ? -1.0f : 1.0f};
-    Camera &camera = scene.camera;
-    camera.position = Vec3(eye - scene.origin);
-    camera.target = Vec3(target - scene.origin);
-    camera_turn(camera, forward, up);
-}
-
-} // namespace
-
-CameraChoice camera_parse(const std::string &text) {
-    CameraChoice choice;
-    uint32_t number = 0;
-    int read = 0;
-    if (std::sscanf(text.c_str(), "--camera %" SCNu32 " %n", &number, &read) == 1)
-        choice.number = number;
-    Point3d eye, target;
-    double fov = 0;
-    if (std::sscanf(text.c_str() + read, "--eye %lf,%lf,%lf --target %lf,%lf,%lf --fov %lf", &eye.x,
-                    &eye.y, &eye.z, &target.x, &target.y, &target.z, &fov) != 7 ||
-        !(fov > 0 && fov < 180))
-        throw Error("the picture's camera is '", text, "', which cannot be read; give the camera");
-    choice.eye = eye;
-    choice.target = target;
-    choice.fov = fov;
-    return choice;
-}
-
-void scene_choose_camera(Scene &scene, const CameraChoice &choice) {
-    if (choice.number) {
-        if (*choice.number >= scene.cameras.size())
-            throw Error("there is no camera " + std::to_string(*choice.number) +
-                        ": the scene has " +
-                        (scene.cameras.empty() ? "none of its own; leave out --camera, or set --eye"
-                                               : std::string("cameras ") + numbered_names(scene)));
-        scene.camera = scene.cameras[*choice.number].camera;
-    }
-    const Point3d eye = choice.eye.value_or(Point3d(scene.camera.position) + scene.origin);
-    const Point3d target = choice.target.value_or(Point3d(scene.camera.target) + scene.origin);
-    // Re-aiming at the same target would change the last bits of the scene's own camera.
-    if (Vec3(eye - scene.origin) != scene.camera.position ||
-        Vec3(target - scene.origin) != scene.camera.target)
-        aim(scene, eye, target);
-    if (choice.fov) scene.camera.tan_half_height = tan_half(*choice.fov);
-}
-
-std::string camera_text(const Scene &scene, const Camera &camera) {
-    return "--eye " + digits(camera.position, scene.origin) + " --target " +
-           digits(camera.target, scene.origin) + " --fov " + fov_text(camera.tan_half_height);
-}
-
-std::string camera_list(const Scene &scene) {
-    if (scene.cameras.empty())
-        return "none of its own; everything is framed by " + camera_text(scene, scene.camera) +
-               "\n";
-    std::string list;
-    for (size_t i = 0; i < scene.cameras.size(); ++i) {
-        const NamedCamera &named = scene.cameras[i];
-        list += std::to_string(i) + "  " + camera_text(scene, named.camera) +
-                (named.name.empty() ? "" : "  '" + named.name + "'") + "\n";
-    }
-    return list;
-}
-
-std::string scene_extent_text(const Scene &scene) {
-    if (scene.vertices.empty()) return "is empty";
-    const auto [low, high] = scene_bounds(scene);
-    const Point3d from = Point3d(low) + scene.origin, to = Point3d(high) + scene.origin;
-    char text[256];
-    std::snprintf(text, sizeof text, "reaches from %.4g,%.4g,%.4g to %.4g,%.4g,%.4g", from.x,
-                  from.y, from.z, to.x, to.y, to.z);
-    return text;
+    if (scene.cameras.size() > 1 && !options.camera.number && !options.camera.eye)
+        scene.notes.push_back(joined(name, ": shows the first of ", scene.cameras.size(),
+                                     " cameras; see --list-cameras and --camera"));
+    return scene;
 }

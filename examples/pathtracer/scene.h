@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes: plain arrays of surfaces, materials and lights, and the list of those built in code.
+// Scenes: plain arrays of surfaces, materials and lights, whether built in code or read from a file.
 #pragma once
 
 #include <cstdint>
@@ -26,9 +26,6 @@ struct Surface {
     int32_t light; // index of the light this surface is, or -1
 };
 
-// ---- Material properties that vary over a surface: textures and vertex colours, looked up at each hit on
-// a material that has any. Other materials cost one comparison.
-
 // How a material uses a texture.
 struct TextureUse {
     int32_t texture = -1; // index into Scene::textures; -1: none
@@ -37,6 +34,7 @@ struct TextureUse {
     glm::mat3x2 transform{1};
 };
 
+// Material properties that vary over a surface, looked up at each hit on a material that has any.
 struct SurfaceMaps {
     TextureUse colour;             // times Material::albedo
     TextureUse metallic_roughness; // blue times metallic, green times roughness
@@ -45,8 +43,8 @@ struct SurfaceMaps {
     TextureUse cut_out;            // alpha
     Vec3 emission_factor = {0, 0, 0};
     float normal_scale = 1;
-    float alpha = 1,
-          alpha_cutoff = 0;      // cut out if alpha times the texture's and the vertices' is below
+    // Cut out where alpha times the texture's and the vertices' is below the cut-off.
+    float alpha = 1, alpha_cutoff = 0;
     bool vertex_colours = false; // times Material::albedo, and their fourth component times alpha
 };
 
@@ -56,26 +54,24 @@ struct SurfacePoint {
     float u, v;
 };
 
-// ---- The scene
-
 struct NamedCamera {
     Camera camera;
     std::string name; // may be empty
 };
 
+// Arrays "per vertex" hold one element per vertex, or none.
 struct Scene {
     Camera camera{};                  // the one to render with
     std::vector<NamedCamera> cameras; // defined by the scene; none if `camera` is made up
     Point3d origin = {0, 0, 0};       // of these coordinates, in the scene file's coordinates
     std::vector<Vec3> vertices;
-    std::vector<Vec3> normals; // for smooth shading: one per vertex, or none. Zero length
-                               // means the triangle's own normal
-    std::vector<Vec3> motions; // of each vertex while the shutter is open, on a straight line, or
-                               // none if all stands still. Lights do not move
-    std::vector<Vec2> texture_coordinates[2]; // two sets, each one per vertex, or none
-    std::vector<glm::vec4> colours;           // likewise; linear
-    std::vector<glm::vec4> tangents;          // likewise; the sign w is that of the other tangent,
-                                              // w cross(normal, tangent). Zero: from the triangle
+    std::vector<Vec3> normals; // per vertex, for smooth shading; zero: the triangle's own
+    std::vector<Vec3> motions; // per vertex, on a straight line while the shutter is open
+    std::vector<Vec2> texture_coordinates[2]; // per vertex
+    std::vector<glm::vec4> colours;           // per vertex, linear
+    // One per corner of each triangle, or none. The sign w is that of the other tangent,
+    // w cross(normal, tangent). Zero: from the triangle.
+    std::vector<glm::vec4> tangents;
     std::vector<Triangle> triangles;
     std::vector<Surface> surfaces; // one per triangle
     std::vector<Material> materials;
@@ -86,10 +82,7 @@ struct Scene {
     std::vector<Light> lights;
     std::shared_ptr<const Environment> environment; // null: rays that escape see black
     std::shared_ptr<const Medium> medium;           // null: all of space is clear
-    bool single_scatter = false;                    // the medium scatters a path once at most
-    // At a path's first surface; one at all others. 0: none, but one direction off each surface,
-    // from its material or towards a light, as a coin decides.
-    uint32_t light_samples = 1;
+    uint32_t light_samples = 1;                     // at a path's first surface; one at all others
 
     // Set by scene_finish.
     LightTree light_tree;           // for choosing lights
@@ -113,16 +106,27 @@ Bounds scene_bounds(const Scene &scene);
 // the environment into a light, and prepares lights and materials. All vertices must be finite.
 void scene_finish(Scene &scene);
 
-// A hit's normals on the side of `wo`: the geometric one, and for shading the interpolated vertex
-// normal, bent by a normal map, if the scene has these. For reflecting materials it reflects `wo`
-// above the surface; for diffuse ones `wo` is on its front. Where vertex normals point to the back of
-// the triangle, they say where the front of a surface with two sides is; others keep their own.
+// ---- At a hit
+
+// Normals on the side of `wo`: the geometric one, and for shading the interpolated vertex normal, bent
+// by a normal map, if the scene has these. For reflecting materials it reflects `wo` above the surface;
+// for diffuse ones `wo` is on its front. Where vertex normals point to the back of the triangle, they
+// say where the front of a surface with two sides is; others keep their own.
 struct ShadingNormals {
     Vec3 geometric, shading;
     bool front; // `wo` is on the front
 };
-ShadingNormals shading_normals(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal,
-                               Vec3 wo);
+ShadingNormals shading_normals(const Scene &scene, SurfacePoint point, Vec3 normal, Vec3 wo);
+
+// The material at a point; material.maps must not be -1.
+Material material_at(const Scene &scene, const Material &material, SurfacePoint point);
+
+// The emission at a point of a material with maps: none where it is cut out.
+Vec3 emission_at(const Scene &scene, SurfacePoint point);
+
+bool is_cut_out(const Scene &scene, SurfacePoint point);
+
+// ---- Building and reading
 
 struct SceneEntry {
     const char *name;
@@ -143,56 +147,30 @@ struct CameraChoice {
 
 class InputRecord;
 
-// Options for building or reading a scene.
 struct SceneOptions {
     CameraChoice camera;
     std::shared_ptr<const Environment> environment; // replaces the scene's own; may be empty
-    bool single_scatter = false;                    // rough materials without multiple scattering
     bool allow_outside = false;    // a scene file may read files outside its folder
     bool photometric = false;      // a file's punctual lights are in candela and lux
     InputRecord *record = nullptr; // gets the files of the scene
 };
 
-// Builds a scene by name, or reads it from a .gltf or .glb file, and finishes it. The
-// environment and camera in the options replace the scene's own. Throws Error that lists the known
-// scenes, or says what is wrong with the file or the camera.
+// Builds a scene by name, or reads it from a .gltf or .glb file, and finishes it. Throws Error that
+// lists the known scenes, or says what is wrong with the file or the camera.
 Scene scene_build(const std::string &name, const SceneOptions &options);
 
-// ---- Choosing the camera
+// gltf.cpp: whether a name ends in .gltf or .glb, in upper or lower case; and reading such a file,
+// after which scene_finish must still be called. Throws Error.
+bool is_scene_file(const std::string &name);
+Scene scene_file_read(const std::string &path, const SceneOptions &options);
 
-// Sets the scene's camera; call this before scene_finish. Up in the picture is +y, or -z if the
-// camera looks straight down, or +z if it looks straight up. A lens keeps its radius and focus
-// distance. Throws Error.
-void scene_choose_camera(Scene &scene, const CameraChoice &choice);
-
-// The choice that a text of options names, with or without a number. Throws Error.
-CameraChoice camera_parse(const std::string &text);
+// ---- Text about a scene
 
 // The options that reproduce a camera: "--eye 0,1,5 --target 0,0,0 --fov 40".
 std::string camera_text(const Scene &scene, const Camera &camera);
 
-// The bounds of the vertices: "reaches from -1,0,-1 to 1,2,1".
-std::string scene_extent_text(const Scene &scene);
-
 // One line per camera of the scene.
 std::string camera_list(const Scene &scene);
 
-// ---- Looking up what varies
-
-// The material at a point; material.maps must not be -1.
-Material material_at(const Scene &scene, const Material &material, SurfacePoint point);
-
-// The emission at a point of a material with maps: none where it is cut out.
-Vec3 emission_at(const Scene &scene, SurfacePoint point);
-
-// Whether the surface is cut out at this point.
-bool is_cut_out(const Scene &scene, SurfacePoint point);
-
-// ---- gltf.cpp
-
-// Whether a name is that of a scene file: it ends in .gltf or .glb, in upper or lower case.
-bool is_scene_file(const std::string &name);
-
-// Reads a scene; scene_finish must still be called. An environment in the options replaces the sky.
-// Throws Error.
-Scene scene_file_read(const std::string &path, const SceneOptions &options);
+// The bounds of the vertices: "reaches from -1,0,-1 to 1,2,1".
+std::string scene_extent_text(const Scene &scene);

@@ -16,15 +16,14 @@ void add_quad(Scene &scene, uint32_t material, Vec3 a, Vec3 b, Vec3 c, Vec3 d);
 
 // A parallelogram light. It emits to the side from which a, b, c are counter-clockwise.
 void add_light(Scene &scene, uint32_t material, Vec3 radiance, Vec3 a, Vec3 b, Vec3 c);
-// The same, from its centre and a point that it faces; its upper edge is horizontal.
+// From its centre and a point that it faces; its upper edge is horizontal.
 void add_light_towards(Scene &scene, uint32_t material, Vec3 radiance, Vec3 middle, Vec3 target,
                        float width, float height);
 
-// A block that stands on the floor, without a bottom. The corners are those of its top,
-// counter-clockwise as seen from above.
+// A block on the floor, without a bottom, from the counter-clockwise corners of its top.
 void add_block(Scene &scene, uint32_t material, float height, const Vec2 (&corners)[4]);
 
-// A box, from its centre and three half-axes; it faces outwards if x, y, z are right-handed.
+// From its centre and three right-handed half-axes.
 void add_box(Scene &scene, uint32_t material, Vec3 middle, Vec3 x, Vec3 y, Vec3 z);
 void add_box(Scene &scene, uint32_t material, Vec3 middle, Vec3 half); // along the axes
 
@@ -34,18 +33,15 @@ void add_sphere(Scene &scene, uint32_t material, Vec3 middle, float radius, int 
 // A smooth-shaded cylinder between two points, without end caps.
 void add_bar(Scene &scene, uint32_t material, Vec3 a, Vec3 b, float radius, int around = 16);
 
-// A smooth-shaded sweep of a profile of (z, y) points from x0 to x1 > x0. It faces up where z
-// increases along the profile.
+// A smooth-shaded sweep of a profile of (z, y) points, which faces up where z increases.
 void add_profile(Scene &scene, uint32_t material, float x0, float x1,
                  const std::vector<Vec2> &profile);
 
-// A sheet across the picture, `half_width` to both sides, that curves up behind everything: from
-// `top` along a quarter of a circle to `front`, as seen from the side.
+// A sheet that curves up behind everything: from `top` along a quarter of a circle to `front`.
 void add_backdrop(Scene &scene, uint32_t material, float half_width, Vec2 top, Vec2 centre,
                   float radius, Vec2 front);
 
-// Lets everything added since vertex number `first` move: `end` is where a point at the start of
-// the exposure is at its end.
+// Lets everything added since vertex number `first` move: `end` is where a point ends.
 void add_motion(Scene &scene, size_t first, const std::function<Vec3(Vec3)> &end);
 
 // ---- The scenes listed in scene.cpp

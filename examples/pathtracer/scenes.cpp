@@ -12,7 +12,7 @@ uint32_t add_material(Scene &scene, Material::Kind kind, Vec3 albedo, float roug
     material.roughness = roughness;
     material.ior = ior;
     scene.materials.push_back(material);
-    return static_cast<uint32_t>(scene.materials.size() - 1);
+    return uint32_t(scene.materials.size() - 1);
 }
 
 void add_vertex(Scene &scene, Vec3 position, Vec3 normal) {
@@ -42,7 +42,7 @@ uint32_t add_dielectric(Scene &scene, float ior, float roughness, Vec3 passed) {
 }
 
 void add_quad(Scene &scene, Surface surface, Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
-    const auto first = static_cast<uint32_t>(scene.vertices.size());
+    const auto first = uint32_t(scene.vertices.size());
     scene.vertices.insert(scene.vertices.end(), {a, b, c, d});
     add_triangle(scene, surface, first, first + 1, first + 2);
     add_triangle(scene, surface, first, first + 2, first + 3);
@@ -53,7 +53,7 @@ void add_quad(Scene &scene, uint32_t material, Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
 }
 
 void add_light(Scene &scene, uint32_t material, Vec3 radiance, Vec3 a, Vec3 b, Vec3 c) {
-    const auto number = static_cast<int32_t>(scene.lights.size());
+    const auto number = int32_t(scene.lights.size());
     scene.lights.push_back(area_light(Light::PARALLELOGRAM, a, b - a, c - b, radiance));
     add_quad(scene, Surface{material, number}, a, b, c, a + (c - b));
 }
@@ -93,17 +93,17 @@ void add_box(Scene &scene, uint32_t material, Vec3 middle, Vec3 half) {
 
 void add_sphere(Scene &scene, uint32_t material, Vec3 middle, float radius, int around) {
     const int rings = around / 2;
-    const auto top = static_cast<uint32_t>(scene.vertices.size());
+    const auto top = uint32_t(scene.vertices.size());
     for (int ring = 0; ring <= rings; ++ring)
         for (int column = 0; column < around; ++column) {
-            const float theta = PI * static_cast<float>(ring) / static_cast<float>(rings);
-            const float phi = 2 * PI * static_cast<float>(column) / static_cast<float>(around);
+            const float theta = PI * float(ring) / float(rings);
+            const float phi = 2 * PI * float(column) / float(around);
             const Vec3 n = {std::sin(theta) * std::cos(phi), std::cos(theta),
                             std::sin(theta) * std::sin(phi)};
             add_vertex(scene, middle + radius * n, n);
         }
     const auto index = [&](int ring, int column) {
-        return top + static_cast<uint32_t>(ring * around + column % around);
+        return top + uint32_t(ring * around + column % around);
     };
     for (int ring = 0; ring < rings; ++ring)
         for (int column = 0; column < around; ++column) {
@@ -116,16 +116,16 @@ void add_sphere(Scene &scene, uint32_t material, Vec3 middle, float radius, int 
 
 void add_bar(Scene &scene, uint32_t material, Vec3 a, Vec3 b, float radius, int around) {
     const glm::mat3 frame = frame_around(normalize(b - a));
-    const auto first = static_cast<uint32_t>(scene.vertices.size());
+    const auto first = uint32_t(scene.vertices.size());
     for (int i = 0; i < around; ++i) {
-        const float phi = 2 * PI * static_cast<float>(i) / static_cast<float>(around);
+        const float phi = 2 * PI * float(i) / float(around);
         const Vec3 n = std::cos(phi) * frame[0] + std::sin(phi) * frame[1];
         add_vertex(scene, a + radius * n, n);
         add_vertex(scene, b + radius * n, n);
     }
     for (int i = 0; i < around; ++i) {
-        const auto p = first + static_cast<uint32_t>(2 * i);
-        const auto q = first + static_cast<uint32_t>(2 * ((i + 1) % around));
+        const auto p = first + uint32_t(2 * i);
+        const auto q = first + uint32_t(2 * ((i + 1) % around));
         add_triangle(scene, {material, -1}, p, q, q + 1);
         add_triangle(scene, {material, -1}, p, q + 1, p + 1);
     }
@@ -133,7 +133,7 @@ void add_bar(Scene &scene, uint32_t material, Vec3 a, Vec3 b, float radius, int 
 
 void add_profile(Scene &scene, uint32_t material, float x0, float x1,
                  const std::vector<Vec2> &profile) {
-    const auto first = static_cast<uint32_t>(scene.vertices.size());
+    const auto first = uint32_t(scene.vertices.size());
     for (size_t i = 0; i < profile.size(); ++i) {
         const Vec2 before = profile[i > 0 ? i - 1 : 0];
         const Vec2 after = profile[std::min(i + 1, profile.size() - 1)];
@@ -142,7 +142,7 @@ void add_profile(Scene &scene, uint32_t material, float x0, float x1,
         add_vertex(scene, {x1, profile[i].y, profile[i].x}, n);
     }
     for (size_t i = 0; i + 1 < profile.size(); ++i) {
-        const auto p = first + static_cast<uint32_t>(2 * i);
+        const auto p = first + uint32_t(2 * i);
         add_triangle(scene, {material, -1}, p, p + 2, p + 3);
         add_triangle(scene, {material, -1}, p, p + 3, p + 1);
     }
@@ -153,7 +153,7 @@ void add_backdrop(Scene &scene, uint32_t material, float half_width, Vec2 top, V
     constexpr int PARTS = 24;
     std::vector<Vec2> sheet = {top};
     for (int i = 0; i <= PARTS; ++i) {
-        const float angle = 0.5f * PI * static_cast<float>(i) / PARTS;
+        const float angle = 0.5f * PI * float(i) / PARTS;
         sheet.push_back({centre.x - radius * std::cos(angle), centre.y - radius * std::sin(angle)});
     }
     sheet.push_back(front);
@@ -166,14 +166,9 @@ void add_motion(Scene &scene, size_t first, const std::function<Vec3(Vec3)> &end
         scene.motions[i] = end(scene.vertices[i]) - scene.vertices[i];
 }
 
-// ---- Scenes lit mostly by direct light: few decisions make a pixel, so these show what good
-// low-dimensional samples are worth.
-
 // The box measured at Cornell (Goral et al., "Modeling the Interaction of Light Between Diffuse
-// Surfaces", 1984; dimensions, camera and materials as published by the Program of Computer
-// Graphics, spectra as the linear RGB in common use). Included because everybody knows it: soft
-// shadows, colour bleeding, several bounces. Lengths in millimetres, as measured; the open side is
-// at z = 0.
+// Surfaces", 1984; dimensions, camera and materials as published by the Program of Computer Graphics,
+// in millimetres). Included because everybody knows it.
 Scene scene_cornell() {
     Scene scene;
     const float sensor_height = 0.025f, focal_length = 0.035f;
@@ -210,8 +205,7 @@ Scene scene_cornell() {
 }
 
 // A large panel and a lamp of a hundredth of its area, each giving half of the light, behind bars
-// and slats that can hide all of the lamp but only part of the panel. Included because neighbouring
-// pixels differ mainly in visibility: smooth penumbrae and sharp edges cross.
+// and slats. Included because neighbouring pixels differ mainly in visibility.
 Scene scene_penumbra() {
     Scene scene;
     scene.camera = camera_look_at({0.15f, 2.3f, 6.0f}, {0, 0.42f, 0.1f}, {0, 1, 0}, 0.235f);
@@ -222,7 +216,6 @@ Scene scene_penumbra() {
     const uint32_t dark = add_diffuse(scene, {0.12f, 0.12f, 0.13f});
     const uint32_t lamp = add_diffuse(scene, {0.1f, 0.1f, 0.1f});
 
-    // A paper backdrop that curves up behind everything.
     add_backdrop(scene, paper, 9, {-3.4f, 9}, {-1.6f, 1.8f}, 1.8f, {9, 0});
 
     add_light_towards(scene, lamp, {16, 19, 23}, {-3.4f, 4.4f, -0.6f}, {0, 0.3f, 0}, 1.8f, 1.8f);
@@ -231,7 +224,7 @@ Scene scene_penumbra() {
 
     // Bars in an arc, each taller and thinner than the last.
     for (int i = 0; i < 11; ++i) {
-        const float t = static_cast<float>(i) / 10;
+        const float t = float(i) / 10;
         const float angle = PI * (0.95f - 0.9f * t);
         const Vec3 foot = {1.25f * std::cos(angle), 0, -0.55f * std::sin(angle) - 0.1f};
         add_bar(scene, i % 2 ? dark : orange, foot, foot + Vec3{0, 0.5f + 0.9f * t, 0},
@@ -239,7 +232,7 @@ Scene scene_penumbra() {
     }
     // Slats floating above the floor in front.
     for (int i = 0; i < 9; ++i) {
-        const float x = -1.25f + 0.12f * static_cast<float>(i);
+        const float x = -1.25f + 0.12f * float(i);
         add_box(scene, blue, {x, 0.42f, 0.75f}, {0.022f, 0.014f, 0}, {-0.004f, 0.006f, 0},
                 {0, 0, 0.38f});
     }
@@ -287,9 +280,8 @@ Scene scene_glossy() {
     return scene;
 }
 
-// Balls and posts on a plain under a sky with a sun, through a wide-aperture lens. Included because
-// pixel, lens and light positions make six dimensions at once, and because the environment is
-// sampled by brightness: the sun is a ten-thousandth of it and gives most of the light.
+// Balls and posts under a sky with a sun, through a wide-aperture lens. Included because pixel, lens
+// and light positions make six dimensions at once.
 Scene scene_lens() {
     Scene scene;
     scene.camera = camera_look_at({0, 0.8f, 4.2f}, {0, 0.33f, 0}, {0, 1, 0}, 0.23f);
@@ -307,14 +299,14 @@ Scene scene_lens() {
                              {0.10f, 0.18f, 0.45f}};
     for (int i = 0; i < 5; ++i) {
         const uint32_t ball = add_diffuse(scene, colours[i]);
-        const float t = static_cast<float>(i);
+        const float t = float(i);
         add_sphere(scene, ball, {-0.52f + 0.36f * t, 0.25f, 1.75f - 0.9f * t}, 0.25f);
     }
     const uint32_t chalk = add_diffuse(scene, {0.78f, 0.76f, 0.70f});
     add_sphere(scene, chalk, {0.42f, 0.16f, 1.55f}, 0.16f);
     const uint32_t post = add_diffuse(scene, {0.5f, 0.5f, 0.5f});
     for (int i = 0; i < 7; ++i) {
-        const float x = -2.4f + 0.7f * static_cast<float>(i);
+        const float x = -2.4f + 0.7f * float(i);
         add_bar(scene, post, {x, 0, -4}, {x, 1.5f, -4}, 0.04f);
     }
     return scene;
@@ -322,7 +314,6 @@ Scene scene_lens() {
 
 namespace {
 
-// A point turned about an axis through `middle`, which is a unit vector.
 Vec3 turned(Vec3 point, Vec3 middle, Vec3 axis, float angle) {
     const Vec3 p = point - middle;
     const Vec3 along = dot(p, axis) * axis;
@@ -331,9 +322,8 @@ Vec3 turned(Vec3 point, Vec3 middle, Vec3 axis, float angle) {
 
 } // namespace
 
-// Balls in flight, a pinwheel, a tumbling die and a shuttle of thin rods under soft light, with the
-// shutter open. Included because time multiplies with the position in the pixel: what an edge
-// uncovers depends on both, and each moves at its own speed in its own direction.
+// Things in flight under soft light, with the shutter open. Included because time multiplies with the
+// position in the pixel: each edge moves at its own speed in its own direction.
 Scene scene_motion() {
     Scene scene;
     scene.camera = camera_look_at({0.1f, 1.5f, 6.0f}, {0, 0.93f, 0}, {0, 1, 0}, 0.225f);
@@ -362,9 +352,9 @@ Scene scene_motion() {
         first = scene.vertices.size();
     };
 
-    // Balls thrown from the left, each farther along and slower to rise than the one before.
+    // Balls thrown from the left.
     for (int i = 0; i < 5; ++i) {
-        const float t = static_cast<float>(i) / 4;
+        const float t = float(i) / 4;
         add_sphere(scene, i % 2 ? yellow : red,
                    {-0.72f + 1.6f * t, 0.62f + 2.6f * t * (1 - t) + 0.15f * t, 0.7f - 0.2f * t},
                    0.15f);
@@ -376,7 +366,7 @@ Scene scene_motion() {
     add_bar(scene, dark, {hub.x, 0, hub.z - 0.08f}, hub - Vec3{0, 0, 0.08f}, 0.03f);
     first = scene.vertices.size();
     for (int i = 0; i < 6; ++i) {
-        const float angle = PI * static_cast<float>(i) / 3;
+        const float angle = PI * float(i) / 3;
         const Vec3 out = {std::cos(angle), std::sin(angle), 0};
         const Vec3 side = {-out.y, out.x, 0.25f};
         const Vec3 tip = hub + 0.66f * out, foot = hub + 0.06f * out;
@@ -393,13 +383,13 @@ Scene scene_motion() {
 
     // A shuttle of rods that slides to the left, between rods that do not move.
     for (int i = 0; i < 9; ++i) {
-        const float x = 0.35f + 0.16f * static_cast<float>(i);
+        const float x = 0.35f + 0.16f * float(i);
         add_bar(scene, i % 2 ? teal : yellow, {x, 0, -0.7f}, {x, 0.8f, -0.7f}, 0.025f);
         if (i % 2) flies({-0.2f, 0, 0});
         first = scene.vertices.size();
     }
 
-    // A pendulum that swings to the right; it hangs from above the picture.
+    // A pendulum that swings to the right; it hangs from above the image.
     const Vec3 pivot = {0.62f, 3.2f, -0.6f}, bob = {0.40f, 1.76f, -0.6f};
     add_bar(scene, dark, pivot, bob, 0.012f);
     add_sphere(scene, teal, bob, 0.13f);
@@ -413,9 +403,6 @@ Scene scene_motion() {
     add_sphere(scene, red, {0.2f, 0.12f, 1.35f}, 0.12f);
     return scene;
 }
-
-// ---- Scenes where light takes many bounces, or ones that only chance finds: these show how much of
-// its advantage a sampler keeps.
 
 // Smooth, rough and tinted glass in a studio. Included because only scattered rays find light
 // behind a smooth surface, and because each surface offers a path two ways on.
@@ -440,7 +427,7 @@ Scene scene_glass() {
                       2.6f);
 
     for (int i = 0; i < 9; ++i) {
-        const float x = -1.5f + 0.375f * static_cast<float>(i);
+        const float x = -1.5f + 0.375f * float(i);
         add_bar(scene, i % 2 ? red : teal, {x, 0, -1.1f}, {x, 1.3f, -1.1f}, 0.05f);
     }
     add_sphere(scene, clear, {-0.78f, 0.401f, 0.25f}, 0.4f);
@@ -529,9 +516,8 @@ float fog_density(Vec3 p) {
 
 } // namespace
 
-// A pergola at night: a warm lamp behind it and a cold one on the right, both high above drifting
-// fog. Included because how far a ray flies is one more decision at every vertex, and how much light
-// a shadow ray brings another: loops that take as many numbers as it happens.
+// A pergola at night between two lamps, above drifting fog. Included because free flight and shadow
+// rays are loops that take any count of numbers.
 Scene scene_fog() {
     Scene scene;
     scene.camera = camera_look_at({-0.6f, 2.0f, 8.8f}, {0, 1.2f, 0}, {0, 1, 0}, 0.265f);
@@ -551,20 +537,18 @@ Scene scene_fog() {
     for (int row = 0; row < 2; ++row) {
         const float z = row == 0 ? -1.6f : 1.2f;
         for (int i = 0; i < 4; ++i) {
-            const float x = -2.55f + 1.7f * static_cast<float>(i);
+            const float x = -2.55f + 1.7f * float(i);
             add_box(scene, stone, {x, 1.2f, z}, {0.11f, 1.2f, 0.11f});
             add_box(scene, stone, {x, 0.07f, z}, {0.19f, 0.07f, 0.19f});
         }
         add_box(scene, stone, {0, 2.5f, z}, {2.9f, 0.1f, 0.12f});
     }
     for (int i = 0; i < 9; ++i)
-        add_box(scene, stone, {-2.72f + 0.68f * static_cast<float>(i), 2.66f, -0.2f},
-                {0.16f, 0.06f, 1.9f});
+        add_box(scene, stone, {-2.72f + 0.68f * float(i), 2.66f, -0.2f}, {0.16f, 0.06f, 1.9f});
     return scene;
 }
 
-// A closed cube whose walls emit half and reflect half, so every picture of it is known without
-// rendering: radiance 1 - 2^-(bounces + 1) in every pixel. A check, not a showpiece.
+// A closed cube whose walls emit half and reflect half: radiance 1 - 2^-(bounces + 1) in every pixel.
 Scene scene_furnace() {
     Scene scene;
     scene.camera = camera_look_at({0.1f, 0.2f, -0.3f}, {1, 0.5f, 1}, {0, 1, 0}, 0.8f);

@@ -16,10 +16,10 @@ from . import cluster, worker
 from .parts import FarmError, PartsFolder, names_of, split
 
 # Options of the path tracer that make no sense for a part.
-REFUSED = ("--merge", "--resume", "--noise", "--min-spp", "--allow-changed", "--list", "--list-cameras", "--list-inputs")
+REFUSED = ("--merge", "--resume", "--noise", "--min-spp", "--list", "--list-cameras", "--list-inputs")
 # They concern the whole picture.
-FOR_MERGING = ("--exposure", "--reference")
-FILES = ("--scene", "--env", "--mask", "--reference")
+FOR_MERGING = ("--exposure",)
+FILES = ("--scene", "--env")
 MAX_PARTS = 20000  # whose names fit a command line
 MAX_PIXELS, MAX_SPP = 1 << 26, 1 << 24  # of the path tracer
 
@@ -70,7 +70,7 @@ def parse(arguments):
     add("--first-sample", type=index, default=0, metavar="N", help="index of the first sample of each pixel (default 0)")
     add("--size", type=extents, default=(512, 512), metavar="WxH", help="size of the picture in pixels (default 512x512)")
     add("--crop", type=region, metavar="x0,y0,x1,y1", help="render only this region")
-    add("--quiet", action="store_true", help="print only errors, and the error against --reference")
+    add("--quiet", action="store_true", help="print only errors")
     add("-o", dest="output", type=Path, required=True, metavar="out.exr", help="the picture; out.png beside it is a preview")
     add("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"), help=argparse.SUPPRESS)
     options, others = parser.parse_known_args(arguments)

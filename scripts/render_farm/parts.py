@@ -49,9 +49,8 @@ def split(crop, first, count, tile, samples_per_task=None):
 
 
 def names_of(listed):
-    """The files that pathtracer --list-inputs lists, whose names may have escapes."""
-    names = (line.partition(b"  ")[2] for line in os.fsencode(listed).split(b"\n") if line)
-    return [os.fsdecode(name.decode("unicode_escape").encode("latin-1")) for name in names]
+    """The files that pathtracer --list-inputs lists."""
+    return [line.partition("  ")[2] for line in listed.split("\n") if line]
 
 
 @contextlib.contextmanager

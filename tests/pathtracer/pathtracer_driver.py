@@ -13,7 +13,7 @@ from scipy import stats
 SCENES = ("cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace")
 SAMPLERS = ("blue", "sobol", "white", "zorder", "mask")
 OPENQMC = ("openqmc-pmjbn", "openqmc-sobolbn", "openqmc-latticebn")  # in builds with it
-PEERS = ("pcg", "sobol4d", "sobol-global", *OPENQMC)
+PEERS = ("sobol-global", *OPENQMC)
 
 
 class PathTracer:
@@ -70,12 +70,12 @@ class PathTracer:
         return path
 
     def image(self, *arguments):
-        """Renders; returns the linear picture, float32 (height, width, 3)."""
+        """Renders; returns the linear image, float32 (height, width, 3)."""
         return read_exr(self.render(*arguments))[0]
 
 
 def read_exr(path):
-    """The picture, float32 (height, width, 3), and the header of an EXR file."""
+    """The image, float32 (height, width, 3), and the header of an EXR file."""
     with OpenEXR.File(str(path)) as file:
         channels = file.channels()
         pixels = channels["RGBA" if "RGBA" in channels else "RGB"].pixels
@@ -109,7 +109,7 @@ def assert_near(layers, wanted, rtol=1e-6):
 
 
 def part_means(image):
-    """The means of a picture of 24 x 24 pixels and of its four quarters, for each channel: (15,)."""
+    """The means of an image of 24 x 24 pixels and of its four quarters, for each channel: (15,)."""
     image = image.astype(np.float64)
     quarters = image.reshape(2, 12, 2, 12, 3).mean(axis=(1, 3)).ravel()
     return np.concatenate([image.mean(axis=(0, 1)), quarters])

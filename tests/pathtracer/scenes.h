@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests make scenes, samplers and pictures of.
+// What the tests make scenes, samplers and images of.
 #pragma once
 
 #include <memory>
@@ -15,14 +15,7 @@ inline std::shared_ptr<const Environment> even_environment(float radiance = 1) {
         environment_create(8, 4, std::vector<Vec3>(32, {radiance, radiance, radiance})));
 }
 
-inline SamplerPointer sampler_named(const char *name, uint64_t seed = 0) {
-    SamplerSettings settings;
-    settings.name = name;
-    settings.seed = seed;
-    return sampler_create(settings);
-}
-
-constexpr int SIDE = 24; // pixels of a picture, each way
+constexpr int SIDE = 24; // pixels of an image, each way
 
 struct View {
     uint32_t spp = 16, max_depth = 8;
@@ -30,19 +23,19 @@ struct View {
     uint64_t seed = 0;
 };
 
-struct Picture {
+struct Render {
     std::vector<PathSample> samples; // of one pixel after the other
     Mean mean;                       // of red
     PathCounters counters;
 };
 
 // Of a finished scene; nothing in it may be negative or not a number.
-inline Picture picture(Scene &scene, const View &view) {
+inline Render render(Scene &scene, const View &view) {
     camera_fit(scene.camera, SIDE, SIDE);
     const GeometryPointer geometry = geometry_build(scene);
-    const SamplerPointer sampler = sampler_named(view.sampler, view.seed);
+    const SamplerPointer sampler = sampler_create(view.sampler, view.seed);
     const Integrator integrator{&scene, geometry.get(), sampler.get(), view.max_depth};
-    Picture result;
+    Render result;
     for (int i = 0; i < SIDE * SIDE; ++i)
         for (uint32_t index = 0; index < view.spp; ++index) {
             const PathSample s = trace_path(integrator, i % SIDE, i / SIDE, index, result.counters);

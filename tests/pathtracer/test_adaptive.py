@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Adaptive sampling, --noise: where blocks stop, that pictures do not depend on how they are rendered, and that they are right.
+"""Adaptive sampling, --noise: where blocks stop, that images do not depend on how they are rendered, and that they are right.
 
 Statistical tests use fixed seeds; the rates stated are the chances of a false alarm had they been drawn anew.
 """
@@ -41,7 +41,7 @@ def test_blocks_stop_where_the_error_is_below_the_level(pathtracer, exposure, le
         assert (block["count"] == count).all()
         wanted = next((n for n in (4, 8, 16, 32) if n >= least and displayed_error(prefixes[n][k], exposure) < 0.1), 64)
         assert count == wanted, k
-        assert_same(block, prefixes[count][k])  # the samples are those of a plain picture
+        assert_same(block, prefixes[count][k])  # the samples are those of a plain image
         counts.append(count)
     assert len(set(counts)) > 2 and (64 in counts or exposure)
 
@@ -51,16 +51,16 @@ def test_layers_and_attributes_say_what_was_done(pathtracer):
     done = pathtracer.success(*SCENE, *NOISE, "--exposure", 1, "-o", path)
     header, count = read_exr(path)[1], read_layers(path)["count"]
     most = int(count.max())
-    assert header["spp"] == most > 4 and header["endSample"] == str(most) and header["minSpp"] == "4"
-    assert float(header["noise"]) == pytest.approx(0.1) and header["noiseExposure"] == "1"
+    assert header["spp"] == header["endSample"] == str(most) and most > 4 and header["min-spp"] == "4"
+    assert header["noise"] == "0.1" and header["noise-exposure"] == "1"
     assert f"{count.min()} to {most} spp, {count.mean():.6g} on average" in done.stdout
     plain, level_0 = (pathtracer.render(*SCENE, "--spp", 9, *more) for more in ([], ["--noise", 0]))
     assert_same(read_layers(plain), read_layers(level_0))
     assert read_exr(plain)[1]["noise"] == read_exr(level_0)[1]["noise"] == "0"
 
 
-@pytest.mark.parametrize("sampler", ["blue", "white", "zorder", "sobol4d"])
-def test_pictures_do_not_depend_on_threads_and_crops(pathtracer, sampler):
+@pytest.mark.parametrize("sampler", ["blue", "white", "zorder"])
+def test_images_do_not_depend_on_threads_and_crops(pathtracer, sampler):
     common = [*SCENE, *NOISE, "--sampler", sampler]
     whole = read_layers(pathtracer.render(*common))
     assert_same(whole, read_layers(pathtracer.render(*common, "--threads", 1)))
@@ -77,12 +77,12 @@ def test_merged_regions_equal_the_whole(pathtracer):
     assert_near(whole, read_layers(pathtracer.render("--merge", *parts)))
     for other in ([], ["--noise", 0.2, "--min-spp", 4], ["--noise", 0.1, "--min-spp", 8], [*NOISE, "--exposure", 1]):
         part = pathtracer.render(*SCENE, "--spp", 64, *other, "--crop", "0,0,20,37")
-        pathtracer.failure("--merge", part, *parts[1:], "-o", "out.exr", said=["not parts of one picture"])
+        pathtracer.failure("--merge", part, *parts[1:], "-o", "out.exr", said=["not parts of one image"])
 
 
 @pytest.mark.parametrize("sampler", ["white", "blue"])
 def test_means_are_right(pathtracer, sampler):
-    """Adaptive pictures against plain ones of other seeds, in dark and in bright pixels: Welch's z over 40 seeds below 4.5, a
+    """Adaptive images against plain ones of other seeds, in dark and in bright pixels: Welch's z over 40 seeds below 4.5, a
     false alarm once in 70,000. With these spreads a bias of one percent of the light is found 99 times in 100."""
     common = ["--scene", "penumbra", "--size", "48x40", "--sampler", sampler]
     plain = [pathtracer.image(*common, "--spp", 16, "--seed", 100 + seed) for seed in range(40)]

@@ -34,18 +34,18 @@ BAD_ARGUMENTS = """
     --spp 0                                      | --spp, '0', 1
     --spp ''                                     | --spp, ''
     --spp                                        | --spp, value
+    --spp 4x4                                    | --spp, '4x4'
     --size 0x64                                  | --size, '0x64'
     --size 1000000x1000000                       | --size, 65536
+    --size 64                                    | --size, '64'
     --size 65536x65536                           | --crop
     --seed 18446744073709551616                  | --seed, 18446744073709551615
     --threads 100000                             | --threads, 1024
     --max-depth -1                               | --max-depth
-    --max-memory much                            | --max-memory takes GiB
+    --max-memory much                            | --max-memory takes a number
     --declare many                               | --declare
     --first-sample 4294967295 --spp 2            | --first-sample, 4294967295
     --light-samples 0                            | --light-samples, 256
-    --lights sun                                 | --lights takes coin, 'sun'
-    --lights coin --light-samples 2              | --lights coin, --light-samples
     --light-samples 2 --first-sample 3000000000  | --first-sample, 2 light samples
     --env absent.exr                             | absent.exr
     --exposure nan                               | --exposure, 'nan'
@@ -55,9 +55,6 @@ BAD_ARGUMENTS = """
     --fast                                       | --fast, --help
     scene.glb                                    | scene.glb, --help
     --scene a.obj                                | a.obj, scripts/to-gltf a.obj
-    --mask builtin                               | --mask, blue
-    --sampler mask --mask absent.png             | absent.png
-    --reference absent.exr                       | absent.exr
     --merge                                      | --merge
     --merge absent.exr                           | absent.exr
     --scene --size 512x512                       | --scene needs a value, '--size'
@@ -73,8 +70,7 @@ BAD_ARGUMENTS = """
     --noise 1.5                                  | --noise takes
     --min-spp 8                                  | --noise
     --noise 0.1 --min-spp 1                      | --min-spp takes
-    --noise 0.1 --min-spp 32 --spp 16            | more than --spp
-    --noise 0.1 --spp 8                          | give more --spp
+    --noise 0.1 --spp 8                          | --min-spp 16 is more than --spp 8
     --noise 0.1 --first-sample 4                 | leave out --first-sample
     --noise 0.1 --exposure auto                  | --exposure EV
     --noise 0.1 --scene a.gltf                   | --exposure EV
@@ -98,49 +94,19 @@ def test_unwritable_output_is_found_before_rendering(pathtracer, output, said):
     pathtracer.failure(*HUGE, "-o", output, said=said, timeout=20)
 
 
-def test_a_reference_of_another_size(pathtracer):
-    reference = pathtracer.render("--size", "16x12", "--spp", 1)
-    message = pathtracer.failure(*HUGE, "--reference", reference, "-o", "out.exr", timeout=20)
-    assert "16x12" in message and "8192x8192" in message
-    part = pathtracer.render("--size", "16x12", "--spp", 1, "--crop", "0,0,8,8")
-    common = ["--size", "16x12", "--spp", 1, "--reference", part, "-o", "out.exr"]
-    assert "part" in pathtracer.failure(*common)
-    assert pathtracer.run(*common, "--crop", "2,2,8,8").returncode == 0
-
-
-def test_a_neural_mask_without_its_runtime(pathtracer, monkeypatch):
-    monkeypatch.setenv("BN_ONNXRUNTIME", str(pathtracer.folder / "absent.so"))
-    message = pathtracer.failure("--sampler", "mask", "--mask", "neural", "-o", "out.exr")
-    assert "ONNX Runtime" in message and "BN_ONNXRUNTIME" in message
-
-
 def test_a_full_disk_leaves_the_old_file(pathtracer):
     """A limit on file sizes takes the way of a full disk: the last bytes cannot be written."""
     old = pathtracer.render("--size", "8x8", "--spp", 1)
     before = old.read_bytes()
-
-    def limit():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
-
-    arguments = ["--size", "128x128", "--spp", 1, "-o", old]
-    pathtracer.failure(*arguments, said=[str(old), "cannot write"], preexec_fn=limit, timeout=20)
+    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
+    pathtracer.failure("--size", "128x128", "--spp", 1, "-o", old, said=[str(old), "cannot write"], preexec_fn=limit, timeout=20)
     assert old.read_bytes() == before
-
-
-def test_a_link_keeps_its_target(pathtracer):
-    (pathtracer.folder / "deep").mkdir()
-    link = pathtracer.folder / "link.exr"
-    link.symlink_to("deep/target.exr")
-    assert pathtracer.run("--size", "8x8", "--spp", 1, "-o", link).returncode == 0
-    assert link.is_symlink()
-    assert (pathtracer.folder / "deep/target.exr").stat().st_size > 0
 
 
 def test_a_pipe_sees_no_progress(pathtracer):
     common = ["--size", "96x96", "--spp", 16]
     loud = pathtracer.success(*common, "-o", "out.exr")
-    assert loud.stderr == ""
-    assert loud.stdout.count("\n") == 1 and "rays/s" in loud.stdout
+    assert loud.stderr == "" and loud.stdout.count("\n") == 1 and "rays/s" in loud.stdout
     quiet = pathtracer.run(*common, "--quiet", "-o", "out.exr")
     assert quiet.returncode == 0 and quiet.stderr == "" and quiet.stdout == ""
     assert sorted(os.listdir(pathtracer.folder)) == ["out.exr", "out.png"]
@@ -164,13 +130,13 @@ def test_a_terminal_sees_progress(pathtracer):
 
 @pytest.mark.parametrize("way", ["SIGINT", "SIGHUP"])
 def test_an_interrupt_leaves_what_there_is(pathtracer, way):
-    """Some samples of each pixel, which are those of a whole picture of as many."""
+    """Some samples of each pixel, which are those of a whole image of as many."""
     program = pathtracer.start("--size", "96x64", "--spp", 1000000, "--quiet", "-o", "out.exr", stderr=subprocess.PIPE, text=True)
     time.sleep(1)
     program.send_signal(getattr(signal, way))
     message = program.communicate(timeout=60)[1]
     assert program.returncode == 128 + getattr(signal, way)
-    assert message.count("\n") == 1 and "interrupted; out.exr has the picture so far" in message
+    assert message.count("\n") == 1 and "interrupted; out.exr has the image so far" in message
     assert sorted(os.listdir(pathtracer.folder)) == ["out.exr", "out.png"]
     count = read_layers(pathtracer.folder / "out.exr")["count"]
     assert count.min() >= 1 and count.max() <= 2 * count.min() + 1

@@ -50,7 +50,7 @@ struct Change {
 
 Change change_by(const Scene &scene, const Geometry &geometry, bool of_camera, int dimension) {
     auto *const numbers = new KnownNumbers;
-    const Sampler sampler{{}, {}, PeerPointer(numbers), {}};
+    const Sampler sampler{{}, PeerPointer(numbers)};
     const Integrator integrator{&scene, &geometry, &sampler, 1};
     const uint32_t key = of_camera ? PeerPath::CAMERA_KEY : PeerPath::ray_key(0);
     Change most;
@@ -79,7 +79,7 @@ void test_no_domain_is_drawn_twice() {
         camera_fit(scene.camera, SIDE, SIDE);
         const GeometryPointer geometry = geometry_build(scene);
         auto *const numbers = new KnownNumbers;
-        const Sampler sampler{{}, {}, PeerPointer(numbers), {}};
+        const Sampler sampler{{}, PeerPointer(numbers)};
         const Integrator integrator{&scene, geometry.get(), &sampler, 20};
         const int of_camera = static_cast<int>(scene.light_samples) + !scene.motions.empty();
         PathCounters counters;
@@ -147,7 +147,7 @@ void test_the_place_in_the_pixel() {
     const Scene scene = slanted_plane(false);
     const GeometryPointer geometry = geometry_build(scene);
     for (const SamplerEntry &entry : sampler_entries()) {
-        const SamplerPointer sampler = sampler_named(entry.name, 7);
+        const SamplerPointer sampler = sampler_create(entry.name, 7);
         const Integrator integrator{&scene, geometry.get(), sampler.get(), 0};
         PathCounters counters;
         for (int i = 0; i < 500; ++i) {
@@ -192,7 +192,7 @@ double walked(const Scene &scene, const Geometry &geometry, Ray ray, Random &ran
         const glm::mat3 frame = frame_around(normal);
         const Vec2 u = {random(), random()};
         const MaterialSample sample =
-            material_sample(scene.materials[scene.surfaces[hit.triangle].material], front,
+            material_sample(scene.materials[scene.surfaces[hit.point.triangle].material], front,
                             -ray.direction * frame, u, random());
         if (!(sample.pdf > 0)) return 0;
         throughput *= sample.weight;
@@ -226,7 +226,7 @@ void test_roulette_leaves_the_mean() {
         PathCounters counters;
         Mean seen;
         for (uint64_t seed = 0; seed < 32; ++seed) {
-            const SamplerPointer sampler = sampler_named(name, seed);
+            const SamplerPointer sampler = sampler_create(name, seed);
             const Integrator integrator{&scene, geometry.get(), sampler.get(), 1000};
             double sum = 0;
             for (int i = 0; i < SAMPLES; ++i) {

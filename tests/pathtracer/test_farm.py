@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""scripts/farm: parts cover a picture once, and a cluster's picture is one machine's, whoever dies on the way.
+"""scripts/farm: parts cover an image once, and a cluster's image is that of one machine, even if workers die.
 
 The tests of the cluster need Dask, which scripts/farm installs."""
 
@@ -20,6 +20,7 @@ from pathtracer_driver import assert_same, read_layers
 from render_farm import cluster, worker
 from render_farm.__main__ import parse, sort_out
 from render_farm.parts import FarmError, PartsFolder, names_of, split
+from scene_files import write_environment
 
 # A larger picture would only take longer; each part takes long enough to be interrupted.
 PICTURE = ["--size", "70x50", "--spp", "1000", "--seed", "5"]
@@ -117,21 +118,16 @@ def test_parts_that_are_not_what_was_asked_for_are_noticed(pathtracer, even_sky,
 
 def test_the_list_of_inputs_is_read(pathtracer):
     """Names come back whole, whatever is in them."""
-    for name in ["a b.png", "back\\slash.png", "line\nbreak\r.png", "\x1b\\x1b.png", "\u00e9.png", "  ", os.fsdecode(b"\xff.png")]:
-        (pathtracer.folder / name).write_bytes(name.encode(errors="replace"))
-        done = subprocess.run([pathtracer.binary, "--mask", name, "--list-inputs"], cwd=pathtracer.folder, capture_output=True,
-                              text=True, errors="surrogateescape", check=True)
-        assert names_of(done.stdout) == [name]
+    for name in ["a b.exr", "back\\slash.exr", "\u00e9.exr", "  "]:
+        shutil.copy(write_environment(pathtracer.folder / "sky.exr", 1.0), pathtracer.folder / name)
+        assert names_of(pathtracer.success("--env", name, "--list-inputs").stdout) == [name]
 
 
 def test_options_are_sorted(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "sky.exr").write_bytes(b"")
-    (tmp_path / "ref.exr").write_bytes(b"")
-    _, others = parse(["--env", "sky.exr", "--exposure", "-1", "--single-scatter", "--reference", "ref.exr", "-o", "a.exr"])
-    sky = str(tmp_path / "sky.exr")
-    assert sort_out(others) == (["--env", sky, "--single-scatter"],
-                                ["--exposure", "-1", "--reference", str(tmp_path / "ref.exr")])
+    _, others = parse(["--env", "sky.exr", "--exposure", "-1", "--photometric", "-o", "a.exr"])
+    assert sort_out(others) == (["--env", str(tmp_path / "sky.exr"), "--photometric"], ["--exposure", "-1"])
 
 
 def test_another_program_or_file_is_noticed(tmp_path, monkeypatch):
@@ -175,7 +171,7 @@ def test_mistakes_are_one_line_before_a_cluster_starts(pathtracer, even_sky):
 # ---- With a cluster on this machine
 
 
-def test_the_picture_is_one_machines(pathtracer):
+def test_the_image_is_that_of_one_machine(pathtracer):
     """A worker is killed with its task, the command interrupted, and started again."""
     psutil = pytest.importorskip("psutil", reason="scripts/farm has not installed Dask")
     pytest.importorskip("distributed", reason="scripts/farm has not installed Dask")
@@ -216,7 +212,7 @@ def test_the_picture_is_one_machines(pathtracer):
     damaged.write_bytes(damaged.read_bytes()[:-100])
     code, out, message = ended(start(pathtracer, *command))
     assert code == 0 and message.count("\n") == 1 and f"{damaged} is damaged" in message, message
-    assert f"{len(kept) - 1} of 20 parts are in" in out and "20 pictures merged" in out
+    assert f"{len(kept) - 1} of 20 parts are in" in out and "20 images merged" in out
     assert sorted(path.name for path in pathtracer.folder.iterdir()) == ["out.exr", "out.png"]
     merged, whole = read_layers(pathtracer.folder / "out.exr"), read_layers(pathtracer.render(*PICTURE))
     assert_same(merged, whole, variance=1e-6)  # through single precision and back

@@ -93,12 +93,20 @@ void test_environments() {
         const Environment even = *even_environment(light);
         CHECK(even.irradiance == 0 && environment_pdf(even, {0, 0, 1}) == 0, "%g", even.irradiance);
     }
-    // Negative light, left by filters of pictures, is none.
+    // Negative light, left by filters of images, is none.
     const Environment e = environment_create(2, 1, {{-1, 2, -3}, {1, 1, 1}});
     CHECK(e.texels[0].x == 0 && e.texels[0].y == 2, "%g", e.texels[0].x);
 }
 
-// The solid angle of an area light, by its samples and by directions that meet it.
+// The solid angle of a triangle seen from the origin (Van Oosterom and Strackee, "The Solid Angle of a
+// Plane Triangle", 1983).
+double solid_angle(Point3d a, Point3d b, Point3d c) {
+    const double la = length(a), lb = length(b), lc = length(c);
+    return 2 * std::atan2(std::abs(dot(a, cross(b, c))),
+                          la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
+}
+
+// The mean of 1 / pdf is the solid angle of an area light.
 void test_area_lights() {
     for (const bool triangle : {false, true}) {
         Scene scene;
@@ -108,22 +116,19 @@ void test_area_lights() {
         if (triangle) light.kind = Light::TRIANGLE, light.area /= 2;
         const Vec3 point = {0.1f, 0, 0.2f};
         Random random{5};
-        Mean by_light, met;
+        Mean seen;
         for (int i = 0; i < 200000; ++i) {
             const LightSample s = light_sample(light, point, {random(), random()});
             CHECK(s.pdf > 0, "light %d", triangle);
-            by_light.add(1 / s.pdf);
+            seen.add(1 / s.pdf);
             const float distance = length(s.point - point);
-            for (const float pdf : {light_pdf(light, distance, -dot(light.normal, s.direction)),
-                                    light_pdf_towards(light, point, s.direction)})
-                CHECK(std::abs(pdf / s.pdf - 1) < 1e-3f || pdf == 0, "%g and %g", pdf, s.pdf);
-            const Vec3 anywhere = phase_sample(0, {random(), random()});
-            const bool hit = light_pdf_towards(light, point, anywhere) > 0;
-            met.add(hit ? 4 * double{PI} : 0);
+            const float pdf = light_pdf(light, distance, -dot(light.normal, s.direction));
+            CHECK(std::abs(pdf / s.pdf - 1) < 1e-3f, "%g and %g", pdf, s.pdf);
         }
-        CHECK(std::abs(by_light.mean() - met.mean()) <
-                  5 * std::hypot(met.error(), by_light.error()),
-              "triangle %d: %g by samples, %g by rays", triangle, by_light.mean(), met.mean());
+        const Point3d a = light.corner - point, b = a + Point3d(light.edge_u),
+                      c = a + Point3d(light.edge_v);
+        check_mean(seen, solid_angle(a, b, c) + (triangle ? 0 : solid_angle(b, b + c - a, c)),
+                   "solid angle");
         // Not from behind, not from the edge.
         CHECK(light_sample(light, {0, 9, 0}, {0.5f, 0.5f}).pdf == 0, "it shines backwards");
         const Vec3 in_plane = light.corner + 7.0f * light.edge_u;
@@ -227,9 +232,40 @@ void test_a_dim_lamp_that_is_near() {
     add_light_towards(scene, black, {1e4f, 1e4f, 1e4f}, {1e4f, 1e4f, 0}, {0, 0, 0}, 100, 100);
     scene_finish(scene);
     const double near = 1 / 1.25 * std::sqrt(0.8), far = 1e8 / 2e8 * std::sqrt(0.5);
-    const Mean seen = picture(scene, {16, 1, "sobol"}).mean;
+    const Mean seen = render(scene, {16, 1, "sobol"}).mean;
     CHECK(std::abs(seen.mean() / ((near + far) / double{PI}) - 1) < 0.01, "%g, should be %g",
           seen.mean(), (near + far) / double{PI});
+}
+
+// Lights of every kind that bring the same light to a point straight below are chosen alike.
+void test_lights_as_bright_are_chosen_alike() {
+    const Receiver floor = {{0, 0, 0}, {0, 1, 0}, true};
+    const float side = 1e-3f;
+    Light panel = area_light(Light::PARALLELOGRAM, {0, 2, 0}, {side, 0, 0}, {0, 0, side},
+                             Vec3(4 / (side * side)));
+    panel.normal = {0, -1, 0};
+    Light triangle = panel, point = panel, spot = panel, sun = panel;
+    triangle.kind = Light::TRIANGLE;
+    triangle.area = 0.5f * panel.area;
+    triangle.radiance = 2.0f * panel.radiance;
+    point.kind = Light::POINT;
+    spot.kind = Light::SPOT;
+    sun.kind = Light::DIRECTIONAL;
+    spot.cosine_outer = 0.9f;
+    point.edge_u = point.edge_v = spot.edge_u = spot.edge_v = {0, 0, 0};
+    point.radiance = spot.radiance = Vec3(4);
+    sun.radiance = Vec3(1);
+    const LightTree tree = light_tree({panel, triangle, point, spot, sun});
+    for (uint32_t i = 0; i < 5; ++i)
+        CHECK(std::abs(light_probability(tree, floor, i) - 0.2f) < 0.002f, "light %u: %g", i,
+              light_probability(tree, floor, i));
+}
+
+// The power heuristic, with the exponent 2.
+void test_weights() {
+    CHECK(power_heuristic(1, 0) == 1 && std::abs(power_heuristic(2, 1) - 0.8f) < 1e-6f &&
+              std::abs(power_heuristic(1, 3) - 0.1f) < 1e-6f,
+          "%g", power_heuristic(2, 1));
 }
 
 } // namespace
@@ -239,6 +275,8 @@ int main() {
     test_environments();
     test_area_lights();
     test_lights_that_shine();
+    test_lights_as_bright_are_chosen_alike();
+    test_weights();
     test_choice_of_lights();
     test_a_dim_lamp_that_is_near();
     return 0;

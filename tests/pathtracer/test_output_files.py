@@ -19,35 +19,29 @@ SIZE = ["--size", "8x8", "--spp", 1]
 def inputs(pathtracer):
     """One file of each kind that a run reads, with other names for some of them."""
     folder = pathtracer.folder
-    for name in ("ref", "sky", "preview"):
+    for name in ("part", "sky", "preview"):
         pathtracer.run(*SIZE, "-o", f"{name}.exr")
     (folder / "preview.exr").rename(folder / "part-as.png")
-    (folder / "preview.png").rename(folder / "mk.png")
     floor().save(folder / "scene.glb")
     (folder / "scene.glb").rename(folder / "scene.exr")
     (folder / "scene.glb").symlink_to("scene.exr")
     (folder / "deep").mkdir()
-    (folder / "soft.exr").symlink_to("deep/../ref.exr")
+    (folder / "soft.exr").symlink_to("deep/../part.exr")
     (folder / "to-own.exr").symlink_to("to-own.png")
-    os.link(folder / "ref.exr", folder / "hard.exr")
+    os.link(folder / "part.exr", folder / "hard.exr")
     return folder
 
 
 @pytest.mark.parametrize(("arguments", "said"), [
-    (["--reference", "ref.exr", "-o", "ref.exr"], ["-o", "--reference", "ref.exr"]),
-    (["--reference", "ref.exr", "-o", "deep/../ref.exr"], ["-o", "--reference", "ref.exr"]),
-    (["--reference", "ref.exr", "-o", "soft.exr"], ["-o", "--reference", "ref.exr", "soft.exr"]),
-    (["--reference", "hard.exr", "-o", "soft.exr"], ["-o", "--reference", "hard.exr", "soft.exr"]),
-    (["--sampler", "mask", "--mask", "mk.png", "-o", "mk.exr"], ["preview of -o", "--mask", "mk.png"]),
-    (["--env", "sky.exr", "-o", "sky.exr"], ["-o", "--env", "sky.exr"]),
-    (["--scene", "scene.glb", "-o", "scene.exr"], ["-o", "--scene", "scene.glb"]),
-    (["--merge", "ref.exr", "-o", "ref.exr"], ["-o", "--merge", "ref.exr"]),
-    (["--merge", "part-as.png", "-o", "part-as.exr"], ["preview of -o", "--merge", "part-as.png"]),
-    (["--resume", "part-as.png", "-o", "part-as.exr"], ["preview of -o", "--resume", "part-as.png"]),
-    # Names of files that do not exist yet
-    (["-o", "to-own.exr"], ["-o", "preview of -o", "to-own.png"]),
-    (["--env", "absent.exr", "-o", "absent.exr"], ["-o", "--env", "absent.exr"]),
-])
+    (["--merge", "part.exr", "-o", "part.exr"], ["-o", "part.exr"]),
+    (["--merge", "part.exr", "-o", "deep/../part.exr"], ["-o", "part.exr"]),
+    (["--merge", "part.exr", "-o", "soft.exr"], ["-o", "part.exr", "soft.exr"]),
+    (["--merge", "hard.exr", "-o", "soft.exr"], ["-o", "hard.exr", "soft.exr"]),
+    (["--env", "sky.exr", "-o", "sky.exr"], ["-o", "sky.exr"]),
+    (["--scene", "scene.glb", "-o", "scene.exr"], ["-o", "scene.glb"]),
+    (["--merge", "part-as.png", "-o", "part-as.exr"], ["preview of -o", "part-as.png"]),
+    (["--resume", "part-as.png", "--spp", 2, "-o", "part-as.exr"], ["preview of -o", "part-as.png"]),
+    (["-o", "to-own.exr"], ["-o", "preview", "to-own.png"])])
 def test_an_output_that_is_another_file_of_the_run_is_refused(pathtracer, inputs, arguments, said):
     files = [p for p in inputs.iterdir() if p.is_file()]
     before = [p.read_bytes() for p in files]
@@ -61,7 +55,15 @@ def test_a_loop_of_links_is_refused(pathtracer, loop):
     pathtracer.failure(*SIZE, "-o", loop.replace(".png", ".exr"), said=[loop, "symbolic links"])
 
 
-def test_temporary_files_have_names_that_nobody_knows(pathtracer):
+def test_a_link_keeps_its_target(pathtracer):
+    (pathtracer.folder / "deep").mkdir()
+    link = pathtracer.folder / "link.exr"
+    link.symlink_to("deep/target.exr")
+    assert pathtracer.run(*SIZE, "-o", link).returncode == 0
+    assert link.is_symlink() and (pathtracer.folder / "deep/target.exr").stat().st_size > 0
+
+
+def test_temporary_files_have_random_names(pathtracer):
     """Another user of the folder prepares links under the names that a process number gives away."""
     victim = pathtracer.folder / "victim"
     victim.write_text("precious")
@@ -69,7 +71,6 @@ def test_temporary_files_have_names_that_nobody_knows(pathtracer):
     def prepare():
         for name in ("out.exr", "out.png"):
             os.symlink("victim", f"{name}.part-{os.getpid()}")
-
         os.umask(0o027)
 
     assert pathtracer.run(*SIZE, "-o", "out.exr", preexec_fn=prepare).returncode == 0
@@ -79,7 +80,7 @@ def test_temporary_files_have_names_that_nobody_knows(pathtracer):
 
 
 @pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler")
-@pytest.mark.parametrize("way", ["SIGINT", "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("way", ["SIGINT", "SIGHUP"])
 def test_a_killed_merge_leaves_no_temporary_file(pathtracer, way):
     """The signal comes while the first file is written."""
     if pathtracer.has_address_sanitizer:
@@ -95,24 +96,20 @@ def test_a_killed_merge_leaves_no_temporary_file(pathtracer, way):
     assert sorted(os.listdir(pathtracer.folder)) == sorted([*before, "out.exr", "out.png"])
 
 
-@pytest.mark.parametrize("arguments", [["--list"], ["--help"], ["--list-cameras"], [*SIZE, "-o", "out.exr"],
-                                       [*SIZE, "--reference", "reference.exr", "--quiet", "-o", "out.exr"]])
-@pytest.mark.parametrize("closed", [False, True])
-def test_text_that_does_not_arrive_is_an_error(arguments, closed, pathtracer):
-    """Standard output is full or closed. The pictures are written all the same."""
-    pathtracer.render(*SIZE).rename(pathtracer.folder / "reference.exr")
+@pytest.mark.parametrize("arguments", [["--list"], [*SIZE, "-o", "out.exr"]])
+def test_text_that_does_not_arrive_is_an_error(arguments, pathtracer):
+    """Standard output is full. The images are written all the same."""
     with open("/dev/full", "wb") as full:
-        done = subprocess.run([pathtracer.binary, *map(str, arguments)], cwd=pathtracer.folder, stdout=full, stderr=subprocess.PIPE,
-                              text=True, preexec_fn=(lambda: os.close(1)) if closed else None)
+        done = subprocess.run([pathtracer.binary, *map(str, arguments)], cwd=pathtracer.folder, stdout=full,
+                              stderr=subprocess.PIPE, text=True)
     assert done.returncode == 1
-    reason = "Bad file descriptor" if closed else "No space left on device"
-    assert done.stderr.splitlines()[-1] == f"pathtracer: cannot write to standard output: {reason}"
+    assert done.stderr == "pathtracer: cannot write to standard output: No space left on device\n"
     if "-o" in arguments:
         assert pathtracer.run("--merge", "out.exr", "-o", "whole.exr").returncode == 0
 
 
-def test_without_standard_streams_the_picture_is_the_same(pathtracer):
+def test_without_standard_streams_the_image_is_the_same(pathtracer):
     """No file of the run takes their numbers."""
-    picture = pathtracer.render(*SIZE)
+    image = pathtracer.render(*SIZE)
     assert pathtracer.run("--quiet", *SIZE, "-o", "out.exr", preexec_fn=lambda: os.closerange(0, 3)).returncode == 0
-    np.testing.assert_array_equal(read_exr(picture)[0], read_exr(pathtracer.folder / "out.exr")[0])
+    np.testing.assert_array_equal(read_exr(image)[0], read_exr(pathtracer.folder / "out.exr")[0])

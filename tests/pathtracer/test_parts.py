@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures in parts: regions and ranges of samples merged, and the error against a reference."""
+"""Images in parts: regions and ranges of samples that are merged, and images that were stopped and resumed."""
+
+import signal
+import subprocess
+import time
 
 import numpy as np
 import OpenEXR
 import pytest
 from pathtracer_driver import assert_near, assert_same, read_exr, read_layers
-from scene_files import write_environment
-from scipy.ndimage import gaussian_filter
+from scene_files import DOWN, SMALL, cornell, floor, write_environment
 
 SIZE = ["--size", "45x37"]
 OUT = ["-o", "out.exr"]
@@ -65,75 +68,146 @@ def test_merge_refuses_gaps(pathtracer):
     pathtracer.failure("--merge", c, a, *OUT, said=["samples 2 to 4 ", c.name, "--first-sample 2 --spp 3"])
     assert (read_layers(merge(pathtracer, c, a, part(2, 3)))["count"] == 6).all()
     # A gap in some pixels is one.
-    left = part(2, 3, "--crop", "0,0,20,37")
-    pathtracer.failure("--merge", a, left, c, *OUT, said=["samples 2 to 4 of pixel 20,0"])
+    pathtracer.failure("--merge", a, part(2, 3, "--crop", "0,0,20,37"), c, *OUT, said=["samples 2 to 4 of pixel 20,0"])
     # So are regions that begin at other samples.
     right = part(1, 2, "--crop", "20,0,45,37")
     pathtracer.failure("--merge", part(0, 2, "--crop", "0,0,20,37"), right, *OUT, said=["samples 0 to 0 of pixel 20,0"])
 
 
-def test_numbers_that_cannot_be(pathtracer):
+def rewritten(path, name, value):
+    """A copy of an image with another attribute, or without any change."""
+    with OpenEXR.File(str(path), separate_channels=True) as file:
+        channels = {channel: np.array(c.pixels) for channel, c in file.channels().items()}
+        header = {**file.header(), **({name: value} if name else {})}
+        header.pop("channels", None)
+        with OpenEXR.File(header, channels) as written:
+            written.write(str(path.with_name("copy.exr")))
+    return path.with_name("copy.exr")
+
+
+@pytest.mark.parametrize(("name", "value"), [("seconds", "nan"), ("exposure", "inf"), ("rays", "-1"), ("spp", "2x"), ("firstSample", "9")])
+def test_impossible_numbers_in_attributes(pathtracer, name, value):
     begun = pathtracer.render("--size", "8x8", "--spp", 1)
-    whole = begun.read_bytes()
-    for name, *values in (("seconds", np.nan, np.inf, -1), ("samplingShare", np.nan, np.inf, -1), ("exposure", np.nan, np.inf)):
-        for value in values:
-            at = whole.index(f"{name}\0float\0".encode()) + len(name) + 11
-            begun.write_bytes(whole[:at] + np.float32(value).tobytes() + whole[at + 4:])
-            pathtracer.failure("--merge", begun, *OUT, said=[name, begun.name])
-    at = whole.index(b"endSample\0string\0") + 21  # "1"
-    begun.write_bytes(whole[:at] + b"0" + whole[at + 1:])
+    merge(pathtracer, rewritten(begun, None, None))
+    pathtracer.failure("--merge", rewritten(begun, name, value), *OUT, said=[name, "copy.exr"])
+
+
+def test_more_samples_than_the_attributes_say(pathtracer):
+    begun = rewritten(pathtracer.render("--size", "8x8", "--spp", 2), "endSample", "1")
     pathtracer.failure("--merge", begun, *OUT, said=["more samples than its attributes say"])
 
 
-# Attributes in which parts of one picture may differ, and displayWindow, which is the size. Others are settings.
-PARTS_DIFFER_IN = {
-    "channels", "chunkCount", "compression", "dataWindow", "lineOrder", "name", "pixelAspectRatio", "screenWindowCenter",
-    "screenWindowWidth", "type", "spp", "firstSample", "endSample", "exposure", "threads", "seconds", "rays", "samplingShare",
-    "software", "bnVersion", "displayWindow",
-}  # fmt: skip
-SETTINGS = {
-    "scene", "camera", "environment", "sampler", "mask", "draws", "inputs", "declaredSpp", "seed", "maxDepth", "lightSamples",
-    "singleScatter", "photometric", "clamp", "noise", "minSpp", "noiseExposure",
-}  # fmt: skip
-
-
-def another(value):
-    """A value of the same type that differs."""
-    if isinstance(value, str):
-        return str(int(value) + 1) if value.isdigit() else value + "x"
-    return value + 1 if isinstance(value, (int, np.ndarray)) else value * 1.5 + 0.01
+# Attributes in which parts of one image may differ. All others that are texts are settings.
+STATISTICS = {"spp", "firstSample", "endSample", "exposure", "threads", "seconds", "rays", "software", "name", "type"}
 
 
 def test_parts_differ_in_no_setting(pathtracer):
-    """Whatever attribute of a picture is changed, it is no part of that picture any more, unless it is known to be one in
-    which parts differ. So a setting that is new is compared, or its attribute stands in the list above."""
-    common = [*SIZE, "--noise", 0.3, "--min-spp", 2, "--spp", 4]
-    first = pathtracer.render(*common, "--crop", "0,0,16,37")
-    second = pathtracer.render(*common, "--crop", "16,0,45,37")
+    """Whatever setting of an image is changed, it is no part of that image any more."""
+    common = [*SIZE, "--noise", 0.3, "--min-spp", 2, "--spp", 4, "--exposure", 0]
+    first, second = (pathtracer.render(*common, "--crop", crop) for crop in ("0,0,16,37", "16,0,45,37"))
     merge(pathtracer, first, second)
-    with OpenEXR.File(str(second), separate_channels=True) as file:
-        header, channels = file.header(), {name: np.array(c.pixels) for name, c in file.channels().items()}
-        settings = {name: value for name, value in header.items() if name not in PARTS_DIFFER_IN}
-        assert set(settings) >= SETTINGS
-        for name in (None, *settings):
-            changed = {**header, **({name: another(settings[name])} if name else {})}
-            changed.pop("channels")
-            copy = pathtracer.folder / "copy.exr"
-            with OpenEXR.File(changed, channels) as written:
-                written.write(str(copy))
-            if not name:
-                merge(pathtracer, first, copy)  # written again, it is the same still
-                continue
-            pathtracer.failure("--merge", first, copy, *OUT, said=["not parts of one picture", copy.name])
+    settings = {name: value for name, value in read_exr(second)[1].items() if isinstance(value, str) and name not in STATISTICS}
+    assert set(settings) >= {"scene", "camera", "env", "sampler", "draws", "inputs", "declare", "seed", "max-depth",
+                             "light-samples", "photometric", "clamp", "noise", "min-spp", "noise-exposure"}  # fmt: skip
+    for name, value in settings.items():
+        changed = rewritten(second, name, value + "x")
+        pathtracer.failure("--merge", first, changed, *OUT, said=["not parts of one image", changed.name])
 
 
-@pytest.mark.parametrize("crop", [(0, 0, 40, 30), (5, 3, 31, 27)])
-def test_the_error_against_a_reference(pathtracer, crop):
-    common = ["--size", "40x30", "--seed", 2, "--crop", ",".join(map(str, crop)), "--spp", 4]
-    reference = pathtracer.render("--size", "40x30", "--spp", 96, "--seed", 1)
-    words = pathtracer.success(*common, "--quiet", "--reference", reference, *OUT).stdout.split()
-    assert words[0] == "rmse" and words[2:4] == ["sigma", "1.0"] and words[5:7] == ["sigma", "2.1"]
-    error = pathtracer.image(*common) - read_exr(reference)[0][crop[1]:crop[3], crop[0]:crop[2]].astype(np.float64)
-    for word, sigma in ((1, 0), (4, 1.0), (7, 2.1)):
-        blurred = gaussian_filter(error, (sigma, sigma, 0)) if sigma else error
-        assert float(words[word]) == pytest.approx(np.sqrt(np.mean(blurred**2)), abs=1e-6)
+# ---- Resumed images
+
+
+def stopped(pathtracer, *arguments):
+    """An image that was interrupted on the way, with uneven counts."""
+    path = pathtracer.folder / "stopped.exr"
+    for attempt in range(20):
+        program = pathtracer.start(*arguments, "--spp", 100000, "--quiet", "-o", path, stderr=subprocess.DEVNULL)
+        time.sleep(0.3 + 0.05 * attempt)
+        program.send_signal(signal.SIGINT)
+        assert program.wait(timeout=60) == 128 + signal.SIGINT
+        count = read_layers(path)["count"]
+        if count.min() < count.max():
+            return path, int(count.min()), int(count.max())
+    raise AssertionError("the counts are even each time")
+
+
+@pytest.mark.parametrize("scene", ["cornell", "lens"])
+def test_a_resumed_image_equals_a_whole_one(pathtracer, scene):
+    common = ["--scene", scene, *SIZE, "--seed", 5, "--sampler", "sobol", "--max-depth", 3]
+    begun = pathtracer.render(*common, "--spp", 3)
+    resumed = pathtracer.render("--resume", begun, "--spp", 11)
+    whole = pathtracer.render(*common, "--spp", 11)
+    assert_near(read_layers(resumed), read_layers(whole))
+    header, wanted = read_exr(resumed)[1], read_exr(whole)[1]
+    for name, value in wanted.items():
+        if name not in ("seconds", "channels"):
+            assert np.array_equal(header[name], value), name
+
+
+def test_a_stopped_image_becomes_even(pathtracer):
+    common = ["--size", "96x64", "--crop", "3,5,90,60", "--fov", 30, "--max-depth", 2]
+    begun, least, most = stopped(pathtracer, *common)
+    rest = pathtracer.render(*common, "--first-sample", most, "--spp", 2)
+    pathtracer.failure("--merge", begun, rest, *OUT, said=[f"samples {least} to {most - 1}", "--resume"])
+    even = pathtracer.render("--resume", begun)
+    assert (read_layers(even)["count"] == most).all()
+    assert_near(read_layers(even), read_layers(pathtracer.render(*common, "--spp", most)))
+    pathtracer.success("--resume", begun, "-o", begun)  # in place
+    assert (read_layers(begun)["count"] == most).all()
+
+
+@pytest.mark.parametrize("crop", [[], ["--crop", "5,9,21,30"]])
+def test_adaptive_images_go_on(pathtracer, crop):
+    """Also of a crop that cuts through blocks: pixels around it are drawn again."""
+    common = ["--scene", "penumbra", *SIZE, "--max-depth", 1, *crop]
+    noise = ["--noise", 0.1, "--min-spp", 4, "--exposure", 0]
+    whole = read_layers(pathtracer.render(*common, *noise, "--spp", 64))
+    begun = pathtracer.render(*common, *noise, "--spp", 6)  # stopped between looks
+    assert_near(whole, read_layers(pathtracer.render("--resume", begun, "--spp", 64)))
+    for change in (["--noise", 0.2], ["--noise", 0], ["--min-spp", 2], ["--exposure", 1]):
+        pathtracer.failure("--resume", begun, "--spp", 128, *change, *OUT, said=["not an earlier state"])
+
+
+def test_an_image_of_other_settings_is_not_resumed(pathtracer):
+    begun = pathtracer.render(*SIZE, "--spp", 2, "--crop", "0,0,20,20", "--first-sample", 4)
+    for name, *changed in [
+        ("seed", "--seed", 1), ("sampler", "--sampler", "sobol"), ("scene", "--scene", "furnace"), ("max-depth", "--max-depth", 3),
+        ("light-samples", "--light-samples", 2), ("declare", "--declare", 4), ("camera", "--fov", 20), ("size", "--size", "40x40"),
+        ("env", "--env", "sky"), ("first sample", "--first-sample", 0), ("crop", "--crop", "0,0,20,19"),
+        ("already", "--spp", 2), ("already", "--spp", 1), ("--merge", "--merge", begun), ("--first-sample", "--noise", 0.1),
+    ]:
+        pathtracer.failure("--resume", begun, "--spp", 8, *changed, *OUT, said=[name])
+    pathtracer.failure("--resume", begun, *OUT, said=["already", begun.name])
+    pathtracer.failure("--resume", "absent.exr", *OUT, said=["absent.exr"])
+
+
+def test_a_resumed_image_keeps_the_camera_of_its_file(pathtracer):
+    """Also one by number that lies on its side, which --eye, --target and --fov do not say."""
+    g = floor()
+    g.camera(0.5, translation=[0, 1, 0], rotation=DOWN)
+    half = np.sqrt(0.5)
+    g.camera(0.9, translation=[0.2, 0.5, 2], rotation=[0, 0, half, half], name="on its side")
+    two = ["--scene", g.save(pathtracer.folder / "two.glb"), "--camera", 1]
+    box = ["--scene", cornell().save(pathtracer.folder / "box.glb")]  # its middle is not the origin
+    for arguments in (two, [*two, "--eye", "0.3,0.7,1.9", "--target", "0,0,0"], box):
+        begun, whole = (pathtracer.render(*arguments, *SMALL, "--spp", spp) for spp in (1, 3))
+        assert_near(read_layers(pathtracer.render("--resume", begun, "--spp", 3)), read_layers(whole))
+
+
+def test_files_that_an_image_names_are_read_below_its_folder_only(pathtracer, even_sky):
+    """The image may be a stranger's."""
+    folder = pathtracer.folder
+    floor().save(folder / "scene.glb")
+    (folder / "theirs").mkdir()
+    (folder / "theirs" / "sky.exr").symlink_to("../even.exr")
+    begun = folder / "theirs" / "begun.exr"
+    for option, file in [("--scene", "scene.glb"), ("--env", "theirs/sky.exr"), ("--env", even_sky), ("--env", "theirs/../even.exr")]:
+        pathtracer.success(*SMALL, option, file, "--spp", 1, "-o", begun)
+        again = ["--resume", "theirs/begun.exr", "--spp", 2, *OUT]
+        pathtracer.failure(*again, said=[str(file), "outside the image's folder", f"name it with {option}", "--allow-outside"])
+        for more in (["--allow-outside"], [option, file]):
+            pathtracer.success(*again, *more)
+        begun.rename(folder / "begun.exr")
+        pathtracer.success("--resume", "begun.exr", "--spp", 2, *OUT)
+        for name in ("out.exr", "out.png"):
+            (folder / name).unlink()

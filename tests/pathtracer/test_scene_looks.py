@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lights, textures and materials of scenes from files. Most pictures are known without rendering."""
+"""Lights, textures and materials of scenes from files. Most images are known without rendering."""
 
 import io
 import struct
@@ -67,32 +67,36 @@ def test_emission_from_one_side_or_both(pathtracer):
 
 
 def test_emission_by_a_texture(pathtracer):
-    """A panel of four colours lights a floor alike by light samples and by scattered rays: Welch's t-tests of the picture's means
-    over 12 seeds, false-alarm rate one in ten thousand; seen straight, the panel shows its colours."""
+    """A panel of four colours lights a floor as four panels of one do: Welch's t-tests of the image's means over 12 seeds,
+    false-alarm rate one in ten thousand; seen straight, it shows its colours."""
     colours = np.array([[[255, 40, 40], [0, 0, 0]], [[30, 200, 60], [90, 90, 255]]], np.uint8)
+    light = 3 * files.linear(colours)
 
-    def scene():
+    def scene(textured):
         g = floor()
         panel = np.float32([[-1, 0, 1], [-1, 0, -1], [1, 0, -1], [1, 0, 1]]) * 0.5 + np.float32([0, 0.8, 0])
-        glow = g.material((0, 0, 0), **g.glow((3, 3, 3), 3), emissiveTexture={"index": g.texture(colours, magFilter=9728)})
-        g.node(mesh=g.mesh(panel, files.SIX, glow, TEXCOORD_0=np.float32([[0, 1], [0, 0], [1, 0], [1, 1]])))
+        if textured:
+            glow = g.material((0, 0, 0), **g.glow((3, 3, 3), 3), emissiveTexture={"index": g.texture(colours, magFilter=9728)})
+            g.node(mesh=g.mesh(panel, files.SIX, glow, TEXCOORD_0=np.float32([[0, 1], [0, 0], [1, 0], [1, 1]])))
+        for x, z in ((x, z) for x in (0, 1) for z in (0, 1) if not textured and light[z, x].max() > 0):
+            quarter = (panel - np.float32([0, 0.8, 0])) / 2 + np.float32([x / 2 - 0.25, 0.8, z / 2 - 0.25])
+            g.quads([quarter], g.material((0, 0, 0), **g.glow(light[z, x], 3)))
         return g
 
-    # The sky that a file gets whose only lights are pictures is not wanted here.
-    common = ["--scene", over_floor(scene(), 0.7, 1.5).save(pathtracer.folder / "panel.glb"), "--env", "none", *SMALL, "--sampler", "sobol"]
-    means = np.array([[pathtracer.image(*common, *more, "--seed", seed + i).mean(axis=(0, 1)) for i in range(12)]
-                      for seed, more in ((0, ["--spp", 16]), (50, ["--spp", 64, "--lights", "coin"]))])
+    # A file whose only lights are textures would get a sky.
+    means = [[picture(pathtracer, over_floor(scene(textured), 0.7, 1.5), "--env", "none", "--sampler", "sobol", "--spp", 16, "--seed",
+                      100 * textured + i).mean(axis=(0, 1)) for i in range(12)] for textured in (False, True)]
     assert_equal_means(*means, 1e-4)
-    # The test has teeth: a bias of three percent would be seen.
-    assert (6 * np.hypot(*means.std(axis=1, ddof=1)) / np.sqrt(12) < 0.03 * means.mean(axis=(0, 1))).all() and means.mean() > 0.05
-    g = scene()
+    # A bias of three percent would be seen.
+    assert (6 * np.hypot(*np.std(means, axis=1, ddof=1)) / np.sqrt(12) < 0.03 * np.mean(means, axis=(0, 1))).all() and np.mean(means) > 0.05
+    g = scene(True)
     g.camera(2 * np.arctan(0.5 / 0.4), translation=[0, 0.4, 0], rotation=[np.sqrt(0.5), 0, 0, np.sqrt(0.5)])
     seen = picture(pathtracer, g, "--spp", 1, "--env", "none", "--max-depth", 0)
-    # Looking up, the picture's top is +z: the panel's last row is on top.
-    np.testing.assert_allclose([[seen[y, x] for x in (4, 20)] for y in (20, 4)], 3 * files.linear(colours), rtol=1e-3, atol=1e-6)
+    # Looking up, the image's top is +z: the panel's last row is on top.
+    np.testing.assert_allclose([[seen[y, x] for x in (4, 20)] for y in (20, 4)], light, rtol=1e-3, atol=1e-6)
 
 
-def test_a_spark_on_a_dark_texture_shines(pathtracer):
+def test_a_bright_texel_on_a_dark_texture_shines(pathtracer):
     """One texel of a million, between all the points by which its triangles are judged."""
     pixels = np.zeros((1024, 1024, 3), np.uint8)
     pixels[515, 533] = 255
@@ -108,12 +112,12 @@ def test_a_spark_on_a_dark_texture_shines(pathtracer):
 
 @pytest.mark.parametrize("kind", ["PNG", "JPEG"])
 def test_a_base_colour_texture(pathtracer, even_sky, kind):
-    """The picture lies upright, its corner (0, 0) is top left, and its colours are those of sRGB."""
+    """The image lies upright, its corner (0, 0) is top left, and its colours are those of sRGB."""
     scene = textured_floor(files.LARGE_FOUR, kind, sampler={})
     assert_corners(pathtracer, scene, even_sky, FOUR_COLOURS, atol=0.03 if kind == "JPEG" else 1e-3)
 
 
-def test_pictures_of_other_depths(pathtracer, even_sky):
+def test_images_of_other_depths(pathtracer, even_sky):
     """Grey, with alpha, with a palette, of 16 bits, and with a gamma, which glTF ignores."""
     grey = np.array([[10, 90], [160, 250]], np.uint8)
     palette = Image.new("P", (2, 2))
@@ -206,25 +210,24 @@ def test_transmission_is_glass(pathtracer, even_sky, distance, pbr, glass, expec
     np.testing.assert_allclose(image, expected, atol=0.02)
 
 
-def test_pictures_of_other_kinds(pathtracer, even_sky):
-    """A PNG beside a WebP is taken, whatever the file requires; without one the place is white, and the line names it."""
+def test_textures_in_other_formats(pathtracer, even_sky):
+    """A PNG beside a WebP is taken, whatever the file requires; without one the place is white, and a line says so."""
 
-    def scene(source=None, **image):
+    def scene(fallback):
         g = textured_floor()
-        other = g.add("images", mimeType="image/webp", **image)
+        other = g.add("images", mimeType="image/webp", uri="a.webp")
         g.json["textures"][0]["extensions"] = {"EXT_texture_webp": {"source": other}}
-        if source is None:
+        if not fallback:
             del g.json["textures"][0]["source"]
         g.json["extensionsUsed"].append("EXT_texture_webp")
         g.json["extensionsRequired"] = ["EXT_texture_webp"]
         return g
 
-    assert_corners(pathtracer, scene(0, uri="none.webp"), even_sky, FOUR_COLOURS)
-    for uri, name in {"a%20b.webp": "image a%20b.webp", "data:image/webp;base64,UklGRg==": "image 1"}.items():
-        path = scene(uri=uri).save(pathtracer.folder / "other.gltf")
-        done = pathtracer.success("--scene", path, *SMALL, "--spp", 1, "--env", even_sky, "--max-depth", 1, "-o", "out.exr")
-        assert done.stderr == f"pathtracer: {path}: ignores {name} (WebP, not PNG or JPEG)\n"
-        np.testing.assert_allclose(read_exr(pathtracer.folder / "out.exr")[0], 1, atol=1e-3)
+    assert_corners(pathtracer, scene(True), even_sky, FOUR_COLOURS)
+    path = scene(False).save(pathtracer.folder / "other.gltf")
+    done = pathtracer.success("--scene", path, *SMALL, "--spp", 1, "--env", even_sky, "--max-depth", 1, "-o", "out.exr")
+    assert done.stderr == f"pathtracer: {path}: ignores textures without a PNG or JPEG\n"
+    np.testing.assert_allclose(read_exr(pathtracer.folder / "out.exr")[0], 1, atol=1e-3)
 
 
 # ---- Backs and bent normals
@@ -262,10 +265,10 @@ def test_a_mirror_under_any_normal_map_shows_the_sky(pathtracer, even_sky):
         np.testing.assert_allclose(picture(pathtracer, g, "--spp", 8, *view), 1, rtol=1e-4)
 
 
-# ---- What strangers' files have
+# ---- Features of files in the wild
 
 
-def test_what_is_cut_out_of_a_lamp_does_not_shine(pathtracer):
+def test_cut_out_parts_of_a_lamp_do_not_shine(pathtracer):
     """Half of a lamp is as good as one of half the size; a lamp that is cut out everywhere is none."""
     pixels = np.zeros((2, 2, 4), np.uint8)
     pixels[:, 0, 3] = 255
@@ -392,7 +395,7 @@ def test_textures_that_are_missing_are_named(pathtracer, even_sky):
     np.testing.assert_allclose(read_exr(pathtracer.folder / "out.exr")[0], 1, atol=1e-3)
 
 
-def test_what_the_numbers_of_an_exr_mean(pathtracer):
+def test_exr_attributes_that_change_the_pixels(pathtracer):
     """A cube map is refused, other primaries are converted, and a texel that is not finite is named, or bounded."""
     texels = np.full((4, 8, 3), np.float32([0, 1, 0]))
     view = ["--scene", "lens", "--max-depth", 0, "--spp", 1, *SMALL]

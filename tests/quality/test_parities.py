@@ -1,42 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers of different decisions are not tied: for every kind, and for the sobol4d of the path tracer, over all pairs of coordinates of a
+"""Numbers of different decisions are not tied: for every sampler type, over all pairs of coordinates of a
 path's first rays, further numbers and splits. Nothing is random but by seeds. With -s the worst of each kind is printed."""
 
 import typing
 
 import numpy as np
 import pytest
-from conftest import ROOT
 
 import bluenoise
 
-SOBOL4D = """
-#include "examples/pathtracer/sobol4d.h"
-void draw(uint32_t seed, const int32_t *x, const int32_t *y, const uint32_t *index, const uint32_t *domain, float *out, int count) {
-    for (int i = 0; i < count; ++i) sobol4d_draw(seed, x[i], y[i], index[i], domain[i], out + 4 * i);
-}"""
 SIDE, SAMPLES, DIGITS = 8, 64, 4
 
 
-class Sobol4d(bluenoise.Sampler):
-    """The path tracer's sampler, drawn as one of the library."""
-
-    def sample(self, x, y, index, domain, dims=None, *, pair=None):
-        where = [np.ascontiguousarray(array, kind) for array, kind in zip(np.broadcast_arrays(x, y, index, domain), "iiII")]
-        out = np.empty((*where[0].shape, 4), np.float32)
-        self.draw(7, *(array.ctypes for array in (*where, out)), where[0].size)
-        return out if pair is None else out[..., 2 * (pair & 1):][..., :2]
-
-
 @pytest.fixture
-def sampler(request, compiled):
-    """function(samples per pixel, seed) -> a sampler of a kind."""
-    if request.param != "sobol4d":
-        return lambda count, seed: bluenoise.Sampler(request.param, seed=seed, samples_per_pixel=count)
-    if not (ROOT / "examples/pathtracer/sobol4d.h").is_file():
-        pytest.skip("the source distribution has no examples")
-    Sobol4d.draw = compiled(SOBOL4D).draw
-    return lambda count, seed: Sobol4d("white", seed=seed)
+def sampler(request):
+    """function(samples per pixel, seed) -> a sampler of a type."""
+    return lambda count, seed: bluenoise.Sampler(request.param, seed=seed, samples_per_pixel=count)
 
 
 def decisions(sampler, x, y, index):
@@ -57,7 +36,7 @@ def apart(rows, drawn):
     return domain[:, None] != domain
 
 
-every_sampler = pytest.mark.parametrize("sampler", [*typing.get_args(bluenoise.SamplerType), "sobol4d"], indirect=True)
+every_sampler = pytest.mark.parametrize("sampler", typing.get_args(bluenoise.SamplerType), indirect=True)
 
 
 @every_sampler
