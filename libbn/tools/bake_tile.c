@@ -174,13 +174,6 @@ bake_key bake_key_make(bake_random *r) {
     return key;
 }
 
-bake_key bake_key_of_pixel(bake_key key, uint64_t pixel) {
-    uint64_t bits = bake_mix(pixel);
-    key.x = (key.x & 0xffff0000u) | (uint32_t)(bits & 0xffffu);
-    key.y = (key.y & 0xffff0000u) | (uint32_t)(bits >> 48);
-    return key;
-}
-
 void bake_pair_points(const bake_pair *pair, uint32_t label, bake_key key, int count, float *x,
                       float *y) {
     uint32_t sx = pair->shift[label][0] ^ key.x, sy = pair->shift[label][1] ^ key.y;
@@ -298,51 +291,6 @@ void bake_prefix_errors(const uint64_t *bits, int levels, double mean, float *ou
 }
 
 /* ---- Images ---- */
-
-enum { RADIUS = 7 };
-
-static void kernel_fill(float kernel[2 * RADIUS + 1], double sigma) {
-    double k[2 * RADIUS + 1], total = 0;
-    for (int d = -RADIUS; d <= RADIUS; ++d) {
-        total += k[d + RADIUS] = exp(-d * d / (2 * sigma * sigma));
-    }
-    for (int d = 0; d <= 2 * RADIUS; ++d) kernel[d] = (float)(k[d] / total);
-}
-
-double bake_blur_gain(int axes) {
-    float kernel[2 * RADIUS + 1];
-    double sum = 0;
-    kernel_fill(kernel, (axes & BAKE_NARROW) != 0 ? 1.0 : SIGMA);
-    for (int d = 0; d <= 2 * RADIUS; ++d) sum += (double)kernel[d] * kernel[d];
-    return (axes & 3) == 3 ? sum * sum : sum;
-}
-
-/* Along rows or along columns. */
-static void blur_along(const float *in, float *out, int side, const float *kernel, int rows) {
-    float line[SIDE + 2 * RADIUS], sum[SIDE];
-    for (int y = 0; y < side; ++y) {
-        for (int x = 0; rows && x < side + 2 * RADIUS; ++x) {
-            line[x] = in[y * side + ((x - RADIUS) & (side - 1))];
-        }
-        memset(sum, 0, sizeof sum);
-        for (int d = 0; d <= 2 * RADIUS; ++d) {
-            const float *from = rows ? line + d : in + ((y + d - RADIUS) & (side - 1)) * side;
-            float w = kernel[d];
-            for (int x = 0; x < side; ++x) sum[x] += w * from[x];
-        }
-        memcpy(out + y * side, sum, (size_t)side * sizeof *sum);
-    }
-}
-
-void bake_blur(const float *in, float *out, int side, int axes) {
-    static float kernels[2][2 * RADIUS + 1];
-    const int narrow = (axes & BAKE_NARROW) != 0;
-    float *const kernel = kernels[narrow];
-    float rows[PIXELS];
-    if (kernel[0] == 0.0f) kernel_fill(kernel, narrow ? 1.0 : SIGMA);
-    if ((axes & 1) != 0) blur_along(in, (axes & 2) != 0 ? rows : out, side, kernel, 1);
-    if ((axes & 2) != 0) blur_along((axes & 1) != 0 ? rows : in, out, side, kernel, 0);
-}
 
 double bake_mean_square(const float *image, int count) {
     float lane[16] = {0};

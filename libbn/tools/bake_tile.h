@@ -79,8 +79,6 @@ typedef struct {
 } bake_key;
 
 bake_key bake_key_make(bake_random *r);
-/* The key of a domain with random digits of a pixel. */
-bake_key bake_key_of_pixel(bake_key key, uint64_t pixel);
 void bake_pair_points(const bake_pair *pair, uint32_t label, bake_key key, int count, float *x,
                       float *y);
 
@@ -118,14 +116,8 @@ void bake_plane_bits(const bake_plane *plane, const float *x, const float *y, in
  * l = 0 ... 6 with one word, 8 with four. */
 void bake_prefix_errors(const uint64_t *bits, int levels, double mean, float *out, int stride);
 
-/* ---- Images, toroidal, `side` pixels wide ---- */
+/* ---- Images ---- */
 
-/* Gaussian of SIGMA along rows (1), columns (2) or both (3), cut off at 7 pixels; with BAKE_NARROW of one
- * pixel. */
-enum { BAKE_NARROW = 4 };
-void bake_blur(const float *in, float *out, int side, int axes);
-/* By how much it lowers the mean square of white noise. */
-double bake_blur_gain(int axes);
 /* Of `count` numbers, a multiple of 16. */
 double bake_mean_square(const float *image, int count);
 float bake_inner_product(const float *a, const float *b, int count);

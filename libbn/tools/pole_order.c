@@ -117,7 +117,7 @@ void pole_mix_labels(pole_vectors *v, int pair, uint64_t random) {
     for (int c = 2 * pair; c < 2 * pair + 2; ++c) v->label[high][c] ^= v->label[low][c];
 }
 
-/* ---- Ranks ---- */
+/* ---- Digits as rows of matrices ---- */
 
 void pole_rows(const pole_vectors *v, int d, int bits, uint64_t *rows) {
     for (int i = 0; i < bits; ++i) {
@@ -130,29 +130,4 @@ void pole_rows(const pole_vectors *v, int d, int bits, uint64_t *rows) {
         }
         rows[i] = row;
     }
-}
-
-int pole_rank(uint64_t *rows, int n) {
-    int rank = 0;
-    for (int i = 0; i < n; ++i) {
-        uint64_t row = rows[i];
-        if (row == 0) continue;
-        uint64_t lowest = row & (0 - row);
-        for (int k = i + 1; k < n; ++k) rows[k] ^= (rows[k] & lowest) != 0 ? row : 0;
-        ++rank;
-    }
-    return rank;
-}
-
-int pole_net_defects(const pole_vectors *v, int pair, int m, int b) {
-    uint64_t first[32], second[32], rows[64];
-    uint64_t kept = (((uint64_t)1 << m) - 1) | (((uint64_t)1 << b) - 1) << 32;
-    int n = m + b, defects = 0;
-    pole_rows(v, 2 * pair, n, first);
-    pole_rows(v, 2 * pair + 1, n, second);
-    for (int a = 0; a <= n; ++a) {
-        for (int i = 0; i < n; ++i) rows[i] = (i < a ? first[i] : second[i - a]) & kept;
-        defects += n - pole_rank(rows, n);
-    }
-    return defects;
 }

@@ -38,13 +38,6 @@ void pole_index_point(const pole_vectors *v, uint32_t index, uint32_t out[4]);
  * bit 32), one row for each digit. */
 void pole_rows(const pole_vectors *v, int d, int bits, uint64_t *rows);
 
-/* The rank of n rows, which are overwritten. */
-int pole_rank(uint64_t *rows, int n);
-
-/* By how much the first 2^m samples over 2^b pixels of a block fail to be a net to base 2 in the
- * pair (0, 1) or (2, 3); 0 for a net. */
-int pole_net_defects(const pole_vectors *v, int pair, int m, int b);
-
 /* Adds digit `from` of coordinate d to digit `to`, a less significant one: keeps every net. */
 void pole_add_digit(pole_vectors *v, int d, int from, int to);
 
