@@ -322,7 +322,7 @@ static void test_cuda(void) {
 }
 
 /* Without CUDA or without a GPU: an error. Whether the model is to blame, the status tells. */
-static void test_nothing_to_run_on(void) {
+static void test_missing_gpu(void) {
     fake_model model = fake_model_default();
     bn_neural *neural;
     for (int code = 0; code <= 11; ++code) {
@@ -463,7 +463,7 @@ static void test_values_that_are_not_finite(void) {
     fake_reset();
 }
 
-static void test_libraries_that_will_not_do(void) {
+static void test_unusable_libraries(void) {
     /* The C library has no such entry. */
     static const char *const libraries[] = {"/there/is/no/such/library.so", __FILE__, "libc.so.6",
                                             "/"};
@@ -513,11 +513,11 @@ int main(void) {
     test_threads_are_used();
     test_progress();
     test_cuda();
-    test_nothing_to_run_on();
+    test_missing_gpu();
     test_arguments();
     test_failing_calls(NULL);
     test_failing_calls("cuda");
     test_values_that_are_not_finite();
-    test_libraries_that_will_not_do();
+    test_unusable_libraries();
     return check_result();
 }

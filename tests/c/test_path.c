@@ -126,7 +126,7 @@ static void no_two_decisions_share_a_number(int32_t type) {
 }
 
 /* Whatever pixels drew at one ray, they agree at the next. */
-static void the_next_ray_does_not_care(void) {
+static void rays_do_not_depend_on_earlier_draws(void) {
     const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 3);
     const bn_path path = bn_path_start(4, 5, 6, 0);
     for (uint32_t number = 0; number < MOST_RAYS; ++number) {
@@ -214,7 +214,7 @@ static void a_choice_and_a_pair_meet_in_all_quarters(void) {
 int main(void) {
     CHECK(sizeof(bn_path) == 16);
     for (int32_t type = 0; type < TYPES; ++type) no_two_decisions_share_a_number(type);
-    the_next_ray_does_not_care();
+    rays_do_not_depend_on_earlier_draws();
     a_split_is_one_sequence();
     a_choice_and_a_pair_meet_in_all_quarters();
     return check_result();

@@ -132,7 +132,7 @@ def test_the_linker_leaves_out_what_a_program_does_not_use(folder, compiled, tmp
     assert {name for name in symbols(tmp_path / "draws") if name.startswith("bn_data_")} == {"bn_data_mask_64"}
 
 
-def test_says_what_fast_math_costs(folder, compiled):
+def test_warns_about_fast_math(folder, compiled):
     command = [compiled[0], "-fsyntax-only", folder / "bn.c"]
     assert run(*command) == ""
     for option in ("-ffast-math", "-Ofast"):

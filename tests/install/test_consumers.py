@@ -158,7 +158,7 @@ def test_library_without_the_network(expected, tmp_path):
     assert found.returncode != 0 and "BN_NEURAL=OFF" in found.stderr
 
 
-def test_nothing_of_the_source_tree_is_installed_by_name(installed):
+def test_installed_files_do_not_name_the_source_tree(installed):
     for path in installed.prefix.rglob("*"):
         if path.suffix in (".cmake", ".pc", ".h", ".hpp", ".glsl", ".hlsl", ".wgsl", ".metal"):
             assert str(ROOT) not in path.read_text(), path

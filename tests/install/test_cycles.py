@@ -52,7 +52,7 @@ def test_kernels_for_gpus_draw_the_same(folder, static_library):
     assert run(program, "domains") == "0\n"
 
 
-def test_the_patch_is_for_cycles_alone():
+def test_patch_changes_the_expected_files():
     changed = re.findall(r"^\+\+\+ b/(.*)", PATCH.read_text(), re.MULTILINE)
     assert changed == ["src/kernel/CMakeLists.txt", "src/kernel/sample/pattern.h",
                        "src/kernel/types.h", "src/scene/CMakeLists.txt", "src/scene/integrator.cpp"]

@@ -44,7 +44,7 @@ def files_below(folder):
             if path.is_file() and "__pycache__" not in path.parts}
 
 
-def test_it_has_all_sources_and_nothing_else(unpacked):
+def test_sdist_has_all_sources_and_nothing_else(unpacked):
     assert {path.name for path in unpacked.iterdir()} == TOP
     for part in WHOLE:
         assert files_below(unpacked / part) == files_below(ROOT / part) != set()
@@ -62,6 +62,6 @@ def test_licences_and_description_are_in_its_metadata(unpacked):
     assert licences == {(ROOT / path).read_text() for path in ("LICENSE", "libbn/data/LICENSE", "THIRD-PARTY.md")}
 
 
-def test_cmake_finds_every_source_in_it(unpacked, tmp_path):
+def test_cmake_configures_the_sdist(unpacked, tmp_path):
     run("cmake", "-S", unpacked, "-B", tmp_path, "-DBN_BUILD_PYTHON=ON", f"-DPython_EXECUTABLE={sys.executable}",
         f"-Dpybind11_DIR={run(sys.executable, '-m', 'pybind11', '--cmakedir').strip()}")

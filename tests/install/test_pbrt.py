@@ -53,6 +53,6 @@ def test_wavelengths_of_few_samples_are_equidistant(draws):
     assert run(draws, "wavelengths") == "0\n"
 
 
-def test_the_patch_is_for_pbrt_alone():
+def test_patch_changes_the_expected_files():
     changed = re.findall(r"^\+\+\+ b/(.*)", (OWN / "pbrt-v4.patch").read_text(), re.MULTILINE)
     assert changed == ["CMakeLists.txt", "src/pbrt/base/sampler.h", "src/pbrt/samplers.cpp", "src/pbrt/samplers.h"]

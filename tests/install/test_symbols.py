@@ -47,7 +47,7 @@ def test_library_neither_prints_nor_ends_the_program(shared_library):
     assert used & forbidden == set()
 
 
-def test_programs_ask_for_the_minor_version_they_were_linked_with(shared_library):
+def test_soname_has_the_minor_version(shared_library):
     header = (ROOT / "libbn/include/bn/bn.h").read_text()
     major, minor = re.search(r"_MAJOR (\d+)\n#define BN_VERSION_MINOR (\d+)\n", header).groups()
     (name,) = re.findall(r"\(SONAME\).*\[(.+?)\]", run("readelf", "-d", shared_library.library))

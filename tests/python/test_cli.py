@@ -224,7 +224,7 @@ def test_messages_about_contents_name_the_file(tmp_path, capsys):
         assert name in capsys.readouterr().err
 
 
-def test_a_pack_of_two_channels_is_a_mask_of_two_channels(tmp_path, capsys):
+def test_two_channel_texture_is_a_two_channel_mask(tmp_path, capsys):
     """Its third channel and alpha are constant. Ranked, they would be white noise."""
     ranks = bluenoise.anneal((16, 16), channels=2, sweeps=20)
     values = _files.quantized(ranks, 8)
@@ -463,14 +463,14 @@ def test_closed_streams(tmp_path):
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full")
 @pytest.mark.parametrize("command", ["--help", "--version", "measure in.npy", "mask --size 64 -o -", "mask --size 8 --json -o m.npy"])
-def test_an_output_that_takes_nothing_is_an_error(command, tmp_path):
+def test_full_output_device_is_an_error(command, tmp_path):
     bluenoise.save(tmp_path / "in.npy", bluenoise.mask((8, 8)))
     done = run_in_shell("{} " + command + " > /dev/full", tmp_path)
     assert (done.returncode, done.stderr) == (1, "bluenoise: standard output: No space left on device\n")
 
 
 @pytest.mark.parametrize("name", ["mask.npy", "mask.png", "mask.exr", "points.npy", "points.csv"])
-def test_a_full_disk_is_named_with_the_file(name, tmp_path):
+def test_full_disk_error_names_the_file(name, tmp_path):
     """A limit on the size of files fails in the same way, with other words."""
     if name == "mask.exr":
         pytest.importorskip("OpenEXR")

@@ -154,7 +154,7 @@ def test_what_numpy_cannot_convert_is_refused_with_a_hint():
             call()
 
 
-def test_a_texture_is_no_mask_of_ranks_and_the_error_says_what_to_do():
+def test_texture_as_ranks_is_refused_with_a_hint():
     with pytest.raises(ValueError, match=r"0 16 times; .*rank=True"):
         dither(np.zeros((8, 8)), mask=np.repeat(np.arange(4), 16).reshape(8, 8))
 

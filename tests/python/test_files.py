@@ -40,7 +40,7 @@ def test_rows_with_channels_come_back(tmp_path):
     assert (load(tmp_path / "rows.npy") == rows).all()
 
 
-def test_three_dimensions_and_many_channels_are_for_npy(tmp_path):
+def test_only_npy_takes_volumes_and_many_channels(tmp_path):
     for ranks in (mask((3, 8, 8)), np.stack([mask((8, 8), seed=seed) for seed in range(5)])):
         save(tmp_path / "mask.npy", ranks)
         np.testing.assert_array_equal(load(tmp_path / "mask.npy"), ranks)
@@ -91,7 +91,7 @@ def test_bad_files_are_not_loaded(tmp_path):
         load(tmp_path / "other.npy")
 
 
-def test_a_minus_is_a_name_like_others(tmp_path, monkeypatch):
+def test_minus_is_an_ordinary_file_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ValueError, match=".npy"):
         save("-", [[0, 1]])

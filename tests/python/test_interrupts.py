@@ -52,7 +52,7 @@ def test_a_program_that_measures_ends_with_a_traceback():
     assert done.returncode == -signal.SIGINT, done.stderr
 
 
-def test_an_import_leaves_the_handlers_of_signals():
+def test_import_leaves_signal_handlers_alone():
     check = ("import signal, sys\nsys.argv = ['bluenoise']\nsignal.signal(signal.SIGINT, print)\n"
              "import bluenoise, bluenoise._cli\nassert signal.getsignal(signal.SIGINT) is print\n")
     subprocess.run([sys.executable, "-c", check], check=True)

@@ -55,7 +55,7 @@ def builtin():
         pytest.skip(f"no network in this build: {error}")
 
 
-def test_window_is_the_network_of_the_noise(one):
+def test_window_equals_the_convolved_noise(one):
     noise = NeuralGenerator.noise(-5 - RADIUS, 7 - RADIUS, 300 + 2 * RADIUS, 40 + 2 * RADIUS, seed=3)
     expected = np.clip(convolve(noise, KERNELS[0]), 0, 1 - 2**-24)
     found = one.window(-5, 7, 300, 40, seed=3)

@@ -50,13 +50,13 @@ WIDE = model(node("Conv", "noise,weights", "mask", dilations=(256, 256)) + tenso
     (ONE + _field(7, CONV), "bad data"),
     (b"GIF89a\0", "bad data"),
 ])
-def test_what_cannot_be_used_gets_one_line(bytes_, words, capfd):
+def test_unusable_models_get_one_line(bytes_, words, capfd):
     with pytest.raises(ValueError, match=words):
         NeuralGenerator(bytes_)
     assert capfd.readouterr() == ("", "")
 
 
-def test_what_can_be_used():
+def test_usable_models():
     assert NeuralGenerator(ONE).channels == NeuralGenerator(WIDE).channels == 1
     for key, value_ in ((key, value_) for key, values in GOOD.items() for value_ in values):
         NeuralGenerator(convolution(KERNEL, **{key: value_}))

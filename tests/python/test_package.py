@@ -96,7 +96,7 @@ def test_extension_needs_only_what_every_linux_has():
     assert "RUNPATH" not in out and "RPATH" not in out
 
 
-def test_stub_names_what_the_extension_has():
+def test_stub_matches_the_extension():
     stub = (PACKAGE / "_core.pyi").read_text()
     named = set(re.findall(r"^(?:def|class) (\w+)|^(\w+):", stub, re.M))
     named = {name for pair in named for name in pair if name}

@@ -138,7 +138,7 @@ def test_examples():
 
 
 @pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, pickle.dumps])
-def test_what_hands_out_numbers_cannot_be_copied(copied):
+def test_stateful_samplers_cannot_be_copied(copied):
     path = PathSampler(Sampler(seed=1), 2, 3, 4)
     for each in (path.ray(0), path.ray(0).next_loop()):
         with pytest.raises(TypeError, match=f"a {type(each).__name__} cannot be copied or pickled"):

@@ -19,7 +19,7 @@ def test_points_are_the_samples_of_a_pixel():
     np.testing.assert_array_equal(truncated[:, 4:], sampler.sample(3, -2, index, domain(1), 2))
 
 
-def test_points_go_on_reset_and_skip():
+def test_points_continue_reset_and_skip():
     engine = Sampler(seed=1).qmc(3)
     whole = engine.random(16)
     np.testing.assert_array_equal(engine.reset().random(16), whole)
@@ -69,7 +69,7 @@ def test_integrals_have_no_bias():
     assert (abs(Sampler(seed=2).qmc(4).random(2**16).mean(0) - 0.5) < 1e-9).all()
 
 
-def test_the_end_of_the_indices_and_bad_arguments():
+def test_last_index_and_bad_arguments():
     engine = Sampler().qmc(1).fast_forward(2**32 - 1)
     assert engine.random(1).shape == (1, 1)
     with pytest.raises(ValueError, match="n .* 1"):

@@ -161,7 +161,7 @@ def test_immutable():
         del sampler._seed
 
 
-def test_no_seed_is_a_random_one_that_can_be_used_again():
+def test_seed_none_is_random_and_reusable():
     sampler, other = Sampler(seed=None), Sampler(seed=None)
     assert sampler.seed != other.seed  # equal with a probability of 2**-64
     assert Sampler(seed=sampler.seed) == sampler == eval(repr(sampler))
@@ -309,7 +309,7 @@ def test_every_sample_of_a_block_is_written(type):
         assert (out == sampler.sample(x, y, np.arange(count))).all()
 
 
-def test_the_result_may_lie_over_the_coordinates():
+def test_out_may_overlap_the_coordinates():
     sampler, shared = Sampler(), np.arange(64, dtype=np.uint32)
     expected = sampler.sample(3, 4, np.arange(16))
     assert (sampler.sample(3, 4, shared[:16], out=shared.view(np.float32).reshape(16, 4)) == expected).all()

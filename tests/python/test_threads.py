@@ -54,7 +54,7 @@ if importlib.util.find_spec("onnxruntime") is not None:
 
 
 @pytest.mark.parametrize("name", sorted(WORK))
-def test_another_thread_runs_during_the_work(name, no_forced_switches):
+def test_work_releases_the_gil(name, no_forced_switches):
     """Another thread counts and yields; its count increases during a call only if that call releases the GIL. Calls are
     repeated because a busy machine may not schedule the other thread during one of them."""
     ticks = 0

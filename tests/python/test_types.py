@@ -75,6 +75,6 @@ def test_the_signature_names_every_option():
         assert set(options) <= set(parameters)
 
 
-def test_literals_are_what_there_is():
+def test_literals_match_the_implementation():
     assert set(typing.get_args(bluenoise.PointsMethod)) == set(_points.METHODS)
     assert set(typing.get_args(bluenoise.SamplerType)) == set(_core.sampler_types)

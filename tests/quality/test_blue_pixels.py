@@ -45,7 +45,7 @@ def test_pixels_of_a_copy_have_one_order_and_low_digits_of_their_own(i):
 
 
 @pytest.mark.parametrize("domain", [0, bluenoise._core.domain_child(3, 6)])
-def test_copies_share_their_order_as_often_as_chance_has_it(domain):
+def test_copies_share_an_order_only_by_chance(domain):
     """The order of 16 samples is one of 2^9, that of 64 one of 2^20."""
     y, x = TILE * (np.mgrid[:192, :192] - 96)
     _, order = look(x, y, domain)

@@ -59,7 +59,7 @@ def test_no_pattern(member, period):
         assert (found < 8).all()
 
 
-def test_the_measure_sees_a_pattern():
+def test_peaks_tell_a_pattern_from_white_noise():
     """One Sobol' sequence over the screen, pixel by pixel along rows, and white noise."""
     qmc = pytest.importorskip("scipy.stats.qmc")
     points = qmc.Sobol(4, seed=1).random(SIZE * SIZE * COUNTS[-1])

@@ -35,13 +35,13 @@ def require_no_circle(graph):
 
 @pytest.mark.parametrize("folder, root", [("libbn/include", "libbn/include"), ("libbn/src", "libbn/src"), ("libbn/tools", "."),
                                           ("bindings/src", "."), ("examples/pathtracer", "."), ("tests", ".")])
-def test_no_two_files_include_each_other(folder, root):
+def test_includes_have_no_cycles(folder, root):
     files = set(code_files(ROOT / folder))
     candidates = {path: [(base / name).resolve() for _, name in included(path) for base in (path.parent, ROOT / root)] for path in files}
     require_no_circle({path: files & set(others) for path, others in candidates.items()})
 
 
-def test_folders_of_the_source_include_those_that_they_may():
+def test_source_folders_include_allowed_folders_only():
     sees = POLICY["source"]
     assert set(sees) == {path.name for path in SOURCE.iterdir()}
     require_no_circle({folder: set(others) for folder, others in sees.items()})
@@ -52,12 +52,12 @@ def test_folders_of_the_source_include_those_that_they_may():
 
 
 @pytest.mark.parametrize("keeper", POLICY["keepers"])
-def test_one_file_knows_memory_threads_libraries_and_files(keeper):
+def test_system_calls_stay_in_one_file(keeper):
     found = [path.relative_to(SOURCE).as_posix() for path in code_files(SOURCE) if re.search(POLICY["keepers"][keeper], code(path))]
     assert found == [keeper]
 
 
-def test_only_the_library_sees_its_insides():
+def test_only_the_library_includes_internal_headers():
     found = set()
     for path in (path for folder in ("bindings", "examples", "libbn/tools", "tests") for path in code_files(ROOT / folder)):
         for _, name in included(path):
@@ -68,7 +68,7 @@ def test_only_the_library_sees_its_insides():
 
 
 @pytest.mark.parametrize("package", POLICY["packages"])
-def test_no_python_package_imports_what_it_may_not(package):
+def test_packages_import_allowed_packages_only(package):
     folder, *others = POLICY["packages"][package]
     forbidden = re.compile(rf"^\s*(?:import|from) (?:{'|'.join(others)})\b", re.M)
     assert [path for path in (ROOT / folder).rglob("*.py*") if path.suffix in (".py", ".pyi")

@@ -166,7 +166,7 @@ def builtin(name):
 
 
 @pytest.mark.parametrize("name", BUILTIN)
-def test_builtin_models_are_what_they_were(name):
+def test_builtin_models_match_their_checksums(name):
     sums = dict(reversed(line.split()) for line in (DATA / "SHA256SUMS").read_text().splitlines())
     data = (DATA / name).read_bytes()
     assert hashlib.sha256(data).hexdigest() == sums[name]

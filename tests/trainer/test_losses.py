@@ -20,7 +20,7 @@ def error(values, *sigmas):
 
 
 @pytest.mark.parametrize("make", [None, bluenoise.void_and_cluster])
-def test_the_library_is_the_referee(make):
+def test_error_equals_the_librarys(make):
     made, values = uniform((64, 64), 5, make)
     figures = bluenoise.measure(made)
     # 64 levels against all of them.

@@ -80,7 +80,7 @@ def test_padded_once_or_at_every_step(channels, shape):
 
 
 @CHANNELS
-def test_the_radius_is_no_larger_than_it_must_be(channels):
+def test_radius_is_tight(channels):
     model = network(channels)
     # Differences this small are not limited, so every step passes them on.
     noise, n = 0.5 + 1e-8 * rand(1, 1, 20, 20), 10

@@ -95,7 +95,7 @@ def test_the_search_learns_which_changes_belong_together(population):
     assert float((search.mean - TARGET).abs().max()) < 1e-3
 
 
-def test_the_search_bears_noise():
+def test_search_tolerates_noise():
     search, generator = search_of(population=40), torch.Generator().manual_seed(2)
     for _ in range(150):
         losses = (search.candidates() - TARGET).square().sum(1)

@@ -62,5 +62,5 @@ def test_one_wrong_bit_is_seen(page):
         assert kind == "verdict wrong" and "first in pixel 6, 1, index" in text and "dimension 2;" in text
 
 
-def test_an_interface_that_is_missing_is_neither_right_nor_wrong(page):
+def test_missing_interface_has_no_verdict(page):
     assert page.value("verdict('WebGPU', null, [])[0]") == "nothing"
