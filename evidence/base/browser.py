@@ -10,7 +10,7 @@ import time
 
 FLAGS = ("--headless=new", "--disable-dev-shm-usage", "--remote-debugging-pipe", "--no-first-run",
          "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
-         "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader",
+         "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader", "--disable-gpu-watchdog",
          "--disable-background-networking", "--disable-component-update", "--disable-extensions", "--hide-scrollbars")
 
 
