@@ -52,9 +52,9 @@ class Tracer:
         self.browser.value(f"tracer.restart({run})")
 
     def sample(self, count):
-        """Adds samples to every sampler's images until there are `count`, in one short call each."""
+        """Adds samples to every sampler's images until there are `count`. Reading them waits for each, which gl.finish() does not."""
         while self.browser.value("tracer.count") < count:
-            self.browser.value("(tracer.sample(), tracer.gl.finish())")
+            self.browser.value("(tracer.sample(), tracer.read('blue').length)")
 
     def picture(self, kind):
         sums = np.frombuffer(base64.b64decode(self.browser.value(READ.format(kind))), np.float32).reshape(self.shape)
@@ -92,8 +92,8 @@ def table(errors):
 def run(arguments):
     parser = Parser("web", __doc__)
     parser.number("--width", 360, "of the images, whose height is two thirds")
-    parser.number("--seeds", 8, "images of each sampler")
-    parser.number("--reference-spp", 256, "samples per pixel of each of the reference's two images")
+    parser.number("--seeds", 4, "images of each sampler")
+    parser.number("--reference-spp", 64, "samples per pixel of each of the reference's two images")
     parser.add_argument("--picture", metavar="FILE", help=f"where to put the image (default {PICTURE}, with --print none)")
     parser.table("examples/web/package/README.md")
     options = parser.parse_args(arguments)
