@@ -341,7 +341,7 @@ def load(path: PathLike, *, rank: bool = False) -> arguments.Ranks:
     given = _path(path)
     values = load_values(given)
     if values.dtype.kind not in "iuf" or not 1 <= values.ndim <= 3 or values.size == 0:
-        raise ValueError(f"{given} has shape {values.shape} and dtype {values.dtype}, which is no mask")
+        raise ValueError(f"{given} has shape {values.shape} and dtype {values.dtype}, and is not a mask")
     if values.dtype.kind != "f" and (arguments.is_permutation(values.reshape(-1)) or arguments.has_channels(values)):
         return values.astype(np.uint32)
     if values.ndim < 3:

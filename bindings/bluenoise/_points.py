@@ -84,7 +84,7 @@ def points(
     Raises
     ------
     ValueError
-        The method is unknown, a number is out of range, or the mask is none or has fewer than n texels.
+        The method is unknown, a number is out of range, or the mask is not a permutation or has fewer than n texels.
     TypeError
         An argument has a wrong type, or the method has no such option.
     ImportError

@@ -10,7 +10,7 @@ const COLUMNS = 400; // about as many pixels to a row; each is a whole number of
 
 const element = id => document.getElementById(id);
 const settings = {left: "white", right: "blue", mode: "sum", limit: FIRST_LIMIT};
-// catchingUp: the picture of fewer samples than were shown is made from the first sample, and shown when it is there.
+// catchingUp: the image of fewer samples than were shown is made from the first sample, and shown when it is there.
 let tracer = null, enlarged = 1, paused = false, catchingUp = false, restarts = 0, asked = false;
 
 function fill(name, choices) {
@@ -83,13 +83,13 @@ function frame() {
   element("endless").checked = limit > STEPS;
   element("less").disabled = limit <= 1;
   element("more").disabled = limit >= STEPS;
-  // The errors wait for the picture, unless that has no end; averages have none.
+  // The errors wait for the image, unless that has no end; averages have none.
   if (limit < Infinity && tracer.count >= Math.min(limit, STEPS) || paused) errors.step();
   errors.show(limit > STEPS ? tracer.count : limit);
   if (tracer.count < limit && !paused || limit < Infinity && !errors.done) request();
 }
 
-/* Fits the picture into its place. */
+/* Fits the image into its place. */
 function fit() {
   const canvas = element("picture"), ratio = window.devicePixelRatio || 1;
   const device = Math.max(1, Math.floor(element("stage").clientWidth * ratio));
@@ -115,7 +115,7 @@ function start() {
   try {
     tracer = makeTracer(element("picture"));
   } catch (error) {
-    element("problem").textContent = `The picture cannot be drawn: ${error.message}.`;
+    element("problem").textContent = `The image cannot be drawn: ${error.message}.`;
     element("problem").hidden = false;
     element("stage").hidden = element("controls").hidden = true;
     return;

@@ -12,7 +12,7 @@ const BN_TABLE_WORDS = (() => {
 
 const VERSION = "#version 300 es\n";
 
-// The whole picture as one triangle.
+// The whole image as one triangle.
 const WHOLE_VERTEX = `${VERSION}
 void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }
 `;
@@ -144,7 +144,7 @@ vec3 scattered(vec3 normal, vec2 u) {
   return on_disc.x * side + on_disc.y * cross(normal, side) + up * normal;
 }
 
-// Where the camera sees a point, in pixels; through the front wall, which fills the picture wherever the camera is.
+// Where the camera sees a point, in pixels; through the front wall, which fills the image wherever the camera is.
 vec2 on_screen(vec3 from, vec3 point) {
   vec3 at = from + (point - from) * ((ROOM.z - from.z) / (point.z - from.z));
   return 0.5 * (vec2(at.x / ROOM.x, 2.0 * at.y / ROOM.y - 1.0) + 1.0) * vec2(size);
@@ -216,7 +216,7 @@ void main() {
 }
 `;
 
-// ---- The picture as shown: means, exposed and clipped; then blurred, as light is in the eye; then encoded for the screen
+// ---- The image as shown: means, exposed and clipped; then blurred, as light is in the eye; then encoded for the screen
 
 const BLUR = `${VERSION}
 precision highp float;
@@ -263,7 +263,7 @@ void main() {
 }
 `;
 
-// What two pictures differ by after the blur, for the error.
+// What two images differ by after the blur, for the error.
 const DIFFERENCE_FRAGMENT = `${BLUR}
 uniform usampler2D one, other;
 out uvec4 difference;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws with the shaders: the sums of samples of three samplers, and the picture on the canvas.
+// Draws with the shaders: the sums of samples of three samplers, and the image on the canvas.
 "use strict";
 
 const KINDS = ["white", "sobol", "blue"];
@@ -112,7 +112,7 @@ function makeTracer(canvas) {
       ++tracer.count;
     },
 
-    /* The picture of one sampler left of a column of the canvas and that of another right of it. */
+    /* The image of one sampler left of a column of the canvas and that of another right of it. */
     show(left, right, split, sigma, enlarged) {
       const scale = EXPOSURE / (tracer.mode === "sum" ? Math.max(tracer.count, 1) : 1);
       [left, right].forEach((kind, i) => draw(gl, blurRows, rows[i], tracer.width, tracer.height,
@@ -126,7 +126,7 @@ function makeTracer(canvas) {
       return readWords(samplers[kind].sums[0]);
     },
 
-    /* Yields the error of a sampler after 1, 2, 3 ... samples, as displayed and after a blur: two pictures that share no
+    /* Yields the error of a sampler after 1, 2, 3 ... samples, as displayed and after a blur: two images that share no
      * random numbers differ by the error times the square root of two. */
     *errors(kind, sigma) {
       const {program} = samplers[kind], {width, height} = tracer;
@@ -134,7 +134,7 @@ function makeTracer(canvas) {
       try {
         for (let count = 0; ; ++count) {
           pictures.forEach((sums, i) => {
-            add(program, sums, count, 0x80000000 + 8 * tracer.run + 4 * i); // no key of a picture shown, nor of its family
+            add(program, sums, count, 0x80000000 + 8 * tracer.run + 4 * i); // no key of an image shown, nor of its family
             draw(gl, blurRows, rows[i], width, height, {sums: sums[0], scale: float(EXPOSURE / (count + 1)), sigma: float(sigma)});
           });
           draw(gl, differ, pictures[0][1], width, height, {one: rows[0], other: rows[1], sigma: float(sigma)});

@@ -19,7 +19,7 @@ enum {
     LEVELS = 9 /* 1, 2, 4 ... 256 samples */
 };
 
-static const double SIGMA = 2.1; /* of the blur through which a picture is judged, in pixels */
+static const double SIGMA = 2.1; /* of the blur through which an image is judged, in pixels */
 
 typedef struct {
     pole_vectors member[MEMBERS];

@@ -53,7 +53,7 @@ static int read_table(const char *path, uint32_t words[BN_WORD_COUNT]) {
     const int whole = fread(bytes, sizeof bytes, 1, file) == 1 && fgetc(file) == EOF;
     fclose(file);
     if (!whole) {
-        fprintf(stderr, "bn_bake_sampler: %s is no table of %zu bytes\n", path, sizeof bytes);
+        fprintf(stderr, "bn_bake_sampler: %s is not a table of %zu bytes\n", path, sizeof bytes);
         return 0;
     }
     memset(words, 0, BN_WORD_COUNT * sizeof *words);

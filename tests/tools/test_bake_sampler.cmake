@@ -29,7 +29,7 @@ if(tree STREQUAL whole)
 endif()
 file(WRITE "${FOLDER}/short.u32" "no table")
 run(1 ${effort} --vectors short.u32 -o x.u32)
-if(NOT said MATCHES "^bn_bake_sampler: short.u32 is no table of 47616 bytes\n$")
+if(NOT said MATCHES "^bn_bake_sampler: short.u32 is not a table of 47616 bytes\n$")
     message(FATAL_ERROR "not one line: ${said}")
 endif()
 

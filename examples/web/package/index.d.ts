@@ -39,7 +39,7 @@ export function tableWords(): Uint32Array;
 /** The contents of the texture, R32UI (`r32uint`), TABLE_WIDTH x TABLE_HEIGHT texels, row by row. */
 export function tableTexels(): Uint32Array;
 
-/** Two words for `rngSeed` in the shader, from an integer, modulo 2^64. Seeds give independent pictures. */
+/** Two words for `rngSeed` in the shader, from an integer, modulo 2^64. Seeds give independent images. */
 export function seedWords(seed?: number | bigint): Uint32Array;
 
 export const TABLE_WIDTH: 64;

@@ -46,7 +46,7 @@ uvec2 bn_rng_seed = uvec2(0x7b1dcdafu, 0xe220a839u); /* of 0 */
 bn_path bn_rng_path;
 uint bn_rng_bounce;
 
-/* Seeds give independent pictures: what seedWords() of index.js or bn_sampler_seed() returns. */
+/* Seeds give independent images: what seedWords() of index.js or bn_sampler_seed() returns. */
 void rngSeed(uvec2 seed) {
     bn_rng_seed = seed;
 }

@@ -14,7 +14,7 @@ var<private> bn_rng_seed = vec2u(0x7b1dcdafu, 0xe220a839u); /* of 0 */
 var<private> bn_rng_path: bn_path;
 var<private> bn_rng_bounce: u32;
 
-/* Seeds give independent pictures: what seedWords() of index.js or bn_sampler_seed() returns. */
+/* Seeds give independent images: what seedWords() of index.js or bn_sampler_seed() returns. */
 fn rngSeed(seed: vec2u) {
     bn_rng_seed = seed;
 }

@@ -13,7 +13,7 @@ pub struct PathSampler<'s> {
 }
 
 impl<'s> PathSampler<'s> {
-    /// Sample `index` of pixel (x, y) of a single picture.
+    /// Sample `index` of pixel (x, y) of a single image.
     pub fn new(sampler: &'s Sampler<'s>, x: i32, y: i32, index: u32) -> PathSampler<'s> {
         PathSampler::in_stream(sampler, x, y, index, 0)
     }

@@ -64,7 +64,7 @@ unsafe impl Send for Sampler<'_> {}
 unsafe impl Sync for Sampler<'_> {}
 
 impl<'m> Sampler<'m> {
-    /// Blue noise. Different seeds give independent pictures.
+    /// Blue noise. Different seeds give independent images.
     pub fn new(seed: u64) -> Sampler<'static> {
         // SAFETY: a pure function.
         Sampler { state: unsafe { sys::bn_rs_sampler_make(seed) }, mask: PhantomData }
