@@ -20,6 +20,12 @@ def expected(static_library, tmp_path_factory) -> str:
     return run(program)
 
 
+@pytest.fixture(scope="module")
+def build_folder(tmp_path_factory):
+    """One that builds the library once, for several folders to install it in."""
+    return tmp_path_factory.mktemp("build")
+
+
 def test_find_package(installed, expected, tmp_path):
     cmake_build(HERE / "find_package", tmp_path, f"-DCMAKE_PREFIX_PATH={installed.prefix}")
     assert run(tmp_path / "consumer") == expected
@@ -53,13 +59,13 @@ def test_pkg_config_names_only_the_moved_tree(installed):
 
 @pytest.mark.parametrize("lib, include", [("lib/some-arch", "include"), ("{0}/a/lib", "{0}/b/include")],
                          ids=["deeper", "given whole"])
-def test_other_folders(lib, include, expected, tmp_path):
+def test_other_folders(lib, include, expected, build_folder, tmp_path):
     """Debian has a deeper folder for libraries; other systems give libraries and headers prefixes of their own."""
     lib, include, prefix = lib.format(tmp_path), include.format(tmp_path), tmp_path / "prefix"
-    cmake_build(ROOT, tmp_path / "build", "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF",
+    cmake_build(ROOT, build_folder, "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF", "-DBN_SMALL_DATA=ON",
                 f"-DCMAKE_INSTALL_PREFIX={prefix}", f"-DCMAKE_INSTALL_LIBDIR={lib}",
                 f"-DCMAKE_INSTALL_INCLUDEDIR={include}")
-    run("cmake", "--install", tmp_path / "build")
+    run("cmake", "--install", build_folder)
     lib = prefix / lib  # an absolute one stays what it is
     Installed("static", lib).compile(HERE / "consumer.c", tmp_path / "consumer")
     assert run(tmp_path / "consumer") == expected
@@ -71,7 +77,7 @@ def test_other_folders(lib, include, expected, tmp_path):
 @pytest.mark.parametrize("way", ["add_subdirectory", "find_package"])
 def test_a_project_of_one_language(way, language, static_library, expected, tmp_path):
     """One of C++ alone knows no standard of C."""
-    cmake_build(HERE / "part", tmp_path, f"-DWAY={way}", f"-DLANGUAGE={language}", f"-DBN_SOURCE_DIR={ROOT}",
+    cmake_build(HERE / "part", tmp_path, f"-DWAY={way}", f"-DLANGUAGE={language}", f"-DBN_SOURCE_DIR={ROOT}", "-DBN_SMALL_DATA=ON",
                 f"-DCMAKE_PREFIX_PATH={static_library.prefix}")
     printed = run(tmp_path / "consumer")
     assert printed == expected if language == "C" else printed.splitlines() == [*expected.splitlines()[:5], "0"]

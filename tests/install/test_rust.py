@@ -28,6 +28,7 @@ def cargo(tmp_path_factory):
     def cargo(*arguments, **changes):
         return run("cargo", *arguments, "--offline", cwd=folder / "crates", env={**environment, **changes})
 
+    cargo.crates = folder / "crates"
     return cargo
 
 
@@ -54,7 +55,7 @@ def test_the_readmes_program(cargo, tmp_path):
     (tmp_path / "src").mkdir()
     (tmp_path / "src" / "main.rs").write_text(text)
     (tmp_path / "Cargo.toml").write_text('[package]\nname = "readme"\nversion = "0.1.0"\nedition = "2021"\n'
-                                         f'[dependencies]\nlibbn = {{ path = "{CRATES / "libbn"}" }}\n[workspace]\n')
+                                         f'[dependencies]\nlibbn = {{ path = "{cargo.crates / "libbn"}" }}\n[workspace]\n')
     printed = cargo("run", "--quiet", "--manifest-path", str(tmp_path / "Cargo.toml"), RUSTFLAGS="-D warnings")
     assert len(printed.splitlines()) == 3
 
