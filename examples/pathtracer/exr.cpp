@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // OpenEXR images. Files are encoded in memory: the library's own file streams do not report an
 // error in the last write.
-#include "exr.h"
+#include "film.h"
 
 #include <ImfChannelList.h>
 #include <ImfChromaticities.h>

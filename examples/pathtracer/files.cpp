@@ -21,8 +21,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int MAX_LINKS = 40; // followed from one name; Linux has the same limit
-
 // Signals that would end the program wait as long as this lives, so that no temporary file stays.
 class Undisturbed {
   public:
@@ -44,12 +42,12 @@ Error cannot_write(const fs::path &path, const std::string &why) {
 
 // The target of a path's symbolic links, whether or not a file exists there.
 fs::path resolve(const fs::path &path) {
-    fs::path result = path;
-    std::error_code ignored;
-    for (int links = 0; fs::is_symlink(fs::symlink_status(result, ignored)); ++links) {
-        if (links == MAX_LINKS) throw cannot_write(path, std::strerror(ELOOP));
-        result = result.parent_path() / fs::read_symlink(result, ignored);
-    }
+    std::error_code error;
+    const bool dangles =
+        fs::is_symlink(fs::symlink_status(path, error)) && !fs::exists(path, error);
+    const fs::path target = dangles ? path.parent_path() / fs::read_symlink(path, error) : path;
+    const fs::path result = fs::weakly_canonical(target, error);
+    if (error) throw cannot_write(path, error.message());
     return result;
 }
 
@@ -103,17 +101,6 @@ bool is_utf8(const std::string &text) {
     const auto &utf8 = std::use_facet<Utf8>(std::locale::classic());
     const char *const begin = text.data();
     return utf8.length(state, begin, begin + text.size(), text.size()) == int(text.size());
-}
-
-// The names of a text, each with what tells its contents.
-std::map<std::string, std::string> parsed(const std::string &text) {
-    std::map<std::string, std::string> lines;
-    std::istringstream stream(text);
-    for (std::string line; std::getline(stream, line);) {
-        const size_t blank = line.find("  ");
-        if (blank != std::string::npos) lines[line.substr(blank + 2)] = line.substr(0, blank);
-    }
-    return lines;
 }
 
 } // namespace
@@ -231,18 +218,6 @@ std::string InputRecord::text() const {
     return result;
 }
 
-std::string inputs_difference(const std::string &one, const std::string &other) {
-    const auto a = parsed(one), b = parsed(other);
-    auto all = a;
-    all.insert(b.begin(), b.end());
-    for (const auto &[name, contents] : all) {
-        if (a.count(name) != b.count(name))
-            return printable(name) + ", which only one of them reads";
-        if (a.at(name) != b.at(name)) return "the contents of " + printable(name);
-    }
-    return "the list of their files";
-}
-
 void check_writable(const fs::path &path) {
     std::error_code none;
     if (fs::exists(path, none) && !fs::is_regular_file(path, none))
@@ -261,6 +236,5 @@ void write_files(const std::vector<std::pair<fs::path, std::string>> &files) {
 bool is_same_file(const fs::path &one, const fs::path &other) {
     std::error_code none;
     if (fs::exists(one, none) && fs::exists(other, none)) return fs::equivalent(one, other, none);
-    const fs::path target = fs::weakly_canonical(resolve(one), none);
-    return !none && target == fs::weakly_canonical(other, none);
+    return resolve(one) == resolve(other);
 }

@@ -54,9 +54,6 @@ class InputRecord {
     std::map<std::string, std::string> files; // by name
 };
 
-// How two such texts differ, such as "the contents of wood.png".
-std::string inputs_difference(const std::string &one, const std::string &other);
-
 // The files of one scene, by the names it uses for them.
 class SceneFolder {
   public:

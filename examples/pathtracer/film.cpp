@@ -91,14 +91,13 @@ float auto_exposure(const Film &film) {
     // Judges the image only by the pixels that show a surface, but not if there are hardly any.
     const auto hits = std::count_if(film.pixels.begin(), film.pixels.end(), shows_surface);
     const bool surfaces_only = size_t(hits) * 1000 > film.pixels.size();
-    const int columns = width(film.crop), rows = height(film.crop);
     double sum = 0, weight = 0; // of logarithms
-    for (int top = 0; top < rows; top += LARGE_BLOCK)
-        for (int left = 0; left < columns; left += LARGE_BLOCK) {
+    for (int top = film.crop.y0; top < film.crop.y1; top += LARGE_BLOCK)
+        for (int left = film.crop.x0; left < film.crop.x1; left += LARGE_BLOCK) {
             double light = 0, count = 0;
-            for (int y = top; y < std::min(top + LARGE_BLOCK, rows); ++y)
-                for (int x = left; x < std::min(left + LARGE_BLOCK, columns); ++x) {
-                    const FilmPixel &p = film_pixel(film, film.crop.x0 + x, film.crop.y0 + y);
+            for (int y = top; y < std::min(top + LARGE_BLOCK, film.crop.y1); ++y)
+                for (int x = left; x < std::min(left + LARGE_BLOCK, film.crop.x1); ++x) {
+                    const FilmPixel &p = film_pixel(film, x, y);
                     if (p.count == 0 || (surfaces_only && !shows_surface(p))) continue;
                     light += luminance(p.radiance);
                     ++count;

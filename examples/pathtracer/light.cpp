@@ -9,8 +9,8 @@
 #include <cmath>
 #include <limits>
 
-#include "exr.h"
 #include "files.h"
+#include "film.h"
 
 namespace {
 

@@ -15,7 +15,6 @@
 #include <fstream>
 #include <new>
 
-#include "exr.h"
 #include "files.h"
 #include "film.h"
 #include "integrator.h"
@@ -150,7 +149,8 @@ bool overlap(const Crop &a, const Crop &b) {
     return a.x0 < b.x1 && b.x0 < a.x1 && a.y0 < b.y1 && b.y0 < a.y1;
 }
 
-// The first difference between the settings or the files of two images, such as "seed '1' and '2'".
+// The first line that differs between the settings of two images, such as "seed: '1' and '2'", or of the
+// files they are made of; empty if they can be parts of one image.
 std::string settings_difference(ExrHead one, ExrHead other) {
     for (ExrHead *head : {&one, &other})
         head->settings["size"] = joined(head->full_width, "x", head->full_height);
@@ -159,7 +159,14 @@ std::string settings_difference(ExrHead one, ExrHead other) {
     for (const auto &[name, unused] : all) {
         const std::string &a = one.settings[name], &b = other.settings[name];
         if (a == b) continue;
-        return name == "inputs" ? inputs_difference(a, b) : name + " '" + a + "' and '" + b + "'";
+        std::istringstream lines_a(a), lines_b(b);
+        std::string line_a, line_b;
+        while (line_a == line_b && (lines_a || lines_b)) {
+            line_a.clear(), line_b.clear();
+            std::getline(lines_a, line_a);
+            std::getline(lines_b, line_b);
+        }
+        return joined(name, ": '", printable(line_a), "' and '", printable(line_b), "'");
     }
     return "";
 }

@@ -5,8 +5,8 @@
 #include <sstream>
 #include <thread>
 
-#include "exr.h"
 #include "files.h"
+#include "film.h"
 #include "scene.h"
 
 namespace {

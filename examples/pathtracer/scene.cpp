@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "files.h"
-#include "scene_builder.h"
 
 namespace {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Building blocks for scenes in code, and the scenes made of them. y is up.
-#include "scene_builder.h"
+#include "scene.h"
 
 namespace {
 

@@ -2,8 +2,8 @@
 """How samplers converge on one scene, including your own: `scripts/demo my.gltf`; without a scene, on the Cornell box
 
 Renders a reference and progressive runs of each sampler, and measures the error at every count and seed. Writes report.html with a
-slider that compares two pictures, enlarged parts, error images and their spectra, and plots of error against samples and time; the
-figures are in convergence.csv, and every picture of the first seed is there as EXR and PNG. References and results are kept in
+slider that compares two images, enlarged parts, error images and their spectra, and plots of error against samples and time; the
+figures are in convergence.csv, and every image of the first seed is there as EXR and PNG. References and results are kept in
 ~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
 """
 
@@ -53,7 +53,7 @@ DEMO = {"counts": (*range(1, 17), 64), "shown": (*range(1, 17), 64), "galleries"
 
 
 class Pictures(Run):
-    """A judge.Run that keeps every picture of the first seed, and the seconds that rendering took."""
+    """A judge.Run that keeps every image of the first seed, and the seconds that rendering took."""
 
     def measure(self, task, reference):
         rows, kept = [], {}
@@ -171,7 +171,7 @@ def page(options, rows, pictures, reference, notes):
         most = max(float(np.quantile(np.abs(errors[samplers[0], n]), 0.99)), 1e-12)
         errors.update({(s, n): np.clip(errors[s, n], -most, most) for s in samplers})
     part = part_worth_showing(reference.picture, pictures[samplers[0], options.start])
-    parts = ["<h2>Pictures</h2>", "<p>A noisy part of the picture, enlarged; its signed luminance error, grey where it is zero, on one scale "
+    parts = ["<h2>Images</h2>", "<p>A noisy part of the image, enlarged; its signed luminance error, grey where it is zero, on one scale "
              "for all samplers; that error after a blur of 2.1 pixels, on another; and the power spectrum of the error, frequency 0 in the "
              f"middle, black at a thousandth of {samplers[0]}'s mean.</p>"]
     for n in options.galleries:
@@ -215,7 +215,7 @@ def notes_of(options, reference):
     own = ", ".join(f"{reference.own[name]:.5f} ({MEASURES[name]})" for name in ("rmse", "rmse_1.0", "rmse_2.1"))
     return [f"Scene {options.scene}, {options.size[0]}x{options.size[1]} pixels: medians over {options.seeds} seeds. RMSE is the root mean square "
             "over pixels and channels of linear radiance; sigma is the Gaussian blur, in pixels, before the error is measured: what remains "
-            "visible from a distance. As displayed, pictures are exposed and clipped first. Seconds count rendering only, on one thread.",
+            "visible from a distance. As displayed, images are exposed and clipped first. Seconds count rendering only, on one thread.",
             f"Reference: sampler sobol, {reference.spp} samples per pixel, a different seed. Its own error is about {own}; errors close to "
             "that are unreliable."]
 
@@ -230,9 +230,9 @@ def parse_options(arguments):
     parser.add_argument("--samplers", type=names_of("sampler", OWN), default=SAMPLERS, metavar="A,B,...",
                         help=f"samplers out of {', '.join(OWN)} (default {','.join(SAMPLERS)})")
     parser.number("--spp", 64, "largest number of samples per pixel")
-    parser.add_argument("--size", type=parse_size, default=(256, 256), metavar="WxH", help="picture size (default 256x256)")
+    parser.add_argument("--size", type=parse_size, default=(256, 256), metavar="WxH", help="image size (default 256x256)")
     parser.number("--seeds", 5, "seeds over which medians are taken")
-    parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="exposure of the pictures, in stops")
+    parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="exposure of the images, in stops")
     parser.number("--reference-spp", 2048, f"samples per pixel of the reference, a multiple of {REFERENCE_PARTS}")
     parser.number("--jobs", 2, "runs at a time, one thread each")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default out/demo, or out/demo/SCENE)")
@@ -277,7 +277,7 @@ def run(arguments):
     write_text(options.out / "report.html", page(options, rows, pictures, reference, notes))
     print(text_table([header(options.samplers), *texts(rows, options.printed)]))
     print(*notes, sep="\n")
-    print(f"Written: {options.out}/report.html, convergence.csv, and an EXR and a PNG of each picture.")
+    print(f"Written: {options.out}/report.html, convergence.csv, and an EXR and a PNG of each image.")
 
 
 if __name__ == "__main__":

@@ -103,10 +103,16 @@ def convert(path, output):
     own_resolver = resolver_of(trimesh, path, lost)
     text = path.read_bytes() if path.suffix.lower() == ".obj" and path.is_file() else b""
     coloured = re.search(rb"^v(?:[ \t]+\S+){6}", text, re.M)
-    try:
+
+    def loaded(**options):
         # trimesh drops all vertex colours if one vertex has none; without one it is white.
         source = io.BytesIO(re.sub(rb"^(v(?:[ \t]+[^\s#]+){3})[ \t]*(?=\r?$)", rb"\1 1 1 1", text, flags=re.M)) if coloured else str(path)
-        scene = trimesh.load_scene(source, file_type="obj" if coloured else None, resolver=own_resolver, process=False)
+        return trimesh.load_scene(source, file_type="obj" if coloured else None, resolver=own_resolver, process=False, **options)
+
+    try:
+        scene = loaded()
+        # It keeps the colours of vertices where it reads no materials.
+        plain = loaded(skip_materials=True).geometry if coloured else {}
     except Exception as error:  # of as many kinds as there are formats
         raise CommandError(f"trimesh cannot read {path}: {str(error).splitlines()[0] if str(error) else type(error).__name__}") from None
     if not any(len(getattr(mesh, "faces", ())) for mesh in scene.geometry.values()):
@@ -114,17 +120,19 @@ def convert(path, output):
     if re.search(rb"^f(?:[ \t]+\S+){5}", text, re.M):
         lost.add("the shape of concave polygons")
     known = {}
-    for mesh in scene.geometry.values():
+    for key, mesh in scene.geometry.items():
         source = getattr(mesh.visual, "material", None)
         if not isinstance(source, trimesh.visual.material.SimpleMaterial):
             continue
-        if coloured:
-            lost.add("vertex colours of what has a material")
         if id(source) not in known:
             name = f"{len(known)} {source.kwargs.get('name', source.name) or ''}".strip()
             known[id(source)], *more[name] = converted(trimesh, source, own_resolver, lost)
             known[id(source)].name = name
         mesh.visual = trimesh.visual.TextureVisuals(uv=mesh.visual.uv, material=known[id(source)])
+        if coloured and key in plain and len(plain[key].vertices) == len(mesh.vertices):
+            mesh.visual.vertex_attributes["color"] = plain[key].visual.vertex_colors
+        elif coloured:
+            lost.add("vertex colours of what has several materials")
 
     def finish(tree):
         used = set()

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Renders one picture on the workers of a Dask cluster; see scripts/farm --help."""
+"""Renders one image on the workers of a Dask cluster; see scripts/farm --help."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line of scripts/farm: splits a picture, has its parts rendered, and merges them."""
+"""The command line of scripts/farm: splits an image, has its parts rendered, and merges them."""
 
 import argparse
 import os
@@ -17,7 +17,7 @@ from .parts import FarmError, PartsFolder, names_of, split
 
 # Options of the path tracer that make no sense for a part.
 REFUSED = ("--merge", "--resume", "--noise", "--min-spp", "--list", "--list-cameras", "--list-inputs")
-# They concern the whole picture.
+# They concern the whole image.
 FOR_MERGING = ("--exposure",)
 FILES = ("--scene", "--env")
 MAX_PARTS = 20000  # whose names fit a command line
@@ -53,10 +53,10 @@ class Parser(argparse.ArgumentParser):
 def parse(arguments):
     parser = Parser(
         prog="farm", usage="scripts/farm [options] [options of the path tracer] -o out.exr", allow_abbrev=False,
-        description="Renders one picture on the workers of a Dask cluster, by default one on this machine, and merges it. All "
+        description="Renders one image on the workers of a Dask cluster, by default one on this machine, and merges it. All "
         "other options go to the path tracer (pathtracer --help). The first run installs Dask (scripts/requirements-farm.txt) "
         "into .venv.",
-        epilog="Finished parts are kept in out.exr.parts until the picture is complete: after an interruption the same command "
+        epilog="Finished parts are kept in out.exr.parts until the image is complete: after an interruption the same command "
         "goes on.")
     add = parser.add_argument
     add("--scheduler", metavar="ADDRESS", help="the scheduler of a running cluster, for example tcp://10.0.0.1:8786; every worker "
@@ -68,10 +68,10 @@ def parse(arguments):
         "merged to a millionth, not to the bit)")
     add("--spp", type=spp, default=16, metavar="N", help="samples per pixel (default 16)")
     add("--first-sample", type=index, default=0, metavar="N", help="index of the first sample of each pixel (default 0)")
-    add("--size", type=extents, default=(512, 512), metavar="WxH", help="size of the picture in pixels (default 512x512)")
+    add("--size", type=extents, default=(512, 512), metavar="WxH", help="size of the image in pixels (default 512x512)")
     add("--crop", type=region, metavar="x0,y0,x1,y1", help="render only this region")
     add("--quiet", action="store_true", help="print only errors")
-    add("-o", dest="output", type=Path, required=True, metavar="out.exr", help="the picture; out.png beside it is a preview")
+    add("-o", dest="output", type=Path, required=True, metavar="out.exr", help="the image; out.png beside it is a preview")
     add("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"), help=argparse.SUPPRESS)
     options, others = parser.parse_known_args(arguments)
     if options.output.suffix != ".exr":
@@ -83,7 +83,7 @@ def parse(arguments):
             parser.error(f"{name} does not work in parts; leave it out")
     x0, y0, x1, y1 = options.crop = options.crop or (0, 0, *options.size)
     if x1 > options.size[0] or y1 > options.size[1]:
-        parser.error(f"--crop extends beyond the picture of {options.size[0]}x{options.size[1]} pixels; set --size")
+        parser.error(f"--crop extends beyond the image of {options.size[0]}x{options.size[1]} pixels; set --size")
     if (x1 - x0) * (y1 - y0) > MAX_PIXELS:
         parser.error(f"at most {MAX_PIXELS} pixels are merged; render regions with --crop")
     return options, others

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Splitting a picture into parts, and keeping the finished ones in a folder until all are there."""
+"""Splitting an image into parts, and keeping the finished ones in a folder until all are there."""
 
 import contextlib
 import json
@@ -37,10 +37,10 @@ class Part(NamedTuple):
 
 
 def split(crop, first, count, tile, samples_per_task=None):
-    """The parts of a picture that cover each sample of each pixel of `crop` = (x0, y0, x1, y1) once, row by row.
+    """The parts of an image that cover each sample of each pixel of `crop` = (x0, y0, x1, y1) once, row by row.
 
     tile: (width, height) of the largest part. samples_per_task: the largest number of samples of a part; None: all, which
-    keeps the picture's bits.
+    keeps the image's bits.
     """
     x0, y0, x1, y1 = crop
     step = samples_per_task or count
@@ -89,7 +89,7 @@ def complaint(path, part, inputs):
 
 
 class PartsFolder:
-    """The finished parts of one picture, in a folder beside it. `inputs` is what pathtracer --list-inputs says."""
+    """The finished parts of one image, in a folder beside it. `inputs` is what pathtracer --list-inputs says."""
 
     def __init__(self, output, settings, inputs):
         self.path, self.inputs = Path(f"{output}.parts"), inputs
@@ -102,7 +102,7 @@ class PartsFolder:
         except FileNotFoundError:
             same = not self.path.exists() or not any(self.path.iterdir())
         if not same:
-            raise FarmError(f"{self.path} has parts of a picture with other settings, files or programs; remove it, or choose "
+            raise FarmError(f"{self.path} has parts of an image with other settings, files or programs; remove it, or choose "
                             "another output")
         if not record.exists():
             write_text(record, text)

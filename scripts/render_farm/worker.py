@@ -43,7 +43,7 @@ def _sha256(path):
 
 
 def _libraries(program):
-    """The libraries of a program whose arithmetic ends up in its pictures."""
+    """The libraries of a program whose arithmetic ends up in its images."""
     try:
         listed = subprocess.run(["ldd", program], capture_output=True, text=True, check=False).stdout
     except OSError:

@@ -7,7 +7,7 @@
 
 #include "check.h"
 #include "integrator.h"
-#include "scene_builder.h"
+#include "scene.h"
 
 // A sky that is equally bright all around.
 inline std::shared_ptr<const Environment> even_environment(float radiance = 1) {

@@ -36,10 +36,11 @@ def test_obj_files_as_programs_write_them(pathtracer, tmp_path, capsys, obj, nam
     assert said == f"to-gltf: wrote {tmp_path / 's.glb'}\n"
 
 
-def test_vertex_colours_of_some_vertices(pathtracer, tmp_path, capsys):
-    """A vertex that is not used has none; the square's have."""
+@pytest.mark.parametrize("material", ["", "mtllib s.mtl\nusemtl a\n"])
+def test_vertex_colours_of_some_vertices(pathtracer, tmp_path, capsys, material):
+    """A vertex that is not used has none; the square's have, which multiply a material's."""
     square = "v 9 9 9\n" + "".join(f"v {x} {y} 0 .5 .25 .125\n" for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
-    found, said = albedo(pathtracer, tmp_path, capsys, f"{square}f 2 3 4 5\n", "")
+    found, said = albedo(pathtracer, tmp_path, capsys, f"{square}{material}f 2 3 4 5\n", "newmtl a\nKd 1 1 1\n")
     np.testing.assert_allclose(found, [0.5, 0.25, 0.125], atol=4e-3)
     assert said == f"to-gltf: wrote {tmp_path / 's.glb'}\n"
 
@@ -65,10 +66,11 @@ def test_materials_of_an_mtl(tmp_path):
 
 
 def test_what_is_lost_and_what_is_no_mesh(tmp_path, capsys):
-    (tmp_path / "s.mtl").write_text("newmtl a\nKd 1 1 1\n")
-    (tmp_path / "s.obj").write_text("mtllib s.mtl\nv 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 1 1 0 1 0 0\nv .5 .5 0 1 0 0\nv 0 1 0 1 0 0\nusemtl a\nf 1 2 3 4 5\n")
+    (tmp_path / "s.mtl").write_text("newmtl a\nKd 1 1 1\nnewmtl b\nKd 1 0 0\n")
+    corners = "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 1 1 0 1 0 0\nv .5 .5 0 1 0 0\nv 0 1 0 1 0 0\n"
+    (tmp_path / "s.obj").write_text(f"mtllib s.mtl\n{corners}usemtl a\nf 1 2 3 4 5\nusemtl b\nf 1 2 5\n")
     to_gltf.run([str(tmp_path / "s.obj"), "-o", str(tmp_path / "b.glb")])
-    assert "without: the shape of concave polygons, vertex colours of what has a material" in capsys.readouterr().out
+    assert "without: the shape of concave polygons, vertex colours of what has several materials" in capsys.readouterr().out
     (tmp_path / "s.txt").write_text("no mesh")
     for name, said in (("s.txt", "trimesh cannot read"), ("none.obj", "there is no file")):
         with pytest.raises(to_gltf.CommandError, match=said):
