@@ -191,7 +191,9 @@ struct File {
 
     // An element of a list of the file. Throws Error if the index is out of range.
     const Json &at(const char *list, int64_t index, const char *what) const {
-        const Json &elements = member(json, list);
+        return element(member(json, list), index, what);
+    }
+    static const Json &element(const Json &elements, int64_t index, const char *what) {
         const size_t count = elements.is_array() ? elements.size() : 0;
         if (index < 0 || size_t(index) >= count)
             throw Error("refers to ", what, " ", index, ", and has ", count);
@@ -737,10 +739,7 @@ void read_node(Reader &r, const Json &node, const Transform &t, bool photometric
                     text(node, "name"));
     if (!light.is_null()) {
         const Json &list = member(extension(r.file.json, "KHR_lights_punctual"), "lights");
-        const int64_t at = index(light, "light");
-        if (at < 0 || size_t(at) >= list.size())
-            throw Error("refers to light ", at, ", and has ", list.size());
-        read_light(r, list[size_t(at)], t, photometric);
+        read_light(r, File::element(list, index(light, "light"), "light"), t, photometric);
     }
 }
 

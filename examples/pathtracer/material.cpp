@@ -41,10 +41,11 @@ Vec3 fresnel_conductor(const Material &m, float cosine) {
     return clamp(m.albedo + (1.0f - m.albedo) * fifth, 0.0f, 1.0f);
 }
 
-// Of multiply scattered light: a geometric series in which every facet reflects the mean Fresnel term
-// and a share mean_loss of that hits another facet.
-Vec3 fresnel_multiple(const Material &m, float mean_loss) {
-    const Vec3 mean = m.albedo + (1.0f - m.albedo) / 21.0f;
+// The colour of multiply scattered light: a geometric series in which every facet reflects the mean
+// Fresnel term and a share mean_loss of that hits another facet.
+Vec3 multiple_colour(Vec3 albedo, float mean_loss) {
+    if (mean_loss < LEAST_LOSS) return Vec3(0);
+    const Vec3 mean = albedo + (1.0f - albedo) / 21.0f;
     return mean * mean * (1 - mean_loss) / (1.0f - mean * mean_loss);
 }
 
@@ -57,7 +58,8 @@ MaterialValue conductor_value(const Material &m, Vec3 wo, Vec3 wi) {
     const float lost = loss(e, wo.z);
     const float wide =
         e.mean_loss >= LEAST_LOSS ? lost * loss(e, wi.z) * wi.z / (PI * e.mean_loss) : 0;
-    return {facets * fresnel_conductor(m, dot(wo, h)) + wide * fresnel_multiple(m, e.mean_loss),
+    return {facets * fresnel_conductor(m, dot(wo, h)) +
+                wide * multiple_colour(m.albedo, e.mean_loss),
             (1 - lost) * 0.25f * ggx_masking(alpha, wo) * density + lost * wi.z / PI};
 }
 
@@ -152,19 +154,15 @@ Mixture mixture(const Material &m) {
     const float mean_edge = x.mean(conductor_table().mean_edge);
     const float root = (m.ior - 1) / (m.ior + 1);
     x.coat = root * root;
-    const auto multiple = [&](Vec3 reflectance) {
-        if (mean_loss < LEAST_LOSS) return Vec3(0);
-        const Vec3 mean = reflectance + (1.0f - reflectance) / 21.0f;
-        return mean * mean * (1 - mean_loss) / (1.0f - mean * mean_loss);
-    };
-    x.coat_multiple = multiple(Vec3(x.coat)).x;
+    x.coat_multiple = multiple_colour(Vec3(x.coat), mean_loss).x;
     x.mean_loss = mean_loss;
     x.mean_left = std::max(
         1 - x.coat * (1 - mean_loss - mean_edge) - mean_edge - x.coat_multiple * mean_loss, 1e-4f);
     x.reflectance = m.metallic * m.albedo + (1 - m.metallic) * x.coat * m.coat_colour;
     x.ground = ((1 - m.metallic) / x.mean_left) * m.albedo;
-    x.multiple = (1 / std::max(mean_loss, LEAST_LOSS)) *
-                 (m.metallic * multiple(m.albedo) + (1 - m.metallic) * x.coat_multiple);
+    x.multiple =
+        (1 / std::max(mean_loss, LEAST_LOSS)) *
+        (m.metallic * multiple_colour(m.albedo, mean_loss) + (1 - m.metallic) * x.coat_multiple);
     return x;
 }
 

@@ -52,7 +52,7 @@ def test_an_output_that_is_another_file_of_the_run_is_refused(pathtracer, inputs
 @pytest.mark.parametrize("loop", ["loop.exr", "loop.png", "folder/out.exr"])
 def test_a_loop_of_links_is_refused(pathtracer, loop):
     (pathtracer.folder / loop.partition("/")[0]).symlink_to(loop.partition("/")[0])
-    pathtracer.failure(*SIZE, "-o", loop.replace(".png", ".exr"), said=[loop, "symbolic links"])
+    pathtracer.failure(*SIZE, "-o", loop.replace(".png", ".exr"), said=[loop.partition(".")[0], "symbolic links"])
 
 
 def test_a_link_keeps_its_target(pathtracer):
