@@ -46,7 +46,7 @@ def test_blocks_stop_where_the_error_is_below_the_level(pathtracer, exposure, le
     assert len(set(counts)) > 2 and (64 in counts or exposure)
 
 
-def test_layers_and_attributes_say_what_was_done(pathtracer):
+def test_adaptive_layers_and_attributes(pathtracer):
     path = pathtracer.folder / "out.exr"
     done = pathtracer.success(*SCENE, *NOISE, "--exposure", 1, "-o", path)
     header, count = read_exr(path)[1], read_layers(path)["count"]

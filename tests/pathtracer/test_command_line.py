@@ -129,7 +129,7 @@ def test_a_terminal_sees_progress(pathtracer):
 
 
 @pytest.mark.parametrize("way", ["SIGINT", "SIGHUP"])
-def test_an_interrupt_leaves_what_there_is(pathtracer, way):
+def test_interrupt_writes_the_image_so_far(pathtracer, way):
     """Some samples of each pixel, which are those of a whole image of as many."""
     program = pathtracer.start("--size", "96x64", "--spp", 1000000, "--quiet", "-o", "out.exr", stderr=subprocess.PIPE, text=True)
     time.sleep(1)

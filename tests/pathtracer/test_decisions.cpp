@@ -143,7 +143,7 @@ void test_lens_light_and_time_have_numbers_of_their_own() {
 }
 
 // The first two numbers of ray 0 are x and y in the pixel.
-void test_the_place_in_the_pixel() {
+void test_position_in_the_pixel() {
     const Scene scene = slanted_plane(false);
     const GeometryPointer geometry = geometry_build(scene);
     for (const SamplerEntry &entry : sampler_entries()) {
@@ -246,7 +246,7 @@ void test_roulette_leaves_the_mean() {
 } // namespace
 
 int main() {
-    test_the_place_in_the_pixel();
+    test_position_in_the_pixel();
     test_lens_light_and_time_have_numbers_of_their_own();
     test_no_domain_is_drawn_twice();
     test_roulette_leaves_the_mean();

@@ -92,7 +92,7 @@ def test_parts_folder(pathtracer, tmp_path):
             PartsFolder(tmp_path / f"{name}.exr", {"seed": "1"}, "")
 
 
-def test_parts_that_are_not_what_was_asked_for_are_noticed(pathtracer, even_sky, tmp_path):
+def test_wrong_and_damaged_parts_are_refused(pathtracer, even_sky, tmp_path):
     part, = split((0, 0, 8, 4), 3, 2, (8, 4))
     folder = PartsFolder(tmp_path / "a.exr", {}, "")
     rendered = lambda *more, **change: pathtracer.render("--size", "8x8", *part._replace(**change).arguments(), *more).read_bytes()
@@ -116,21 +116,21 @@ def test_parts_that_are_not_what_was_asked_for_are_noticed(pathtracer, even_sky,
         folder.add(part, whole)
 
 
-def test_the_list_of_inputs_is_read(pathtracer):
+def test_names_of_inputs(pathtracer):
     """Names come back whole, whatever is in them."""
     for name in ["a b.exr", "back\\slash.exr", "\u00e9.exr", "  "]:
         shutil.copy(write_environment(pathtracer.folder / "sky.exr", 1.0), pathtracer.folder / name)
         assert names_of(pathtracer.success("--env", name, "--list-inputs").stdout) == [name]
 
 
-def test_options_are_sorted(tmp_path, monkeypatch):
+def test_options_for_parts_and_for_merging(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "sky.exr").write_bytes(b"")
     _, others = parse(["--env", "sky.exr", "--exposure", "-1", "--photometric", "-o", "a.exr"])
     assert sort_out(others) == (["--env", str(tmp_path / "sky.exr"), "--photometric"], ["--exposure", "-1"])
 
 
-def test_another_program_or_file_is_noticed(tmp_path, monkeypatch):
+def test_workers_notice_another_program_or_file(tmp_path, monkeypatch):
     program, scene = tmp_path / "program", tmp_path / "scene.glb"
     program.write_bytes(b"1")
     scene.write_bytes(b"2")

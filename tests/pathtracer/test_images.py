@@ -131,7 +131,7 @@ def test_an_even_image_becomes_middle_grey(pathtracer, radiance):
     assert abs(preview(out).mean() - 118) < 6
 
 
-def test_only_surfaces_count(pathtracer):
+def test_auto_exposure_ignores_the_sky(pathtracer):
     """A sky a thousand times as bright as the floor, which fills a quarter of the image."""
     g = floor()
     g.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = [0.001, 0.001, 0.001, 1]
@@ -154,7 +154,7 @@ def test_built_in_scenes_keep_their_brightness(pathtracer):
     assert read_exr(given)[1]["exposure"] == "-1.5"
 
 
-def test_nothing_is_visible(pathtracer, even_sky):
+def test_warnings_about_empty_and_black_images(pathtracer, even_sky):
     """One line says so, with --quiet too: where nothing is hit, and where no light is."""
     away = ["--eye", "0,5,0", "--target", "0,9,0", "--env", even_sky]
     for scene, options, words in [
@@ -167,7 +167,7 @@ def test_nothing_is_visible(pathtracer, even_sky):
         assert said.count("\n") == bool(words) and all(word in said for word in words), said
 
 
-def test_merged_parts_have_their_own(pathtracer, even_sky):
+def test_merged_images_get_their_own_exposure(pathtracer, even_sky):
     path = over_floor(floor()).save(pathtracer.folder / "scene.glb")
     common = ["--scene", path, *SMALL, "--spp", 2]
     merged = pathtracer.render("--merge", *(pathtracer.render(*common, "--first-sample", n) for n in (0, 2)))

@@ -138,7 +138,7 @@ void test_area_lights() {
 }
 
 // Lights without power or area are left out, and surfaces know theirs.
-void test_lights_that_shine() {
+void test_lights_without_power_or_area_are_dropped() {
     Scene scene;
     const uint32_t black = add_diffuse(scene, {0, 0, 0});
     add_light(scene, black, {1, 1, 1}, {0, 1, 0}, {1, 1, 0}, {1, 1, 1});
@@ -238,7 +238,7 @@ void test_a_dim_lamp_that_is_near() {
 }
 
 // Lights of every kind that bring the same light to a point straight below are chosen alike.
-void test_lights_as_bright_are_chosen_alike() {
+void test_equally_bright_lights_have_equal_probability() {
     const Receiver floor = {{0, 0, 0}, {0, 1, 0}, true};
     const float side = 1e-3f;
     Light panel = area_light(Light::PARALLELOGRAM, {0, 2, 0}, {side, 0, 0}, {0, 0, side},
@@ -262,7 +262,7 @@ void test_lights_as_bright_are_chosen_alike() {
 }
 
 // The power heuristic, with the exponent 2.
-void test_weights() {
+void test_power_heuristic() {
     CHECK(power_heuristic(1, 0) == 1 && std::abs(power_heuristic(2, 1) - 0.8f) < 1e-6f &&
               std::abs(power_heuristic(1, 3) - 0.1f) < 1e-6f,
           "%g", power_heuristic(2, 1));
@@ -274,9 +274,9 @@ int main() {
     test_distribution_is_exact();
     test_environments();
     test_area_lights();
-    test_lights_that_shine();
-    test_lights_as_bright_are_chosen_alike();
-    test_weights();
+    test_lights_without_power_or_area_are_dropped();
+    test_equally_bright_lights_have_equal_probability();
+    test_power_heuristic();
     test_choice_of_lights();
     test_a_dim_lamp_that_is_near();
     return 0;

@@ -232,7 +232,7 @@ void test_white_furnace() {
 
 // Its ends are known: all metal is the conductor, and a coat of the same index of refraction as
 // air on a ground reflects that ground's colour, but for the edge that Schlick's formula leaves.
-void test_ends_of_the_mixture() {
+void test_metallic_roughness_at_metallic_0_and_1() {
     Random random{13};
     for (const float roughness : {0.3f, 0.7f, 1.0f}) {
         const Vec3 gold = {1.0f, 0.78f, 0.34f};
@@ -377,7 +377,7 @@ int main() {
     test_weight_is_eval_over_pdf();
     test_reciprocity();
     test_white_furnace();
-    test_ends_of_the_mixture();
+    test_metallic_roughness_at_metallic_0_and_1();
     test_colour_of_multiple_scattering();
     test_smooth_dielectric();
     test_same_ior();

@@ -81,7 +81,7 @@ def test_temporary_files_have_random_names(pathtracer):
 
 @pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler")
 @pytest.mark.parametrize("way", ["SIGINT", "SIGHUP"])
-def test_a_killed_merge_leaves_no_temporary_file(pathtracer, way):
+def test_killed_merge_leaves_no_temporary_file(pathtracer, way):
     """The signal comes while the first file is written."""
     if pathtracer.has_address_sanitizer:
         pytest.skip("the address sanitizer must be the first library that is loaded")
@@ -97,7 +97,7 @@ def test_a_killed_merge_leaves_no_temporary_file(pathtracer, way):
 
 
 @pytest.mark.parametrize("arguments", [["--list"], [*SIZE, "-o", "out.exr"]])
-def test_text_that_does_not_arrive_is_an_error(arguments, pathtracer):
+def test_full_standard_output_is_an_error(arguments, pathtracer):
     """Standard output is full. The images are written all the same."""
     with open("/dev/full", "wb") as full:
         done = subprocess.run([pathtracer.binary, *map(str, arguments)], cwd=pathtracer.folder, stdout=full,

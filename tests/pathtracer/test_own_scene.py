@@ -25,7 +25,7 @@ def run(pathtracer, folder, *arguments):
         return list(csv.DictReader(file))
 
 
-def test_tiny_run_to_the_page(pathtracer, tmp_path, capsys):
+def test_report_of_a_tiny_run(pathtracer, tmp_path, capsys):
     out = tmp_path / "out"
     rows = run(pathtracer, out, "cornell")
     assert [(row["sampler"], int(row["spp"])) for row in rows] == [
@@ -67,7 +67,7 @@ def test_bad_arguments_are_one_line(pathtracer, tmp_path, monkeypatch, capsys, a
     assert "\n" not in message.split("usage:")[0].strip() and not (tmp_path / "out/report.html").exists()
 
 
-def test_a_ratio_only_where_seeds_and_reference_allow_it():
+def test_ratios_need_seeds_and_a_good_reference():
     def said(white, blue, own_error=0.0):
         return convergence.note("white", "blue", {"white": white, "blue": blue}, own_error)
 

@@ -101,7 +101,7 @@ def test_more_samples_than_the_attributes_say(pathtracer):
 STATISTICS = {"spp", "firstSample", "endSample", "exposure", "threads", "seconds", "rays", "software", "name", "type"}
 
 
-def test_parts_differ_in_no_setting(pathtracer):
+def test_parts_with_any_other_setting_are_refused(pathtracer):
     """Whatever setting of an image is changed, it is no part of that image any more."""
     common = [*SIZE, "--noise", 0.3, "--min-spp", 2, "--spp", 4, "--exposure", 0]
     first, second = (pathtracer.render(*common, "--crop", crop) for crop in ("0,0,16,37", "16,0,45,37"))
@@ -157,7 +157,7 @@ def test_a_stopped_image_becomes_even(pathtracer):
 
 
 @pytest.mark.parametrize("crop", [[], ["--crop", "5,9,21,30"]])
-def test_adaptive_images_go_on(pathtracer, crop):
+def test_adaptive_images_can_be_resumed(pathtracer, crop):
     """Also of a crop that cuts through blocks: pixels around it are drawn again."""
     common = ["--scene", "penumbra", *SIZE, "--max-depth", 1, *crop]
     noise = ["--noise", 0.1, "--min-spp", 4, "--exposure", 0]

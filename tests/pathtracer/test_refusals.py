@@ -286,7 +286,7 @@ def test_fifty_thousand_generations_of_nodes_are_read(pathtracer):
 
 
 @pytest.mark.parametrize("progressive", [False, True])
-def test_a_short_jpeg_is_shown_and_named(pathtracer, progressive):
+def test_truncated_jpeg_is_rendered_and_named(pathtracer, progressive):
     """Unless the cut makes it no JPEG at all."""
     pixels = np.random.default_rng(1).integers(256, size=(64, 64, 3), dtype=np.uint8)
     whole = jpeg(pixels, quality=95, progressive=progressive)
@@ -362,7 +362,7 @@ def test_a_scene_reads_files_below_its_folder_only(pathtracer, way):
     refused(pathtracer, "--scene", path, words=[f"{name}.png".replace("%2e", "."), words])
 
 
-def test_names_that_stay_below_the_folder_are_taken(pathtracer):
+def test_names_that_stay_below_the_folder_are_read(pathtracer):
     """Dots and links that lead back, and a folder that is a link itself, but nothing from the current folder."""
     folder = pathtracer.folder
     path, data = apart(pathtracer, "sub/../link.bin", "sub/a%20b.png", "in")

@@ -162,7 +162,7 @@ def test_eye_target_and_angle(pathtracer):
         assert (shown[rows, columns] == 1).all() and shown.sum() == 144
 
 
-def test_camera_options_that_are_not_given_keep_the_scenes(pathtracer):
+def test_camera_options_default_to_the_scene(pathtracer):
     own = "--camera 0 --eye 278,273,-800 --target 278,273,0 --fov "
     camera = lambda *arguments: read_exr(pathtracer.render(*ONE, *arguments))[1]["camera"]
     assert camera("--fov", 20) == own + "20"

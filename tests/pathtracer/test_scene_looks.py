@@ -105,7 +105,7 @@ def test_a_base_colour_texture(pathtracer, even_sky, kind):
     assert_corners(pathtracer, scene, even_sky, FOUR_COLOURS, atol=0.03 if kind == "JPEG" else 1e-3)
 
 
-def test_images_of_other_depths(pathtracer, even_sky):
+def test_png_bit_depths_and_palettes(pathtracer, even_sky):
     """Grey, with alpha, with a palette, of 16 bits, and with a gamma, which glTF ignores."""
     grey = np.array([[10, 90], [160, 250]], np.uint8)
     palette = Image.new("P", (2, 2))
@@ -139,7 +139,7 @@ def test_wrapping_and_transforms(pathtracer, even_sky, moved, wrap, transform, o
     assert_corners(pathtracer, scene, even_sky, FOUR_COLOURS[order])
 
 
-def test_the_second_set_and_vertex_colours(pathtracer, even_sky):
+def test_second_texture_coordinates_and_vertex_colours(pathtracer, even_sky):
     second = {"TEXCOORD_1": files.QUAD_COORDINATES[::-1].copy()}  # upside down
     assert_corners(pathtracer, textured_floor(info={"texCoord": 1}, attributes=second), even_sky, FOUR_COLOURS[[2, 3, 0, 1]])
     half = {"COLOR_0": np.full((4, 4), 0.5, np.float32)}
@@ -275,7 +275,7 @@ def test_cut_out_parts_of_a_lamp_do_not_shine(pathtracer):
 
 
 @pytest.mark.parametrize(("mode", "alpha", "there"), [("MASK", 0.4, 0), ("MASK", 0.6, 1), ("BLEND", 0.4, 0), ("OPAQUE", 0.4, 1)])
-def test_the_alpha_of_vertices(pathtracer, even_sky, mode, alpha, there):
+def test_vertex_alpha(pathtracer, even_sky, mode, alpha, there):
     g = Gltf()
     add_floor(g, attributes={"COLOR_0": np.tile(np.float32([0.5, 0.5, 0.5, alpha]), (4, 1))}, alphaMode=mode)
     path = over_floor(g).save(pathtracer.folder / "scene.glb")
@@ -354,7 +354,7 @@ def test_coats(pathtracer, even_sky, extensions, coat):
     assert picture(pathtracer, over_floor(g, yfov=0.01), "--spp", 64, "--env", even_sky).mean() == pytest.approx(coat, rel=0.05)
 
 
-def test_names_with_a_plus(pathtracer, even_sky):
+def test_plus_in_uris(pathtracer, even_sky):
     """A plus in a URI is one; the file with a blank is another one."""
     g = textured_floor()
     g.json["images"] = [{"uri": "a+b.png"}]
@@ -363,7 +363,7 @@ def test_names_with_a_plus(pathtracer, even_sky):
     assert_corners(pathtracer, g, even_sky, np.ones((4, 3)))
 
 
-def test_indices_that_are_sparse(pathtracer, even_sky):
+def test_sparse_indices(pathtracer, even_sky):
     """Twenty zeros, of which six are others: a floor, and faces without area."""
     g = Gltf()
     places = {"bufferView": g.view(np.arange(6, dtype=np.uint16).tobytes()), "componentType": 5123}
@@ -373,7 +373,7 @@ def test_indices_that_are_sparse(pathtracer, even_sky):
     np.testing.assert_allclose(picture(pathtracer, over_floor(g), "--spp", 1, "--env", even_sky, "--max-depth", 1), 0.5, atol=1e-3)
 
 
-def test_textures_that_are_missing_are_named(pathtracer, even_sky):
+def test_missing_textures_are_named(pathtracer, even_sky):
     """And so are those that a missing factor makes black."""
     g = textured_floor(emissiveTexture={"index": 0})
     g.json["images"] = [{"uri": "none.png"}]

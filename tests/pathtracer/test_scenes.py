@@ -78,7 +78,7 @@ def test_the_environment_is_the_right_way_round(pathtracer):
     assert (image[0, :12, 1] > 0.9).all() and (image[0, :12, 0] < 0.1).all()
 
 
-def test_what_is_cut_off_is_reported(pathtracer):
+def test_light_cut_off_at_max_depth_is_reported(pathtracer):
     """Half of what is left goes on at each bounce of furnace, and roulette keeps the mean of that."""
     for depth, expected in ((0, 100), (1, 50), (3, 12.5)):
         arguments = ["--scene", "furnace", "--size", "16x16", "--spp", 4, "--max-depth", depth, "-o", "out.exr"]
@@ -102,7 +102,7 @@ def penumbra(pathtracer):
     return pathtracer.image(*PENUMBRA, "--sampler", "sobol", "--seed", 99, "--spp", 512)
 
 
-def test_without_openqmc_the_samplers_there_are_get_named(pathtracer):
+def test_without_openqmc_the_message_lists_the_samplers(pathtracer):
     if OPENQMC[0] in pathtracer.run("--list").stdout:
         pytest.skip("the path tracer is built with OpenQMC")
     pathtracer.failure("--sampler", OPENQMC[0], "-o", "out.exr", said=["'openqmc-pmjbn'; the samplers are blue, sobol, white"])
@@ -111,7 +111,7 @@ def test_without_openqmc_the_samplers_there_are_get_named(pathtracer):
 @pytest.mark.parametrize(("name", "more"), [
     ("sobol-global", ("--light-samples", 3)), ("sobol-global", ("--scene", "motion")),
     *itertools.product(OPENQMC, [(), ("--light-samples", 3)])])
-def test_the_means_are_right(pathtracer, name, more):
+def test_means_of_peers(pathtracer, name, more):
     """Against sobol: Welch's t-test of the image mean over seeds, false-alarm rate 0.1 % for each."""
     pathtracer.needs(name)
     means = [[pathtracer.image("--size", "24x24", "--spp", 8, *more, "--sampler", sampler, "--seed", seed).mean(
@@ -135,7 +135,7 @@ def test_noise_of_openqmc_is_blue_and_seeds_and_splits_are_spread(pathtracer, na
     assert error[name] < 0.85 * error["white"] and error[name] < 1.1 * error["sobol"]
 
 
-def test_options_that_they_do_not_take_are_refused(pathtracer):
+def test_options_that_peers_do_not_take_are_refused(pathtracer):
     pathtracer.needs("sobol-global")
     for options, said in ((["--declare", 4], "--declare is for the samplers of libbn"),
                           (["--first-sample", 2147483640, "--spp", 9], "2147483648")):

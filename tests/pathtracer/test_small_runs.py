@@ -43,7 +43,7 @@ def test_environments(pathtracer):
     pathtracer.render(*TINY, "--env", sky, "--scene", "lens")
 
 
-def test_files_on_the_way(pathtracer):
+def test_merge_and_noise(pathtracer):
     half = pathtracer.render(*TINY, "--seed", 1)
     rest = pathtracer.render(*TINY, "--seed", 1, "--first-sample", 2)
     pathtracer.render("--merge", half, rest)

@@ -65,7 +65,7 @@ def test_materials_of_an_mtl(tmp_path):
         assert part in text, part
 
 
-def test_what_is_lost_and_what_is_no_mesh(tmp_path, capsys):
+def test_losses_are_named_and_other_files_refused(tmp_path, capsys):
     (tmp_path / "s.mtl").write_text("newmtl a\nKd 1 1 1\nnewmtl b\nKd 1 0 0\n")
     corners = "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 1 1 0 1 0 0\nv .5 .5 0 1 0 0\nv 0 1 0 1 0 0\n"
     (tmp_path / "s.obj").write_text(f"mtllib s.mtl\n{corners}usemtl a\nf 1 2 3 4 5\nusemtl b\nf 1 2 5\n")

@@ -15,7 +15,7 @@ void check_near(const Render &seen, double expected, double relative, const char
 }
 
 // Broken faces change nothing: they are dropped, or too thin to be seen.
-void test_broken_faces() {
+void test_degenerate_and_doubled_faces() {
     Scene clean = scene_cornell();
     Scene broken = clean;
     const auto triangle = [&](Vec3 a, Vec3 b, Vec3 c) {
@@ -50,7 +50,7 @@ void test_broken_faces() {
     check_near(render(broken, {}), render(clean, {}).mean.mean(), 0.005, "broken faces");
 }
 
-void test_normals_that_are_none() {
+void test_zero_and_nan_normals() {
     for (const Vec3 normal : {Vec3{0, 0, 0}, {NAN, 0, 0}, {1e-30f, 1e-30f, 0}, {0, -1, 0}}) {
         Scene scene = floor_scene();
         scene.normals.assign(4, normal);
@@ -91,7 +91,7 @@ void test_closed_white_box() {
     check_near(render(lit, {64, 40}), 2.05 * render(lit, {64, 20}).mean.mean(), 0.12, "lit");
 }
 
-void test_no_light_and_no_scene() {
+void test_empty_and_unlit_scenes() {
     for (const bool floor : {false, true})
         for (const float sky : {-1.0f, 0.0f, 1.0f}) { // below 0: none
             Scene scene = floor ? floor_scene({1, 1, 1}) : Scene{};
@@ -247,9 +247,9 @@ void test_a_path_has_one_time() {
 int main() {
     geometry_thread_begin();
     test_lens();
-    test_no_light_and_no_scene();
-    test_broken_faces();
-    test_normals_that_are_none();
+    test_empty_and_unlit_scenes();
+    test_degenerate_and_doubled_faces();
+    test_zero_and_nan_normals();
     test_closed_white_box();
     test_weights_of_light_samples();
     test_camera_inside_glass();
