@@ -41,6 +41,7 @@ void resize(Texture &texture, size_t width, size_t height) {
 struct PngReader {
     const unsigned char *next;
     size_t left;
+    std::vector<png_bytep> rows = {};
     png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, fail, ignore);
     png_infop info = png ? png_create_info_struct(png) : nullptr;
 
@@ -54,39 +55,32 @@ struct PngReader {
         reader.next += count;
         reader.left -= count;
     }
-    // False if it is damaged. As glTF asks, gamma and colour profiles are ignored.
-    bool start() {
-        if (setjmp(png_jmpbuf(png))) return false;
-        png_set_read_fn(png, this, read);
-        // A wrong checksum is no reason to refuse a file.
-        png_set_crc_action(png, PNG_CRC_QUIET_USE, PNG_CRC_QUIET_USE);
-        png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
-        png_read_info(png, info);
-        png_set_expand(png); // palettes, fewer than 8 bits, a transparent colour
-        png_set_scale_16(png);
-        png_set_gray_to_rgb(png);
-        png_set_add_alpha(png, 255, PNG_FILLER_AFTER);
-        png_set_interlace_handling(png);
-        png_read_update_info(png, info);
-        return png_get_rowbytes(png, info) == 4 * png_get_image_width(png, info);
-    }
-    bool finish(png_bytepp rows) {
-        if (setjmp(png_jmpbuf(png))) return false;
-        png_read_image(png, rows);
-        return true;
-    }
 };
 
-void decode_png(const std::vector<unsigned char> &bytes, Texture &texture) {
+// False if it is damaged. As glTF asks, gamma and colour profiles are ignored.
+bool decode_png(const std::vector<unsigned char> &bytes, Texture &texture) {
     PngReader reader{bytes.data(), bytes.size()};
-    if (!reader.info) throw std::bad_alloc();
-    if (!reader.start()) throw Error(DAMAGED);
-    resize(texture, png_get_image_width(reader.png, reader.info),
-           png_get_image_height(reader.png, reader.info));
-    std::vector<png_bytep> rows;
-    for (size_t i = 0; i < texture.rgba.size(); i += 4 * size_t(texture.width))
-        rows.push_back(&texture.rgba[i]);
-    if (!reader.finish(rows.data())) throw Error(DAMAGED);
+    const png_structp png = reader.png;
+    const png_infop info = reader.info;
+    if (!info) throw std::bad_alloc();
+    if (setjmp(png_jmpbuf(png))) return false;
+    png_set_read_fn(png, &reader, PngReader::read);
+    // A wrong checksum is no reason to refuse a file.
+    png_set_crc_action(png, PNG_CRC_QUIET_USE, PNG_CRC_QUIET_USE);
+    png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
+    png_read_info(png, info);
+    png_set_expand(png); // palettes, fewer than 8 bits, a transparent colour
+    png_set_scale_16(png);
+    png_set_gray_to_rgb(png);
+    png_set_add_alpha(png, 255, PNG_FILLER_AFTER);
+    png_set_interlace_handling(png);
+    png_read_update_info(png, info);
+    const size_t width = png_get_image_width(png, info), height = png_get_image_height(png, info);
+    if (png_get_rowbytes(png, info) != 4 * width) return false;
+    resize(texture, width, height);
+    for (size_t y = 0; y < height; ++y) reader.rows.push_back(&texture.rgba[4 * width * y]);
+    png_read_image(png, reader.rows.data());
+    return true;
 }
 
 // Data that end early leave texels grey, and set `cut_short`.
@@ -181,12 +175,12 @@ Texture texture_decode(const std::vector<unsigned char> &bytes) {
                });
     };
     Texture texture;
-    if (starts_with("\x89PNG\r\n"))
-        decode_png(bytes, texture);
-    else if (starts_with("\xff\xd8"))
+    if (starts_with("\xff\xd8"))
         decode_jpeg(bytes, texture);
-    else
+    else if (!starts_with("\x89PNG\r\n"))
         throw Error("is not an image that can be read (PNG or JPEG)");
+    else if (!decode_png(bytes, texture))
+        throw Error(DAMAGED);
     for (size_t i = 3; i < texture.rgba.size() && !texture.has_alpha; i += 4)
         texture.has_alpha = texture.rgba[i] != 255;
     return texture;
