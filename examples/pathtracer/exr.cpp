@@ -198,7 +198,7 @@ Image exr_read(const std::string &path) {
                 Imf::RGBtoXYZ(Imf::chromaticities(file.header()), 1) * Imf::XYZtoRGB({}, 1);
             for (Vec3 &v : image.rgb) {
                 const Imath::V3f rgb = Imath::V3f(v.x, v.y, v.z) * to_rec709;
-                v = {rgb.x, rgb.y, rgb.z};
+                if (is_finite(v)) v = {rgb.x, rgb.y, rgb.z};
             }
         }
         return image;

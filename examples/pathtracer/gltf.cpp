@@ -121,11 +121,19 @@ std::string percent_decoded(const std::string &uri) {
     return name;
 }
 
+// Whether a URI holds data. Schemes have no case.
+bool holds_data(const std::string &uri) {
+    const std::string scheme = "data:";
+    return uri.size() >= 5 &&
+           std::equal(scheme.begin(), scheme.end(), uri.begin(), [](char a, char b) {
+               return a == std::tolower(static_cast<unsigned char>(b));
+           });
+}
+
 // Names a buffer or an image in messages.
 std::string name_of(const char *what, const Json &source, int64_t number) {
     const std::string uri = text(source, "uri"), name = text(source, "name");
-    if (!uri.empty() && uri.compare(0, 5, "data:") != 0)
-        return joined(what, " ", printable(percent_decoded(uri)));
+    if (!uri.empty() && !holds_data(uri)) return joined(what, " ", printable(percent_decoded(uri)));
     return joined(what, " ", number, name.empty() ? "" : " ", printable(name));
 }
 
@@ -202,7 +210,7 @@ struct File {
 
     // The bytes that a URI holds, or of the file that it names.
     Bytes resource(const std::string &uri) const {
-        if (uri.compare(0, 5, "data:") != 0) return folder.read(percent_decoded(uri));
+        if (!holds_data(uri)) return folder.read(percent_decoded(uri));
         const size_t comma = uri.find(";base64,");
         if (comma == std::string::npos) throw Error("is not base64");
         return base64_decoded(uri, comma + 8);
@@ -355,7 +363,7 @@ int32_t load_texture(Reader &r, int64_t number, bool srgb) {
         if (const int64_t view = index(image, "bufferView"); view >= 0) {
             const Span bytes = r.file.view(view, "an image");
             loaded = texture_decode({bytes.data, bytes.data + bytes.size});
-        } else if (uri.compare(0, 5, "data:") != 0 && !r.file.folder.has(percent_decoded(uri))) {
+        } else if (!holds_data(uri) && !r.file.folder.has(percent_decoded(uri))) {
             r.ignored.insert("the missing " + name);
             return -1;
         } else {
@@ -497,10 +505,11 @@ uint32_t material_number(Reader &r, int64_t number_in_file, bool vertex_colours)
         m.kind = all_metal ? Material::CONDUCTOR
                  : bare    ? Material::DIFFUSE
                            : Material::METALLIC_ROUGHNESS;
-        read_holes(r, source, alpha, maps);
         // What is inside glass is seen through its back.
         m.single_sided = !flag(source, "doubleSided");
     }
+    // Blended glass passes light instead.
+    if (!transmits || text(source, "alphaMode") == "MASK") read_holes(r, source, alpha, maps);
     const Json &normal = member(source, "normalTexture");
     maps.normal = texture_use(r, normal, false);
     maps.normal_scale = bounded(number(normal, "scale", 1), -100, 100);
@@ -597,8 +606,9 @@ void make_tangents(Reader &r, const TextureUse &map, size_t first_triangle) {
         sum += std::acos(std::clamp(cosine, -1.0f, 1.0f)) *
                normalize_or(along - dot(along, n) * n, {});
     });
-    corners([](glm::vec4 &own, Vec3 &sum, Vec3, float turn, const auto &, const auto &) {
-        own = glm::vec4(normalize_or(sum, {}), -turn);
+    corners([](glm::vec4 &own, Vec3 &sum, Vec3 n, float turn, const auto &a, const auto &b) {
+        const bool against_winding = dot(n, cross(a.first, b.first)) < 0;
+        own = glm::vec4(normalize_or(sum, {}), against_winding ? turn : -turn);
     });
 }
 
@@ -919,7 +929,9 @@ Scene scene_file_read(const std::string &path, const SceneOptions &options) {
         if (!ignored.empty()) scene.notes.push_back(path + ": ignores " + ignored);
         return std::move(scene);
     } catch (const Json::exception &error) {
-        throw Error(path, ": is not valid glTF 2.0: ", printable(error.what()));
+        const std::string what = error.what(); // its end is a part of the file, which may be long
+        throw Error(
+            path, ": is not valid glTF 2.0: ", printable(what.substr(0, what.find("; last read"))));
     } catch (const Error &error) {
         throw Error(path, ": ", error.what());
     }

@@ -177,7 +177,7 @@ ShadingNormals shading_normals(const Scene &scene, SurfacePoint p, Vec3 normal, 
     Vec3 bent = scene.maps.empty() ? smooth : mapped_normal(scene, p, smooth);
     if (dot(smooth, normal) < 0) { // the corners are in the wrong order, or the normals turned
         if (material.single_sided)
-            smooth = -smooth, bent = -bent;
+            bent -= 2 * dot(bent, smooth) * smooth, smooth = -smooth;
         else
             normal = -normal;
     }
@@ -212,7 +212,7 @@ bool is_cut_out(const Scene &scene, SurfacePoint p) {
     float alpha = maps.alpha;
     if (maps.vertex_colours) alpha *= interpolated(scene, scene.colours, p).a;
     if (maps.cut_out.texture >= 0) alpha *= looked_up(scene, maps.cut_out, p).a;
-    return alpha < maps.alpha_cutoff;
+    return alpha < maps.alpha_cutoff - 1e-6f; // rounding makes no holes
 }
 
 Vec3 emission_at(const Scene &scene, SurfacePoint p) {

@@ -14,6 +14,7 @@ from evidence.base.atomic_write import written_beside
 from evidence.base.command import CommandError, run_or_say_why
 
 GLTF = (".gltf", ".glb")
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 GLASS = ("4", "6", "7", "9")  # values of illum
 TEXTURES = {"map_ke": "emissiveTexture", "norm": "normalTexture"}
 READ = {"name", "image", "ka", "kd", "ks", "ns", "ke", "ni", "tf", "tr", "d", "illum", "pr", "pm", "map_kd", "options", *TEXTURES}
@@ -31,10 +32,18 @@ def resolver_of(trimesh, path, lost):
             except (OSError, ValueError):
                 lost.add(f"{name}, which is missing")
                 raise
-            return b"\n".join(map(plain_map, data.splitlines())) if name.lower().endswith(".mtl") else data
+            if not name.lower().endswith(".mtl"):
+                return data
+            return b"\n".join(map(plain, data.removeprefix(BYTE_ORDER_MARK).splitlines()))
 
-    def plain_map(line):
-        """trimesh takes the options of map_Kd for a part of its name."""
+    def plain(line):
+        """trimesh takes the options of map_Kd for a part of its name, and drops all materials if a colour is one number."""
+        one = re.match(rb"\s*(k[ades]|tf)\s+(\S+)\s*$", line, re.I)
+        if one:
+            return one[1] + 3 * (b" " + one[2])
+        spectrum = re.match(rb"\s*((?:k[ades]|tf)\s+(?:xyz|spectral))\b", line, re.I)
+        if spectrum:
+            lost.add(spectrum[1].decode())
         words = re.match(rb"\s*map_kd\s+(.*)", line, re.I)
         text = words[1].decode("utf-8", "replace") if words else ""
         options = OPTIONS.match(text)
@@ -58,17 +67,18 @@ def converted(trimesh, source, own_resolver, lost):
     from PIL import Image
 
     mtl = {name: value for name, value in source.kwargs.items() if value not in (None, [])}
+    image = source.image if source.kwargs else None  # trimesh makes one for a mesh without a material
     number = lambda name, default: float(mtl[name][0]) if name in mtl else default
     lost.update(sorted(name for name in mtl if name not in READ))
     # A texture multiplies its colour, and stands alone where that is missing.
-    colour = list(mtl.get("kd", [0.6 if source.image is None else 1.0] * 3))
+    colour = list(mtl.get("kd", [0.6 if image is None else 1.0] * 3))
     emission = [float(v) for v in mtl.get("ke", [float("map_ke" in mtl)] * 3)]
     cover = number("d", 1 - number("tr", 0.0))
     glass = mtl.get("illum", ["0"])[0] in GLASS or cover < 0.5
     if cover < 1 and not glass:
         lost.add("d, as partial transparency")
     shine = max(mtl.get("ks", [0.0]))
-    metal = shine > 0 and max(colour) < 0.01 and source.image is None
+    metal = shine > 0 and max(colour) < 0.01 and image is None
     extensions = {}
     if "pr" not in mtl and "pm" not in mtl and (shine == 0 or mtl.get("illum", ["2"])[0] in ("0", "1")):
         extensions["KHR_materials_specular"] = {"specularFactor": 0.0}
@@ -89,7 +99,7 @@ def converted(trimesh, source, own_resolver, lost):
     rough = 0.0 if glass else (2 / (float(mtl.get("ns", 0)) + 2)) ** 0.25
     material = trimesh.visual.material.PBRMaterial(
         baseColorFactor=[255] * 4, metallicFactor=number("pm", 1.0 if metal else 0.0),
-        roughnessFactor=number("pr", rough), emissiveFactor=emission, baseColorTexture=source.image, doubleSided=True, **textures)
+        roughnessFactor=number("pr", rough), emissiveFactor=emission, baseColorTexture=image, doubleSided=True, **textures)
     # trimesh rounds factors to bytes.
     factors = {"baseColorFactor": [*(mtl["ks"] if metal else colour), 1.0]}
     return material, extensions, factors, transform_of(mtl["options"]) if "options" in mtl else None
@@ -101,13 +111,15 @@ def convert(path, output):
 
     lost, more = set(), {}
     own_resolver = resolver_of(trimesh, path, lost)
-    text = path.read_bytes() if path.suffix.lower() == ".obj" and path.is_file() else b""
+    is_obj = path.suffix.lower() == ".obj" and path.is_file()
+    text = path.read_bytes().removeprefix(BYTE_ORDER_MARK) if is_obj else b""
     coloured = re.search(rb"^v(?:[ \t]+\S+){6}", text, re.M)
 
     def loaded(**options):
         # trimesh drops all vertex colours if one vertex has none; without one it is white.
-        source = io.BytesIO(re.sub(rb"^(v(?:[ \t]+[^\s#]+){3})[ \t]*(?=\r?$)", rb"\1 1 1 1", text, flags=re.M)) if coloured else str(path)
-        return trimesh.load_scene(source, file_type="obj" if coloured else None, resolver=own_resolver, process=False, **options)
+        complete = re.sub(rb"^(v(?:[ \t]+[^\s#]+){3})[ \t]*(?=\r?$)", rb"\1 1 1 1", text, flags=re.M) if coloured else text
+        return trimesh.load_scene(io.BytesIO(complete) if is_obj else str(path), file_type="obj" if is_obj else None,
+                                  resolver=own_resolver, process=False, **options)
 
     try:
         scene = loaded()
@@ -121,6 +133,8 @@ def convert(path, output):
         lost.add("the shape of concave polygons")
     known = {}
     for key, mesh in scene.geometry.items():
+        if mesh.visual.kind == "vertex" and (mesh.visual.vertex_colors[:, 3] < 255).any():
+            lost.add("vertex alpha")
         source = getattr(mesh.visual, "material", None)
         if not isinstance(source, trimesh.visual.material.SimpleMaterial):
             continue

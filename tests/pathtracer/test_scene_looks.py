@@ -198,6 +198,16 @@ def test_transmission_is_glass(pathtracer, even_sky, distance, pbr, glass, expec
     np.testing.assert_allclose(image, expected, atol=0.02)
 
 
+def test_holes_in_glass(pathtracer, even_sky):
+    """Black glass that a mask leaves out shows the sky."""
+    g = Gltf()
+    extensions = {"KHR_materials_transmission": {"transmissionFactor": 1}}
+    pbr = {"metallicFactor": 0, "baseColorFactor": [0, 0, 0, 0.2]}
+    files.ball(g, g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions, alphaMode="MASK"))
+    g.camera(0.1, translation=[0, 0, 4])
+    np.testing.assert_allclose(picture(pathtracer, g, "--spp", 1, "--env", even_sky), 1, atol=1e-3)
+
+
 def test_textures_in_other_formats(pathtracer, even_sky):
     """A PNG beside a WebP is taken, whatever the file requires; without one the place is white, and a line says so."""
 
@@ -274,7 +284,8 @@ def test_cut_out_parts_of_a_lamp_do_not_shine(pathtracer):
     assert mean(scene(None)) == pytest.approx(mean(scene(1.0, 0.5)), rel=0.02)
 
 
-@pytest.mark.parametrize(("mode", "alpha", "there"), [("MASK", 0.4, 0), ("MASK", 0.6, 1), ("BLEND", 0.4, 0), ("OPAQUE", 0.4, 1)])
+@pytest.mark.parametrize(("mode", "alpha", "there"), [("MASK", 0.4, 0), ("MASK", 0.5, 1), ("BLEND", 0.4, 0), ("BLEND", 0.5, 1),
+                                                      ("OPAQUE", 0.4, 1)])
 def test_vertex_alpha(pathtracer, even_sky, mode, alpha, there):
     g = Gltf()
     add_floor(g, attributes={"COLOR_0": np.tile(np.float32([0.5, 0.5, 0.5, alpha]), (4, 1))}, alphaMode=mode)
@@ -302,9 +313,9 @@ def test_normals_that_the_winding_contradicts(pathtracer, metal):
     np.testing.assert_allclose(image(True).mean(), image(False).mean(), rtol=2e-3)
 
 
-def patch(attributes, zigzag=0.0):
+def patch(attributes, zigzag=0.0, pixel=(217, 128, 217), turned=False):
     """A quarter of a cylinder in eight strips, whose normal map leans all normals along the tangent. Coordinates that run zigzag
-    have other tangents on every face."""
+    have other tangents on every face. With `turned`, the winding contradicts the normals."""
     angle = np.linspace(-np.pi / 4, np.pi / 4, 9)
     n = np.stack([np.sin(angle), np.zeros(9), np.cos(angle)], -1)
     points = np.concatenate([n - [0, 1, 0], n + [0, 1, 0]]).astype(np.float32)
@@ -312,10 +323,11 @@ def patch(attributes, zigzag=0.0):
     uv = np.concatenate([np.stack([np.linspace(0, 1, 9), v], -1) for v in rows]).astype(np.float32)
     i = np.arange(8)
     faces = np.stack([i, i + 1, i + 10, i, i + 10, i + 9], -1).ravel().astype(np.uint16)
+    faces = faces[::-1].copy() if turned else faces
     normals, across = (np.tile(v, (2, 1)).astype(np.float32) for v in (n, np.stack([n[:, 2], n[:, 1], -n[:, 0]], -1)))
     g = Gltf()
-    lean = g.texture(np.full((2, 2, 3), [217, 128, 217], np.uint8))
-    material = g.material((1, 1, 1), normalTexture={"index": lean})
+    lean = g.texture(np.full((2, 2, 3), pixel, np.uint8))
+    material = g.material((1, 1, 1), normalTexture={"index": lean}, doubleSided=turned)
     g.node(mesh=g.mesh(points, faces, material, NORMAL=normals, TEXCOORD_0=uv, **attributes(across)))
     g.camera(0.5, translation=[0, 0, 4])
     return g
@@ -324,8 +336,8 @@ def patch(attributes, zigzag=0.0):
 def test_tangents(pathtracer, even_sky):
     """Those of a file are used, whatever the coordinates say; others are smooth over the edges of faces, as if written."""
 
-    def normals(attributes, zigzag=0.0):
-        path = patch(attributes, zigzag).save(pathtracer.folder / "scene.glb")
+    def normals(attributes, *options, **named):
+        path = patch(attributes, *options, **named).save(pathtracer.folder / "scene.glb")
         layers = read_layers(pathtracer.render("--scene", path, *SMALL, "--spp", 16, "--env", even_sky))
         return np.stack([layers[f"normal.{c}"] for c in "XYZ"], -1)[6:18, 6:18]
 
@@ -335,6 +347,8 @@ def test_tangents(pathtracer, even_sky):
     other = normals(lambda t: signed(-t, -1))
     np.testing.assert_allclose(other[..., 0] + written[..., 0], 2 * normals(lambda t: signed(0 * t + [0, 1, 0], 1))[..., 0], atol=0.05)
     assert abs(other[6, 6, 0] - written[6, 6, 0]) > 0.5
+    up = {"pixel": (128, 217, 217)}
+    np.testing.assert_allclose(normals(lambda t: {}, turned=True, **up), normals(lambda t: {}, **up), atol=0.01)
     seamless = normals(lambda t: {}, 0.15)
     assert max(np.abs(np.diff(seamless, axis=axis)).max() for axis in (0, 1)) < 0.1  # 0.7 with tangents of faces
 
@@ -405,3 +419,6 @@ def test_exr_attributes_that_change_the_pixels(pathtracer):
     pathtracer.failure(*view, "--env", "sky.exr", "-o", "out.exr", said=["texel 5,2 is not finite", "--clamp"])
     begun = pathtracer.render(*view, "--env", "sky.exr", "--clamp")
     assert np.isfinite(read_exr(begun)[0]).all() and read_exr(begun)[1]["clamp"] == "1"
+    texels[:] = np.inf, 0.25, 0.5  # also where a file says that its primaries are those of Rec. 709
+    with_header(chromaticities=(0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329))
+    np.testing.assert_allclose(pathtracer.image(*view, "--env", "sky.exr", "--clamp")[0, 0], [65504, 0.25, 0.5], rtol=1e-3)

@@ -36,6 +36,24 @@ def test_obj_files_as_programs_write_them(pathtracer, tmp_path, capsys, obj, nam
     assert said == f"to-gltf: wrote {tmp_path / 's.glb'}\n"
 
 
+@pytest.mark.parametrize(("obj", "mtl", "expected", "lost"), [
+    (SQUARE + FACE, "", 0.6, ""), (f"mtllib s.mtl\n{SQUARE}{FACE}", "newmtl a\nKd 0.5\n", 0.5, ""),
+    (f"mtllib s.mtl\n{SQUARE}{FACE}", "\ufeffnewmtl a\nKd .5 .5 .5\n", 0.5, ""),
+    (f"mtllib s.mtl\n{SQUARE}{FACE}", "newmtl a\nKd xyz .5 .5 .5\n", 0.6, ", without: Kd xyz")])
+def test_colours_that_trimesh_does_not_read(pathtracer, tmp_path, capsys, obj, mtl, expected, lost):
+    """A square without a material, a colour of one number, a byte order mark in the library, a colour of another kind."""
+    found, said = albedo(pathtracer, tmp_path, capsys, obj, mtl)
+    np.testing.assert_allclose(found, expected, atol=1e-3)
+    assert said == f"to-gltf: wrote {tmp_path / 's.glb'}{lost}\n"
+
+
+def test_vertex_alpha_is_lost(tmp_path):
+    header = "".join(f"property float {c}\n" for c in "xyz") + "".join(f"property uchar {c}\n" for c in ("red", "green", "blue", "alpha"))
+    (tmp_path / "s.ply").write_text(f"ply\nformat ascii 1.0\nelement vertex 3\n{header}element face 1\nproperty list uchar int vertex_indices\n"
+                                    "end_header\n0 0 0 9 9 9 100\n1 0 0 9 9 9 100\n0 1 0 9 9 9 100\n3 0 1 2\n")
+    assert to_gltf.convert(tmp_path / "s.ply", tmp_path / "s.glb") == ["vertex alpha"]
+
+
 @pytest.mark.parametrize("material", ["", "mtllib s.mtl\nusemtl a\n"])
 def test_vertex_colours_of_some_vertices(pathtracer, tmp_path, capsys, material):
     """A vertex that is not used has none; the square's have, which multiply a material's."""
