@@ -491,7 +491,12 @@ uint32_t material_number(Reader &r, int64_t number_in_file, bool vertex_colours)
         number(transmission, "transmissionFactor", 0) >= 0.5 && (m.metallic < 0.5f || blended);
     if (transmits) {
         m.kind = Material::DIELECTRIC;
-        m.ior = bounded(ior, 1, 10);
+        read_coat(r, source, ior, m);
+        if (ior >= 1 && ior <= 10) {
+            if (extension(source, "KHR_materials_specular").is_object())
+                r.ignored.insert("the specular colour of glass");
+            m.ior = bounded(ior, 1, 10);
+        }
         // The uncovered part passes all colours.
         if (blended) m.albedo = glm::mix(Vec3(1), m.albedo, bounded(alpha));
         if (!member(transmission, "transmissionTexture").is_null() ||

@@ -15,6 +15,7 @@ from evidence.base.command import CommandError, run_or_say_why
 
 GLTF = (".gltf", ".glb")
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+COMMENT = re.compile(rb"\s+#.*")
 GLASS = ("4", "6", "7", "9")  # values of illum
 TEXTURES = {"map_ke": "emissiveTexture", "norm": "normalTexture"}
 READ = {"name", "image", "ka", "kd", "ks", "ns", "ke", "ni", "tf", "tr", "d", "illum", "pr", "pm", "map_kd", "options", *TEXTURES}
@@ -30,11 +31,20 @@ def resolver_of(trimesh, path, lost):
             try:
                 data = super().get(name)
             except (OSError, ValueError):
+                names = name.split()
+                if len(names) > 1 and all(each.lower().endswith(".mtl") for each in names):
+                    return b"\n".join(map(self.get_or_nothing, names))
                 lost.add(f"{name}, which is missing")
                 raise
             if not name.lower().endswith(".mtl"):
                 return data
             return b"\n".join(map(plain, data.removeprefix(BYTE_ORDER_MARK).splitlines()))
+
+        def get_or_nothing(self, name):
+            try:
+                return self.get(name)
+            except (OSError, ValueError):
+                return b""
 
     def plain(line):
         """trimesh takes the options of map_Kd for a part of its name, and drops all materials if a colour is one number."""
@@ -44,6 +54,8 @@ def resolver_of(trimesh, path, lost):
         spectrum = re.match(rb"\s*((?:k[ades]|tf)\s+(?:xyz|spectral))\b", line, re.I)
         if spectrum:
             lost.add(spectrum[1].decode())
+        if re.match(rb"\s*newmtl\s", line):
+            return COMMENT.sub(b"", line)
         words = re.match(rb"\s*map_kd\s+(.*)", line, re.I)
         text = words[1].decode("utf-8", "replace") if words else ""
         options = OPTIONS.match(text)
@@ -68,7 +80,14 @@ def converted(trimesh, source, own_resolver, lost):
 
     mtl = {name: value for name, value in source.kwargs.items() if value not in (None, [])}
     image = source.image if source.kwargs else None  # trimesh makes one for a mesh without a material
-    number = lambda name, default: float(mtl[name][0]) if name in mtl else default
+
+    def number(name, default):
+        try:
+            return float(mtl[name][-1]) if name in mtl else default  # d may have an option before
+        except ValueError:
+            lost.add(" ".join([name, *mtl[name]]))
+            return default
+
     lost.update(sorted(name for name in mtl if name not in READ))
     # A texture multiplies its colour, and stands alone where that is missing.
     colour = list(mtl.get("kd", [0.6 if image is None else 1.0] * 3))
@@ -113,6 +132,7 @@ def convert(path, output):
     own_resolver = resolver_of(trimesh, path, lost)
     is_obj = path.suffix.lower() == ".obj" and path.is_file()
     text = path.read_bytes().removeprefix(BYTE_ORDER_MARK) if is_obj else b""
+    text = re.sub(rb"^(?:usemtl|mtllib)[ \t].*", lambda line: COMMENT.sub(b"", line[0]), text, flags=re.M)
     coloured = re.search(rb"^v(?:[ \t]+\S+){6}", text, re.M)
 
     def loaded(**options):
@@ -131,6 +151,8 @@ def convert(path, output):
         raise CommandError(f"{path} has no triangles")
     if re.search(rb"^f(?:[ \t]+\S+){5}", text, re.M):
         lost.add("the shape of concave polygons")
+    if re.search(rb"^[lp][ \t]", text, re.M):
+        lost.add("lines and points")
     known = {}
     for key, mesh in scene.geometry.items():
         if mesh.visual.kind == "vertex" and (mesh.visual.vertex_colors[:, 3] < 255).any():

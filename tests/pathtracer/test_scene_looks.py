@@ -198,6 +198,22 @@ def test_transmission_is_glass(pathtracer, even_sky, distance, pbr, glass, expec
     np.testing.assert_allclose(image, expected, atol=0.02)
 
 
+def test_glass_of_a_specular_colour(pathtracer):
+    """An index of refraction of 1000 beside a colour, as converters write it: 4 % are those of 1.5."""
+    sky = files.write_exr(pathtracer.folder / "key.exr", RGB=np.float32(np.random.default_rng(1).random((8, 16, 3))))
+
+    def image(ior, **specular):
+        g = Gltf()
+        extensions = {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": ior}, **specular}
+        pbr = {"metallicFactor": 0, "roughnessFactor": 0.0}
+        files.ball(g, g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions))
+        g.camera(0.4, translation=[0, 0, 6])
+        return picture(pathtracer, g, "--spp", 4, "--env", sky)
+
+    written = image(1000, KHR_materials_specular={"specularColorFactor": [0.0401606] * 3})
+    np.testing.assert_allclose(written, image(1.5), atol=0.02)
+
+
 def test_holes_in_glass(pathtracer, even_sky):
     """Black glass that a mask leaves out shows the sky."""
     g = Gltf()

@@ -39,6 +39,10 @@ def test_obj_files_as_programs_write_them(pathtracer, tmp_path, capsys, obj, nam
 @pytest.mark.parametrize(("obj", "mtl", "expected", "lost"), [
     (SQUARE + FACE, "", 0.6, ""), (f"mtllib s.mtl\n{SQUARE}{FACE}", "newmtl a\nKd 0.5\n", 0.5, ""),
     (f"mtllib s.mtl\n{SQUARE}{FACE}", "\ufeffnewmtl a\nKd .5 .5 .5\n", 0.5, ""),
+    (f"mtllib none.mtl s.mtl # two\n{SQUARE}{FACE}", "newmtl a\nKd .5 .5 .5\n", 0.5, ", without: none.mtl, which is missing"),
+    (f"mtllib s.mtl\n{SQUARE}{FACE.replace('a', 'a # one', 1)}l 1 2\n", "newmtl a # two\nKd .5 .5 .5\n", 0.5, ", without: lines and points"),
+    (f"mtllib s.mtl\n{SQUARE}{FACE}", "newmtl a\nKd .5 .5 .5\nd -halo .9\n", 0.5, ", without: d, as partial transparency"),
+    (f"mtllib s.mtl\n{SQUARE}{FACE}", "newmtl a\nKd .5 .5 .5\nPr rough\n", 0.5, ", without: pr rough"),
     (f"mtllib s.mtl\n{SQUARE}{FACE}", "newmtl a\nKd xyz .5 .5 .5\n", 0.6, ", without: Kd xyz")])
 def test_colours_that_trimesh_does_not_read(pathtracer, tmp_path, capsys, obj, mtl, expected, lost):
     """A square without a material, a colour of one number, a byte order mark in the library, a colour of another kind."""
