@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares `blue` with Cycles' own sampling patterns, in Cycles: `scripts/bench cycles --cycles DIR` writes evidence/results/cycles.md
 
-DIR is a checkout of Cycles; it stays as it is. The first run builds Cycles' stand-alone program
-for a quarter of an hour. The scenes are rendered with every pattern at 1 to 64 samples per pixel and several seeds,
+DIR is a checkout of Cycles v4.2.0, which stays as it is; v5.0.0 does not light the scenes that have lamps as meant. The first run builds
+Cycles' stand-alone program for a quarter of an hour. The scenes are rendered with every pattern at 1 to 64 samples per pixel and several seeds,
 and with adaptive sampling, and measured against references. All is cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes.
 """
 
@@ -289,6 +289,7 @@ resumes.""")
 
 def run(arguments):
     options = parse_options(arguments)
+    Report.METHOD = Report.METHOD.format(version=builds.git(options.cycles, "describe", "--tags", "--always"))
     program = options.program or builds.cycles(options.cycles, options.jobs)
     work, views, seeds = CyclesRun(program, options.cycles, options.jobs), [View(name) for name in options.scenes], range(1, options.seeds + 1)
     references = work.references(dict.fromkeys(views, options.reference_spp))
@@ -297,7 +298,6 @@ def run(arguments):
     tasks += [Task(view, sampler, seed, early, told=PREVIEW_SPP) for view in views for sampler in PREVIEW for seed in seeds]
     if not options.no_adaptive:
         tasks += [Task(view, sampler, seed, (ADAPTIVE_SPP,), ADAPTIVE) for view in views for sampler in SAMPLERS for seed in seeds]
-    Report.METHOD = Report.METHOD.format(version=builds.git(options.cycles, "describe", "--tags"))
     report = Report(options, Cells(work.results(references, tasks)), references, SAMPLERS, NAMES, {"Scenes": SCENES})
     if report.write("cycles", report.summary({**NAMES, **TOLD})):
         work.picture(options.pictures / "cycles.jpg", references[View(PICTURE_SCENE)])
