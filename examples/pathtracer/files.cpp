@@ -5,6 +5,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <csignal>
@@ -21,19 +22,25 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Signals that would end the program wait as long as this lives, so that no temporary file stays.
+// Signals that would end the program wait as long as this lives, so that no temporary file stays. Any thread
+// may get them, so a mask of this one would not do.
 class Undisturbed {
   public:
     Undisturbed() {
-        sigset_t signals;
-        sigemptyset(&signals);
-        for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
-        sigprocmask(SIG_BLOCK, &signals, &before_);
+        pending_ = 0;
+        struct sigaction later = {};
+        later.sa_handler = [](int signal) { pending_ = signal; };
+        for (size_t i = 0; i < SIGNALS.size(); ++i) sigaction(SIGNALS[i], &later, &before_[i]);
     }
-    ~Undisturbed() { sigprocmask(SIG_SETMASK, &before_, nullptr); }
+    ~Undisturbed() {
+        for (size_t i = 0; i < SIGNALS.size(); ++i) sigaction(SIGNALS[i], &before_[i], nullptr);
+        if (pending_ != 0) std::raise(pending_);
+    }
 
   private:
-    sigset_t before_;
+    static constexpr std::array<int, 3> SIGNALS = {SIGINT, SIGTERM, SIGHUP};
+    static inline volatile std::sig_atomic_t pending_ = 0;
+    struct sigaction before_[SIGNALS.size()];
 };
 
 Error cannot_write(const fs::path &path, const std::string &why) {

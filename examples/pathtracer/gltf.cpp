@@ -123,11 +123,9 @@ std::string percent_decoded(const std::string &uri) {
 
 // Whether a URI holds data. Schemes have no case.
 bool holds_data(const std::string &uri) {
-    const std::string scheme = "data:";
-    return uri.size() >= 5 &&
-           std::equal(scheme.begin(), scheme.end(), uri.begin(), [](char a, char b) {
-               return a == std::tolower(static_cast<unsigned char>(b));
-           });
+    std::string scheme = uri.substr(std::min(uri.find_first_not_of(' '), uri.size()), 5);
+    for (char &c : scheme) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return scheme == "data:";
 }
 
 // Names a buffer or an image in messages.
