@@ -96,8 +96,8 @@ class Parser(argparse.ArgumentParser):
 # ---- The command line in a report
 
 # Options that say where to read and write, or how often, not what to measure.
-PLACES = ("--out", "--pathtracer", "--jobs", "--program")
-FOLDERS = ("--openqmc", "--pbrt", "--luxcore", "--cycles")  # whose name a report does not show
+PLACES = ("--out", "--pathtracer", "--jobs")
+FOLDERS = ("--openqmc", "--program", "--luxcore", "--cycles")  # whose name a report does not show
 
 
 def command_shown(command, arguments):
@@ -108,7 +108,7 @@ def command_shown(command, arguments):
         if name in (*PLACES, *FOLDERS) and not equals:
             next(words, None)
         if name in FOLDERS:
-            result += [name, "DIR"]
+            result += [name, "FILE" if name == "--program" else "DIR"]
         elif name not in PLACES:
             result.append(word)
     return " ".join(result)

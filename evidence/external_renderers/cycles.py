@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares `blue` with Cycles' own sampling patterns, in Cycles: `scripts/bench cycles --cycles DIR` writes evidence/results/cycles.md
+"""Compares `blue` with Cycles' own sampling patterns: `scripts/bench cycles --cycles DIR --program FILE` writes evidence/results/cycles.md
 
-DIR is a checkout of Cycles v4.2.0, which stays as it is; v5.0.0 does not light the scenes that have lamps as meant. The first run builds
-Cycles' stand-alone program for a quarter of an hour. The scenes are rendered with every pattern at 1 to 64 samples per pixel and several seeds,
-and with adaptive sampling, and measured against references. All is cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes.
+FILE is Cycles' stand-alone program with the patch of examples/cycles, DIR its sources, which have the objects of the scenes: v4.2.0, as v5.0.0
+does not light the scenes that have lamps as meant. They are rendered with every pattern at 1 to 64 samples per pixel and several seeds, and with
+adaptive sampling, and measured against references. All is cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes.
 """
 
 import argparse
@@ -11,6 +11,7 @@ import dataclasses
 import math
 import os
 import re
+import subprocess
 import tempfile
 from pathlib import Path
 
@@ -22,7 +23,7 @@ from ..base.tables import md_table
 from ..measure.statistics import bootstrap
 from ..renders.judge import Cells
 from ..renders.renderer import REFERENCE_SEED, RenderError
-from . import builds, other_renderer
+from . import other_renderer
 from .other_renderer import EXPOSED, HEADLINE, Task, name_of
 
 # ---- Scenes, in the XML of Cycles' stand-alone program. Pictures are the middle of one that is ZOOM times as wide, as whole small
@@ -271,11 +272,10 @@ empty, the reference is too noisy."""
 
 def parse_options(arguments):
     parser = Parser("cycles", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter, epilog="""
-`scripts/patches cycles DIR` says whether its version takes the patch. DIR stays as it is: a copy of it is patched and built in
-~/.cache/libbn/cycles, in a quarter of an hour on two cores, with the packages that examples/cycles/README.md names. The whole comparison
-then takes about an hour on one core the first time. Builds, references and results are cached there, and a run that was interrupted
-resumes.""")
-    parser.add_argument("--cycles", metavar="DIR", required=True, help="a checkout of Cycles, see below")
+examples/cycles/README.md says how to add the pattern. Previews and adaptive sampling need two more changes, for measuring alone: in
+src/app/cycles_standalone.cpp the pass has the type getenv("BN_COUNTS") ? PASS_SAMPLE_COUNT : PASS_COMBINED, and in src/session/session.cpp
+set_aa_samples() gets getenv("BN_TOLD") ? atoi(getenv("BN_TOLD")) : params.samples. The whole comparison takes about an hour on one core.""")
+    parser.add_argument("--cycles", metavar="DIR", required=True, help="the sources of Cycles")
     other_renderer.add_options(parser, "cycles", SCENES, SEEDS)
     parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of references")
     parser.add_argument("--no-adaptive", action="store_true", help="leave out adaptive sampling")
@@ -289,9 +289,9 @@ resumes.""")
 
 def run(arguments):
     options = parse_options(arguments)
-    Report.METHOD = Report.METHOD.format(version=builds.git(options.cycles, "describe", "--tags", "--always"))
-    program = options.program or builds.cycles(options.cycles, options.jobs)
-    work, views, seeds = CyclesRun(program, options.cycles, options.jobs), [View(name) for name in options.scenes], range(1, options.seeds + 1)
+    version = subprocess.run(["git", "-C", options.cycles, "describe", "--tags", "--always"], capture_output=True, text=True, check=False).stdout
+    Report.METHOD = Report.METHOD.format(version=version.strip() or "an unknown version")
+    work, views, seeds = CyclesRun(options.program, options.cycles, options.jobs), [View(name) for name in options.scenes], range(1, options.seeds + 1)
     references = work.references(dict.fromkeys(views, options.reference_spp))
     early = tuple(n for n in options.counts if n < PREVIEW_SPP)
     tasks = [Task(view, sampler, seed, options.counts) for view in views for sampler in SAMPLERS for seed in seeds]

@@ -141,7 +141,7 @@ def add_options(parser, name, scenes, seeds):
     parser.add_argument("--out", type=Path, help="folder for the report (default: evidence/results for the whole comparison, which also updates "
                         f"the table in examples/{name}/README.md, else out/{name})")
     parser.hidden("--guide", f"examples/{name}/README.md")
-    parser.hidden("--program")
+    parser.add_argument("--program", metavar="FILE", required=True, help="the renderer, built with the patch of examples/")
 
 
 def finish_options(parser, options, name, arguments, whole=()):

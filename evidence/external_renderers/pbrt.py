@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares `blue` with pbrt-v4's own samplers, in pbrt-v4: `scripts/bench pbrt --pbrt DIR --luxcore DIR` writes evidence/results/pbrt.*
+"""Compares `blue` with pbrt-v4's own samplers: `scripts/bench pbrt --program FILE --luxcore DIR` writes evidence/results/pbrt.*
 
-DIR are checkouts of pbrt-v4, with submodules, and of LuxCoreRender, at the commits that builds.py and lux_scenes.py name; they stay
-as they are. The first run builds pbrt for a quarter of an hour. Crops of LuxCoreRender's scenes are rendered with every sampler at 1 to 16
-samples per pixel, and measured against references. Images, references and the build are cached in ~/.cache/libbn
-($XDG_CACHE_HOME): an interrupted run resumes.
+FILE is pbrt with the patch of examples/pbrt, DIR a checkout of LuxCoreRender at the commit that lux_scenes.py names. Crops of its scenes are
+rendered with every sampler at 1 to 16 samples per pixel, and measured against references. Images and references are cached in
+~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes.
 """
 
 import argparse
@@ -14,7 +13,7 @@ from ..base.cache import cache_folder
 from ..base.command import Parser
 from ..renders.judge import Cells
 from ..renders.renderer import REFERENCE_SEED
-from . import builds, lux_scenes, other_renderer
+from . import lux_scenes, other_renderer
 from .other_renderer import EXPOSED, HEADLINE, Task, name_of
 from .pbrt_scenes import CROP, CROPS, HEIGHT, OWN, WIDTH, View, crops, write_files
 
@@ -23,6 +22,7 @@ SAMPLERS = {name: f'Sampler "{name}"' for name in ("independent", "sobol", "zsob
 LINES = {**SAMPLERS, "reference": 'Sampler "paddedsobol"'}  # which hashes pixel, dimension and seed
 COUNTS, SEEDS = (1, 2, 3, 4, 6, 16), 2
 MINUTES = 15  # of CPU time
+PBRT_COMMIT = "5f7a606806a4ac7b939131ded9d7a30ebd02416e"  # which the patch is for
 # zsobol rounds sample counts down to powers of two.
 ROUNDED = {("zsobol", 3): 2, ("zsobol", 6): 4}
 # What --picture shows: a part of a scene's middle, its samplers, and where in it the part begins.
@@ -78,8 +78,6 @@ def make_picture(work, path):
 # ---- The report
 
 class Report(other_renderer.OtherReport):
-    """remarks: of builds.pbrt()."""
-
     TITLE, SCENES, SPREAD = "# In pbrt-v4", SCENES, ("zsobol", "sobol")
     INTRO = f"""**Errors on this page are over those of `blue`: above 1, `blue` is better.** 1.20 means that pbrt's sampler has 1.20 times the error of the
 sampler of [examples/pbrt](../../examples/pbrt/README.md) at the same `--spp`. Figures are geometric means over scenes, crops and seeds.
@@ -94,7 +92,7 @@ By default a path has four random wavelengths, which `blue` spreads evenly; wher
 
 `zsobol` rounds counts down to powers of two: at 3 and 6 it takes 2 and 4 samples. `sobol` is one sequence over the whole image.
 """
-    METHOD = f"""pbrt-v4 is at commit `{builds.PBRT_COMMIT[:8]}`. Its film has its neutral sensor (`cie1931`) and a box filter one pixel wide, the integrator
+    METHOD = f"""pbrt-v4 is at commit `{PBRT_COMMIT[:8]}`. Its film has its neutral sensor (`cie1931`) and a box filter one pixel wide, the integrator
 is `volpath`. `--spp` and `--seed` set counts and seeds, other options of samplers are pbrt's defaults. `sobol` keeps the positions in the
 pixel for all seeds. LuxCoreRender's scenes keep their meshes, cameras, lamps, plain colours and images; its skies and suns became an
 image of ours, layered and procedural materials simple ones, and what its checkout lacks is left out.
@@ -103,8 +101,7 @@ References are means of two pictures by `paddedsobol`. It hashes pixel, dimensio
 own, so their errors are independent of all others'. Half the difference of the two pictures is a reference's own error. A crop
 counts where the error of `blue` is at least three times that."""
 
-    def __init__(self, options, cells, references, remarks):
-        self.METHOD += "".join(f" {remark}" for remark in remarks)
+    def __init__(self, options, cells, references):
         thans = {name: f"`{name}`" for name in SAMPLERS if name != "blue"}
         super().__init__(options, cells, references, SAMPLERS, thans, SETS)
 
@@ -123,15 +120,10 @@ counts where the error of `blue` is at least three times that."""
 
 def parse_options(arguments):
     parser = Parser("pbrt", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter, epilog=f"""
-Get the checkout with:
-  git clone --recursive https://github.com/mmp/pbrt-v4 DIR && git -C DIR checkout {builds.PBRT_COMMIT} &&
-  git -C DIR submodule update --init --recursive
-and that of LuxCoreRender with:
+examples/pbrt/README.md says how to add the sampler to pbrt-v4. Get the checkout of LuxCoreRender with:
   git clone https://github.com/LuxCoreRender/LuxCore DIR && git -C DIR checkout {lux_scenes.COMMIT}
-The first stays as it is: a copy of it is patched and built in ~/.cache/libbn/pbrt, in 9 minutes of CPU time. The
-comparison then takes {MINUTES} minutes of CPU time. Builds, references and results are cached there: a run that was interrupted resumes.""")
+The comparison takes {MINUTES} minutes of CPU time. References and results are cached in ~/.cache/libbn: a run that was interrupted resumes.""")
     known = sum(SETS.values(), ())
-    parser.add_argument("--pbrt", metavar="DIR", required=True, help="a checkout of pbrt-v4 with its submodules, see below")
     parser.add_argument("--luxcore", metavar="DIR", help="a checkout of LuxCoreRender, for its scenes")
     parser.number("--crops", CROPS, f"crops of each image, at most {CROPS}")
     other_renderer.add_options(parser, "pbrt", known, SEEDS)
@@ -149,8 +141,7 @@ comparison then takes {MINUTES} minutes of CPU time. Builds, references and resu
 
 def run(arguments):
     options = parse_options(arguments)
-    program, remarks = (options.program, ()) if options.program else builds.pbrt(options.pbrt, options.jobs)
-    work = PbrtRun(program, "pbrt", options.jobs)
+    work = PbrtRun(options.program, "pbrt", options.jobs)
     if options.picture:
         return make_picture(work, options.picture)
     SCENES.update(lux_scenes.scenes(options.luxcore, cache_folder() / "pbrt"))
@@ -160,5 +151,5 @@ def run(arguments):
     tasks = [Task(view, label, seed, tuple(n for n in options.counts if (label, n) not in ROUNDED))
              for view in views for label in SAMPLERS for seed in range(1, options.seeds + 1)]
     cells = PbrtCells(work.results(references, tasks))
-    report = Report(options, cells, references, remarks)
+    report = Report(options, cells, references)
     report.write("pbrt", report.summary())

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The comparisons in pbrt-v4 and Cycles. With BN_PBRT=DIR or BN_CYCLES=DIR, checkouts of them, the samplers' pictures too: crops,
-threads, seeds and the wavefront integrator. That builds them, which takes a quarter of an hour each the first time."""
+"""The comparisons in pbrt-v4 and Cycles. With BN_PBRT_PROGRAM, or BN_CYCLES_PROGRAM and its sources BN_CYCLES, programs that have the
+patches, the samplers' images too: crops, threads, seeds and the wavefront integrator."""
 
 import os
 import re
@@ -9,35 +9,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import ROOT
 
 from evidence.base.files import read_exr
-from evidence.external_renderers import builds, cycles, other_renderer, pbrt, pbrt_scenes
-from evidence.renders.renderer import RenderError
+from evidence.external_renderers import cycles, other_renderer, pbrt, pbrt_scenes
 
 
 def test_crops_stay_where_they_are():
     """They were placed before anything was rendered."""
     assert [view.bounds[::2] for view in pbrt_scenes.crops("room")] == [(887, 210), (864, 581)]
-
-
-@pytest.fixture
-def checkout(tmp_path):
-    """A folder that looks like Cycles."""
-    folder = tmp_path / "cycles"
-    (folder / "src/kernel/sample").mkdir(parents=True)
-    (folder / "src/kernel/sample/pattern.h").write_text("first\n")
-    git = ("git", "-C", folder, "-c", "user.name=a", "-c", "user.email=a@b")
-    for command in (("init", "-q"), ("add", "."), ("commit", "-q", "-m", "first")):
-        subprocess.run([*git, *command], check=True)
-    return folder
-
-
-def test_a_checkout_of_something_else_is_refused(checkout, tmp_path):
-    with pytest.raises(RenderError, match="takes the patch; patches: HEAD: does not apply; error: "):
-        builds.cycles(checkout, 1)
-    with pytest.raises(RenderError, match="is no checkout of pbrt-v4; run git clone --recursive"):
-        builds.pbrt(tmp_path, 1)
 
 
 class Made:
@@ -50,17 +29,17 @@ class Made:
 
 
 def test_ratios_are_over_blue():
-    options = SimpleNamespace(seeds=4, counts=pbrt.COUNTS, command="scripts/bench pbrt --pbrt DIR")
+    options = SimpleNamespace(seeds=4, counts=pbrt.COUNTS, command="scripts/bench pbrt --program FILE")
     views = [view for scene in ("kitchen", "kitchen-fixed") for view in pbrt_scenes.crops(scene)]
     references = {view: other_renderer.Reference(np.zeros((2, 2, 3)), dict.fromkeys(other_renderer.MEASURES, 0.001), 4096, 1.0) for view in views}
     pbrt.SCENES.update({view.scene: pbrt_scenes.OWN["skin"] for view in views})
-    made = pbrt.Report(options, Made(), references, ("A remark.",))
+    made = pbrt.Report(options, Made(), references)
     assert list(made.sets) == ["Fixed wavelengths", "Four random wavelengths"] and {view.scene for view in made.compared.views} == {"kitchen-fixed"}
     own = made.compared.over("zsobol", 6, "rmse_2.1")
     assert (own.value, own.low, own.high) == pytest.approx((2, 2, 2))
     text = made.text()
     assert made.summary().count("| `zsobol` |" + " 2.00 (2.00) |" * 6) == 2 and made.summary().startswith("Fixed wavelengths (1 scenes, 2 crops, 4 seeds):")
-    assert "| **2.00** |" in text and "A remark." in text and "None" not in text and " nan" not in text and "Exposed and" in text
+    assert "| **2.00** |" in text and "None" not in text and " nan" not in text and "Exposed and" in text
     assert "| `independent` | 1.00 | 1.00 |" in made.times_table() and "| `blue` | 2.00 | 2.00 |" in made.times_table()
 
 
@@ -68,9 +47,9 @@ def test_ratios_are_over_blue():
 
 @pytest.fixture(scope="module")
 def pbrt_program():
-    if not os.environ.get("BN_PBRT"):
-        pytest.skip("BN_PBRT is not set to a checkout of pbrt-v4")
-    return builds.pbrt(ROOT / os.environ["BN_PBRT"], os.cpu_count() or 1)[0]
+    if not os.environ.get("BN_PBRT_PROGRAM"):
+        pytest.skip("BN_PBRT_PROGRAM is not set to pbrt-v4 with the sampler")
+    return os.environ["BN_PBRT_PROGRAM"]
 
 
 @pytest.fixture(scope="module")
@@ -121,9 +100,9 @@ def test_both_integrators_agree_with_another_sampler(picture, scene, lens):
 
 @pytest.fixture(scope="session")
 def cycles_program():
-    if not os.environ.get("BN_CYCLES"):
-        pytest.skip("BN_CYCLES is not set to a checkout of Cycles")
-    return builds.cycles(os.environ["BN_CYCLES"], os.cpu_count() or 1)
+    if not os.environ.get("BN_CYCLES_PROGRAM") or not os.environ.get("BN_CYCLES"):
+        pytest.skip("BN_CYCLES_PROGRAM and BN_CYCLES are not set to Cycles with the pattern and its sources")
+    return os.environ["BN_CYCLES_PROGRAM"]
 
 
 def cycles_picture(program, folder, settings, spp):

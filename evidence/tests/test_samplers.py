@@ -48,7 +48,7 @@ def test_peers_draw_uniform_numbers_that_differ(program, pathtracer):
     assert len(set(drawn)) == len(drawn)
 
 
-@pytest.mark.parametrize(("words", "said"), [(["--openqmc"], "needs a folder"),
+@pytest.mark.parametrize(("words", "said"), [(["--openqmc"], "needs a path"),
                                              (["--openqmc", "nowhere"], "nowhere/include/oqmc/oqmc.h does not exist")])
 def test_bench_refuses_what_is_no_checkout(tmp_path, words, said):
     done = subprocess.run([ROOT / "scripts" / "bench", "samplers", *words], cwd=tmp_path, check=False,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""libbn behind OpenQMC's interface: draws, splits and numbers are libbn's; OpenQMC's own tools run on it (BN_OPENQMC: a checkout)."""
+"""libbn behind OpenQMC's interface: draws, splits and numbers are libbn's; OpenQMC's own trace runs on it."""
 
 import os
 
@@ -82,20 +82,13 @@ def test_calls_are_libbns(static_library, tmp_path):
     assert run(tmp_path / "main") == "done\n"
 
 
-@pytest.mark.skipif("BN_OPENQMC" not in os.environ, reason="BN_OPENQMC names no checkout of OpenQMC")
-def test_openqmcs_own_tools_run_on_it(static_library, tmp_path):
-    ndimage, openqmc = pytest.importorskip("scipy.ndimage"), os.environ["BN_OPENQMC"]
-    lib = f"{openqmc}/src/tools/lib"
-    for name, include in (("blue", [f"-I{FOLDER}"]), ("theirs", [])):
-        for program, sources in (("trace", [f"{lib}/trace.cpp", ROOT / "tests/install/openqmc_trace.cpp"]),
-                                 ("benchmark", [f"{lib}/benchmark.cpp", f"{openqmc}/src/tools/cli/benchmark.cpp"])):
-            run(os.environ.get("CXX", "c++"), "-std=c++17", "-O2", "-w", "-D_USE_MATH_DEFINES", *include, f"-I{openqmc}/include",
-                f"-I{lib}", *static_library.pkg_config("--cflags"), *sources, f"{lib}/progress.cpp", "-o", tmp_path / f"{program}_{name}",
-                *static_library.pkg_config("--libs", "--static"), "-ltbb", "-lpthread")
-    run(tmp_path / "benchmark_blue", "sobolbn", "samples")
+@pytest.mark.skipif("BN_OPENQMC_TRACES" not in os.environ, reason="BN_OPENQMC_TRACES names no folder with openqmc_trace.cpp built twice")
+def test_openqmcs_own_tool_runs_on_it(tmp_path):
+    """The folder has openqmc_trace.cpp with OpenQMC's trace as trace_theirs, and as trace_blue on libbn."""
+    ndimage, folder = pytest.importorskip("scipy.ndimage"), os.environ["BN_OPENQMC_TRACES"]
 
     def image(name, sampler, scene, frame, spp, lights):
-        run(tmp_path / f"trace_{name}", sampler, scene, "split", frame, spp, lights, 2, 2, tmp_path / "image")
+        run(f"{folder}/trace_{name}", sampler, scene, "split", frame, spp, lights, 2, 2, tmp_path / "image")
         return np.fromfile(tmp_path / "image", np.float32).reshape(96, 128, 3)
 
     print("\n| scene | spp | blue | sobolbn |\n| --- | ---: | ---: | ---: |")
