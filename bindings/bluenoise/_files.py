@@ -365,7 +365,7 @@ def save(path: PathLike, mask: npt.ArrayLike, *, bits: int = 16) -> None:
     Raises
     ------
     ValueError
-        The name has another ending, the array is not a mask, or the format cannot hold it.
+        The file extension is not supported, the array is not a mask, or the format cannot hold it.
     OSError
         The file cannot be written.
     ImportError

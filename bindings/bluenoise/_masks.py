@@ -178,7 +178,7 @@ def anneal(
     value_sigma : float, default 1
         Distance of values within which the vectors of several channels repel each other, 0.01 to 100.
     start_temperature, end_temperature : float, default 4e-4 and 2e-6
-        Shares of the largest gain that one texel can have; above 0, the end at most the start, the start at most 1.
+        Temperatures, as shares of the most that the pairs of one texel can gain, with 0 < end <= start <= 1; geometric in between.
     order_ends : bool, default True
         Whether to order the first and the last ranks, which are too far apart for the blurs, by their distances.
     start_from_ranks : array_like of int, optional

@@ -71,17 +71,17 @@ def of_renders(found):
         f"{white['blue']:.1f} samples of `blue` match the visible error of 16 independent ones. Padded Sobol' takes {white['sobol']:.1f}, global Sobol' "
         f"{white['sobol-global']:.1f}, Z-order tuned for the count {white['zorder']:.1f}"), "renders.md#samples-to-an-error"
     sharp = [own for spp in COUNTS if (own := found.get(("displayed", "", "blue", spp)))]
-    ends = "it ties" if not any(own.significant for own in sharp) else "it has " + " to ".join(f"{end(own.value for own in sharp):.2f} times the error"[:4] for end in (min, max))
-    yield "At which blur, and without one?", (
-        f"after sigma 2.1 it has {less_at(found, 'blue', 'displayed_2.1', (1, 4, 16, 64))} less error than padded Sobol' at 1, 4, 16 and 64 samples, after sigma 1.0 "
+    ends = "the two tie" if not any(own.significant for own in sharp) else "it has " + " to ".join(f"{end(own.value for own in sharp):.2f} times the error"[:4] for end in (min, max))
+    yield "How much depends on the blur?", (
+        f"after sigma 2.1 `blue` has {less_at(found, 'blue', 'displayed_2.1', (1, 4, 16, 64))} less error than padded Sobol' at 1, 4, 16 and 64 samples, after sigma 1.0 "
         f"{less_at(found, 'blue', 'displayed_1.0', (1, 4, 16, 64))}; without a blur {ends}"), "renders.md"
     scenes = {scene: own.value for (measure, scene, label, spp), own in found.items() if (measure, label, spp) == (HEADLINE, "blue", 16) and scene}
     order = sorted(scenes, key=scenes.get)
     most, least = (", ".join(f"{EFFECTS.get(name, f'the model `{name}`')} ({less(scenes[name])})" for name in names) for names in (order[:3], order[:-4:-1]))
-    yield "Which effects gain most, which nothing?", f"less error than padded Sobol' at 16 samples: most for {most}; least for {least}", "renders.md#scene-by-scene"
+    yield "Which effects gain most, which least?", f"less error than padded Sobol' at 16 samples: most for {most}; least for {least}", "renders.md#scene-by-scene"
     yield "Adaptive sampling, time limits?", (
-        f"no count has to be known: {less_at(found, 'blue', HEADLINE, (3, 6))} less error than padded Sobol' at 3 and 6 samples. Z-order, even tuned for these counts, "
-        f"has {less_at(found, 'zorder', HEADLINE, (3, 6))} less"), "renders.md"
+        f"`blue` needs no sample count. At 3 and 6 samples it has {less_at(found, 'blue', HEADLINE, (3, 6))} less error than padded Sobol', Z-order, even tuned for these "
+        f"counts, {less_at(found, 'zorder', HEADLINE, (3, 6))} less"), "renders.md"
     wins = []
     for measure, after in ((HEADLINE, "after sigma 2.1"), ("displayed_1.0", "after sigma 1.0")):
         for label in LONG:
@@ -89,14 +89,14 @@ def of_renders(found):
                       if (own := found.get((measure, "", label, spp))) and (blue := found.get((measure, "", "blue", spp))) and own.value < 0.995 * blue.value]
             if better:
                 _, spp, own, blue = min(better)
-                wins.append(f"{NAMES[label]} {after} ({own:.2f} against {blue:.2f} at {spp})")
-    yield "Where do others win?", "; ".join(wins) or "nowhere here", "renders.md"
+                wins.append(f"{NAMES[label]} {after} at {spp} sample{"s" * (spp > 1)} ({own:.2f}, `blue` {blue:.2f})")
+    yield "Where do others win?", ("the largest leads over `blue`, as error over padded Sobol': " + "; ".join(wins)) if wins else "nowhere here", "renders.md"
 
 
 def of_denoise(found):
     yield "What about a denoiser?", (
-        f"after Open Image Denoise it has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples, seen from a "
-        f"distance {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))}"), "denoise.md"
+        f"after Open Image Denoise `blue` has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples, after a further "
+        f"blur of 2.1 pixels {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))}"), "denoise.md"
 
 
 def of_realtime(rows):
@@ -106,8 +106,8 @@ def of_realtime(rows):
         names = {"blue": "`blue`", "mask + golden ratio, R2": "a moved mask", "STBN": "STBN", "FAST": "FAST"}
         return ", ".join(f"{name} {own[way]['half-plane', outcome, 'sigma 1.0']:.2f}" for way, name in names.items() if way in own)
 
-    yield "Real time?", (f"for averaged frames, yes; for single frames take a mask or FAST. Error over padded Sobol' of two numbers after sigma 1.0: averages "
-                         f"{at('average, 0.1')}; a single frame {at('one frame')}"), "realtime.md"
+    yield "Real time?", (f"use `blue` where frames are averaged, FAST or a mask for single frames. Error over padded Sobol' with two numbers, after sigma 1.0: averaged "
+                         f"{at('average, 0.1')}; single frames {at('one frame')}"), "realtime.md"
 
 
 def of_cost(found, draws, samples):
@@ -117,7 +117,7 @@ def of_cost(found, draws, samples):
     if samples:
         cost = over(samples, "white")
         share = {label: cost[label] * found[TO_WHITE, "", label, 16].value for label in ("blue", "sobol")}
-        text += (f". The visible error of 16 independent samples takes {100 * share['blue']:.0f} % of their CPU time, with padded Sobol' "
+        text += (f". `blue` reaches the visible error of 16 independent samples in {100 * share['blue']:.0f} % of their CPU time, padded Sobol' in "
                  f"{100 * share['sobol']:.0f} % ([times](results/times.csv))")
     yield "What does it cost?", text, "samplers.md#time-per-draw"
 
@@ -134,7 +134,7 @@ def of_samplers(rows):
 def of_worst(rows):
     blue, sobol = (sorted(row[name] for row in rows) for name in ("blue", "sobol"))
     worse = sum(row["blue"] > row["sobol"] for row in rows)
-    yield "How often is it unlucky?", (f"of {len(rows)} seeds of a soft shadow at 4 samples it has more error than padded Sobol' in {worse}; its worst has "
+    yield "How bad can a seed be?", (f"in a soft shadow at 4 samples, {worse} of {len(rows)} seeds give `blue` more error than padded Sobol'. Its worst has "
                                        f"{blue[-1] / sobol[len(sobol) // 2]:.2f} times the median error of padded Sobol', whose worst has {sobol[-1] / sobol[len(sobol) // 2]:.2f}"), "worst.csv"
 
 

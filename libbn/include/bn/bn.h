@@ -186,7 +186,7 @@ enum {
     BN_SAMPLER_WHITE = 2,
     /* One Sobol' sequence along a scrambled Morton curve over the pixels (Ahmed and Wonka, "Screen-Space
      * Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels", 2020). Tuned
-     * for a number of samples: if a pixel stops earlier, it has little less error than with SOBOL. */
+     * for a number of samples: a pixel that stops earlier has the error of SOBOL. */
     BN_SAMPLER_ZORDER = 3,
     /* A blue-noise texture for the first sample of a pixel, then a shifted, scrambled Sobol' sequence. Blue at
      * 1 sample, no better than SOBOL from 16 on. */
