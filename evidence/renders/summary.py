@@ -89,7 +89,7 @@ def of_renders(found):
                       if (own := found.get((measure, "", label, spp))) and (blue := found.get((measure, "", "blue", spp))) and own.value < 0.995 * blue.value]
             if better:
                 _, spp, own, blue = min(better)
-                wins.append(f"{NAMES[label]} {after} at {spp} sample{"s" * (spp > 1)} ({own:.2f}, `blue` {blue:.2f})")
+                wins.append(f"{NAMES[label]} {after} at {spp} sample{'s' * (spp > 1)} ({own:.2f}, `blue` {blue:.2f})")
     yield "Where do others win?", ("the largest leads over `blue`, as error over padded Sobol': " + "; ".join(wins)) if wins else "nowhere here", "renders.md"
 
 
