@@ -135,7 +135,7 @@ def add_options(parser, name, scenes, seeds):
     parser.add_argument("--scenes", type=names_of("scene", scenes), default=tuple(scenes), metavar="NAME,...",
                         help=f"only these: {', '.join(scenes)}")
     parser.number("--spp", max(COUNTS), "largest sample count")
-    parser.number("--seeds", seeds, "pictures of each sampler")
+    parser.number("--seeds", seeds, "images of each sampler")
     parser.add_argument("--quick", action="store_true", help="a trial once it is built: 2 seeds, to 16 samples, poorer references")
     parser.number("--jobs", os.cpu_count() or 1, "processes at a time, one thread each", ": one per core")
     parser.add_argument("--out", type=Path, help="folder for the report (default: evidence/results for the whole comparison, which also updates "

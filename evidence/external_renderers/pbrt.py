@@ -97,8 +97,8 @@ is `volpath`. `--spp` and `--seed` set counts and seeds, other options of sample
 pixel for all seeds. LuxCoreRender's scenes keep their meshes, cameras, lamps, plain colours and images; its skies and suns became an
 image of ours, layered and procedural materials simple ones, and what its checkout lacks is left out.
 
-References are means of two pictures by `paddedsobol`. It hashes pixel, dimension and seed, and the references have seeds of their
-own, so their errors are independent of all others'. Half the difference of the two pictures is a reference's own error. A crop
+References are means of two images by `paddedsobol`. It hashes pixel, dimension and seed, and the references have seeds of their
+own, so their errors are independent of all others'. Half the difference of the two images is a reference's own error. A crop
 counts where the error of `blue` is at least three times that."""
 
     def __init__(self, options, cells, references):
