@@ -349,7 +349,7 @@ def text(errors, parts, options):
              "gradient noise, moved by 5.588238 pixels a frame, which is made for one number: pairs of it lie on a line of the unit square, so a part of the error never "
              "averages out. STBN and FAST are published textures of frames, STBN of 128x128x64 (scalars and two-vectors), FAST of "
              "128x128x32 for a Gaussian of 1.0 and an exponential average of 0.1; their rows are those of the last run with `--stbn FOLDER --fast FOLDER`, to two digits.",
-             "", "[realtime.csv](realtime.csv) has means of 8 and 32 frames, other weights and filters, over white noise.", ""]
+             "", "[realtime.csv](realtime.csv) has means of 8 and 32 frames, other weights and filters, over white noise, and [realtime_parts.csv](realtime_parts.csv) the parts of the screen.", ""]
     for kind in HEADS:
         lines += [short_table(errors, kind), ""]
     return "\n".join([*lines, "## Parts of the screen", "", "Where a frame draws every second or fourth pixel: half-planes, `blue` over white noise. *Average* is of the "
@@ -373,6 +373,10 @@ def run(arguments):
     rows = [*rows_of(result, ways), *earlier]
     draw_plot(result, ways, options.out / "realtime.png")
     write_rows(path, FIELDS, rows)
-    page = text(in_order(rows), measure_parts(options.seeds, options.integrands), options)
+    parts = measure_parts(options.seeds, options.integrands)
+    write_rows(options.out / "realtime_parts.csv", ("part", "given", "outcome", "filter", "error"), [
+        {"part": part, "given": given, "outcome": outcome, "filter": name, "error": f"{own[i, j]:.4f}"}
+        for (part, given), own in parts.items() for i, outcome in enumerate(("one frame", "average, 0.1")) for j, name in enumerate(FILTERS)])
+    page = text(in_order(rows), parts, options)
     write_text(options.out / "realtime.md", page)
     print(page)
