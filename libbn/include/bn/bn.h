@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
- * libbn supplies the random numbers of a path tracer so that the errors of neighbouring pixels cancel. This
- * header has its samplers, and dither masks with their measures.
+ * libbn supplies a path tracer with random numbers that make the errors of neighbouring pixels cancel. This
+ * header declares the samplers, and the functions that make, measure and apply dither masks.
  *
- * A renderer draws by purpose, with bn_path.h or, in C++14, bn.hpp:
+ * In a renderer, ask for numbers by purpose, with bn_path.h or, in C++14, bn.hpp:
  *
  *     #include <bn/bn_path.h>
  *
@@ -12,32 +12,33 @@
  *     float u[4];
  *     bn_ray_draw(&sampler, &ray, u); // u[0], u[1]: the direction; u[2], u[3]: a light at the ray's end
  *
- * To organise the decisions yourself, draw from domains, inline with bn_draw.h or as below:
+ * To organise the decisions yourself, draw from domains, with the function below or inline with bn_draw.h:
  *
  *     bn_sample_4d(&sampler, x, y, index, bn_domain_child(BN_DOMAIN_ROOT, decision), u);
  *
- * bn_choose.h chooses with a random number and keeps the rest of it. neural.h makes masks with a network.
+ * bn_choose.h makes discrete choices and reuses the remainder. neural.h makes masks with a neural network.
  *
  * CONVENTIONS
  *
- * Results. Every function that can fail returns a bn_result. A call that fails leaves its outputs untouched,
- * unless its documentation says otherwise. The library prints nothing and never ends the program.
+ * Results. Every function that can fail returns a bn_result. A call that fails leaves its outputs untouched
+ * unless documented otherwise. The library prints nothing and never terminates the program.
  *
  * Options. Pass NULL for the defaults. Otherwise start from bn_*_options_default(), which fills in
- * struct_size. A longer structure, from a newer header, works as long as the options that this library does
- * not know are zero; otherwise the result is UNSUPPORTED. Any other struct_size is INVALID_ARGUMENT.
+ * struct_size. A larger structure, from a newer header, is accepted if every option that this library does
+ * not know is zero; otherwise the result is UNSUPPORTED. Any other struct_size gives INVALID_ARGUMENT.
  *
- * Arrays. Images are row-major, x fastest. The count of an array must be the product of its extents,
- * otherwise the result is SIZE_MISMATCH. A zero extent is INVALID_ARGUMENT, a mask of more than 2^31 - 1
- * texels OUT_OF_MEMORY.
+ * Arrays. Images are row-major; x varies fastest. The count passed with an array must equal the product of
+ * its extents, or the result is SIZE_MISMATCH. A zero extent gives INVALID_ARGUMENT, and a mask of more than
+ * 2^31 - 1 texels gives OUT_OF_MEMORY.
  *
- * Threads. Call any function from any number of threads. Draws do not change their sampler.
+ * Threads. Call any function from any number of threads. Drawing does not modify the sampler.
  *
  * Reproducibility. The same seed gives the same bits on every machine, with every compiler and any number of
- * threads, whatever rounding mode, flush-to-zero or traps the program has set. Exceptions: neural.h;
- * bn_mask_error() and bn_power_spectrum(), which use the C library's functions; and bn_rank_to_float() from
- * 2^27 ranks on, which rounds as the program has set. The bits of a sampler type stay from version 0.1 on: improvements become new sampler types. Masks may
- * differ between versions; CHANGELOG.md says when. */
+ * threads, whatever rounding mode, flush-to-zero mode or floating-point traps the program has set.
+ * Exceptions: neural.h; bn_mask_error() and bn_power_spectrum(), which call the C math library; and
+ * bn_rank_to_float() for 2^27 ranks or more, which follows the program's rounding mode. From version 0.1 on,
+ * a sampler type keeps its bits: improvements become new sampler types. Masks may change between versions;
+ * CHANGELOG.md says when. */
 #ifndef BN_BN_H
 #define BN_BN_H
 
@@ -65,8 +66,8 @@ extern "C" {
 #define BN_API
 #endif
 
-/* constexpr from C++14 on. In C++ inline functions have external linkage, so that those of a program may call
- * them. BN_UNREAD: the array of the first argument is not read yet. */
+/* BN_CONSTEXPR is constexpr from C++14 on. In C++, inline functions have external linkage, so that a
+ * program's may call them. BN_UNREAD: the function does not read the array of its first argument. */
 #ifdef __cplusplus
 #define BN_INLINE inline
 #else
@@ -94,50 +95,49 @@ enum {
     BN_ERROR_SIZE_MISMATCH = 2,    /* the count of an array is not the product of its extents */
     BN_ERROR_OUT_OF_MEMORY = 3,    /* an allocation failed, or the data would be too large */
     BN_ERROR_BAD_DATA = 4,         /* ranks are not a permutation, a NaN, a damaged file */
-    BN_ERROR_UNSUPPORTED = 5,      /* this version or build does not offer it */
+    BN_ERROR_UNSUPPORTED = 5,      /* not supported by this version or build */
     BN_ERROR_RUNTIME = 6,          /* ONNX Runtime is missing or failed */
     BN_ERROR_IO = 7,               /* a file cannot be opened or read */
     BN_ERROR_CANCELLED = 8         /* a progress callback asked to stop */
 };
 
-/* A short English description of any result, and the version of the library at run time, "0.1.0". */
+/* Return a short English description of any result, and the version of the library at run time ("0.1.0"). */
 BN_API const char *bn_result_string(bn_result result);
 BN_API const char *bn_version_string(void);
 
-/* Progress of a long computation, or NULL, with a user pointer: always the last two arguments. Called
- * at short intervals, on the thread that called the function, with the fraction done so far, from 0 to 1.
- * Return a non-zero value to cancel; the result is then CANCELLED. */
+/* A progress callback, or NULL. Long computations take it and a user pointer as their last two arguments, and
+ * call it at short intervals, on the calling thread, with the fraction done so far, from 0 to 1. Return a
+ * non-zero value to cancel; the computation then returns CANCELLED. */
 typedef int32_t (*bn_progress)(void *user, double fraction);
 
 /* ---- Domains */
 
 /* A domain identifies a decision along a path, or two that belong together, such as the direction of a ray
- * and the light sample at its end. Over the sample indices of a pixel, the samples of a domain are well
- * distributed; over the image, their error is blue noise. Samples of different domains are independent,
- * except within a family. Derive domains along the call tree, so that a new decision in one place does not
- * change the samples in another:
+ * and the light sample at its end. Within a pixel, the samples of a domain are well distributed; across the
+ * image, their error is blue noise. Samples of different domains are independent, except within a family.
+ * Derive domains along the call tree, so that adding a decision does not change the samples of others:
  *
  *     uint32_t camera   = bn_domain_child(BN_DOMAIN_ROOT, 0);      // position in the pixel, first light
  *     uint32_t ray      = bn_domain_child(BN_DOMAIN_ROOT, bounce); // 1, 2, ...: direction, next light
  *     uint32_t roulette = bn_domain_child(ray, 0);
  *
- * A domain has four dimensions. Use the pairs (0, 1) and (2, 3) for two-dimensional decisions, and no
- * dimension twice. Paths of stream 0 use children of the root: beside domains of yours, take other streams.
+ * A domain has four dimensions. Use the pairs (0, 1) and (2, 3) for 2-D decisions, and no dimension twice.
+ * Paths of stream 0 use children of the root; if you also use domains of your own, give paths other streams.
  *
- * Families. The children of a domain with keys 4 k to 4 k + 3 are a family. With BLUE, the four dimensions of
- * a domain are stratified together, and so, nearly, are any two members of a family. Use them for decisions
- * whose effects multiply, such as the position in the pixel and the point on a light. For a choice and then a
- * pair, as for a light and the point on it, use dimension 2 and (0, 1).
+ * Families. The children of a domain with keys 4 k to 4 k + 3 form a family. With BLUE, the four dimensions
+ * of a domain are stratified together, and any two members of a family nearly so. Use a family for decisions
+ * that multiply in the integrand, such as the position in the pixel and the point on a light. For a discrete
+ * choice followed by a pair, such as a light and the point on it, use dimension 2 and then (0, 1).
  *
- * Position in the pixel. Draw it from dimensions (0, 1), as (x, y), of a domain whose key is a multiple of
- * four. These are also well distributed along the rows and columns of the image, which helps at edges
- * parallel to its sides. */
+ * Position in the pixel. Draw (x, y) from dimensions (0, 1) of a domain whose key is a multiple of four.
+ * These positions are also well distributed along the rows and columns of the image, which helps at
+ * horizontal and vertical edges. */
 
-#define BN_DOMAIN_ROOT 0u /* from which all others descend */
+#define BN_DOMAIN_ROOT 0u /* the ancestor of all domains */
 
-/* The child of any domain with any key: a hash of the domain and of key / 4, with key % 4 as the member of
- * the family. Takes about a nanosecond. Two given families are the same with probability 2^-30: among the
- * families of a path of 16 rays that is one frame in a million. CUDA and HIP have it in bn_draw.h. */
+/* Returns the child of any domain for any key: a hash of the domain and of key / 4, with key % 4 as the
+ * member of the family. Takes about a nanosecond. Two given families coincide with a probability of 2^-30:
+ * with paths of 16 rays, that happens in one frame in a million. CUDA and HIP have it in bn_draw.h. */
 #if !defined(__CUDACC__) && !defined(__HIPCC__)
 BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 #endif
@@ -145,8 +145,8 @@ BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 /* ---- Masks */
 
 /* A mask borrows its ranks: texel (x, y, z) of channel c is ranks[((c * depth + z) * height + y) * width +
- * x]. Each channel holds every rank from 0 to width * height * depth - 1 once, and tiles the plane without
- * seams. Functions that make a mask fill in its ranks, which must be writable then; others only read them. */
+ * x]. Each channel holds every rank from 0 to width * height * depth - 1 exactly once and tiles the plane
+ * seamlessly. Functions that make a mask write to its ranks; others only read them. */
 typedef struct bn_mask {
     const void *ranks;
     uint32_t rank_bits; /* 16 (up to 65,536 texels) or 32 */
@@ -154,7 +154,7 @@ typedef struct bn_mask {
     uint32_t depth, channels; /* 1, except for 3-D masks and vector masks */
 } bn_mask;
 
-/* A 2-D mask of one channel. */
+/* Returns a 2-D mask of one channel. */
 BN_UNREAD BN_INLINE bn_mask bn_mask_u16(const uint16_t *ranks, uint32_t width, uint32_t height) {
     bn_mask mask = {ranks, 16, width, height, 1, 1};
     return mask;
@@ -167,45 +167,45 @@ BN_UNREAD BN_INLINE bn_mask bn_mask_u32(const uint32_t *ranks, uint32_t width, u
 
 /* ---- Samplers */
 
-/* Increases with every change of the tables or of the values drawn from them. */
+/* Increases with every change to the tables or to the values drawn from them. */
 #define BN_DRAW_TABLE_VERSION 7u
 
 typedef int32_t bn_sampler_type;
 enum {
-    /* The sampler to use. Progressive: it needs no sample count. The error is blue over the image in both
-     * pairs of every domain, without visible patterns. Over any aligned square of 2^s x 2^s pixels, every
-     * aligned run of 2^m samples is a (0, m + 2 s, 2)-net in dimensions (0, 1) and in (2, 3). In each pixel,
-     * every aligned run of 4^m samples is a (0, m, 4)-net in base 4 in all four dimensions. Every sample index on its
-     * own is blue, so the blurred error falls with nearly every sample. Errors do not repeat over the image:
-     * each tile of 64 x 64 pixels has its own sample order and scrambling (docs/blue.md). */
+    /* The recommended sampler type. Progressive: it needs no sample count. For both pairs of every domain,
+     * the error across the image is blue noise without visible patterns. Over any aligned square of 2^s x 2^s
+     * pixels, every aligned run of 2^m samples is a (0, m + 2 s, 2)-net in dimensions (0, 1) and in (2, 3).
+     * Within a pixel, every aligned run of 4^m samples is a (0, m, 4)-net in base 4. Each sample index is
+     * blue on its own, so the blurred error falls with nearly every sample. Errors do not repeat across the
+     * image: each tile of 64 x 64 pixels has its own sample order and scrambling (docs/blue.md). */
     BN_SAMPLER_BLUE = 0,
     /* Padded Owen-scrambled Sobol' (0, 2)-sequences, independent in each pixel: the usual baseline.
-     * Dimensions (0, 1) and (2, 3) are each well stratified, but not together. */
+     * Dimensions (0, 1) and (2, 3) are each well stratified, but not stratified together. */
     BN_SAMPLER_SOBOL = 1,
-    /* Independent random numbers: pcg4d (Jarzynski and Olano, 2020) of pixel, index and domain. */
+    /* Independent random numbers: pixel, index and domain hashed by pcg4d (Jarzynski and Olano, 2020). */
     BN_SAMPLER_WHITE = 2,
     /* One Sobol' sequence along a scrambled Morton curve over the pixels (Ahmed and Wonka, "Screen-Space
      * Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels", 2020). Tuned
-     * for a number of samples: a pixel that stops earlier has the error of SOBOL. */
+     * for a number of samples; a pixel that stops earlier has the same error as with SOBOL. */
     BN_SAMPLER_ZORDER = 3,
-    /* A blue-noise texture for the first sample of a pixel, then a shifted, scrambled Sobol' sequence. Blue at
-     * 1 sample, no better than SOBOL from 16 on. */
+    /* A blue-noise mask for the first sample of a pixel, then a shifted, scrambled Sobol' sequence. Blue at 1
+     * sample, but no better than SOBOL from 16 samples on. */
     BN_SAMPLER_MASK = 4
 };
 
-/* A sampler: a value of at most 48 bytes. Copy it, keep it and share it between threads; there is nothing to
- * destroy. Initialise it with one of the functions below; its fields are the library's. */
+/* A sampler is a plain value of at most 48 bytes. Copy it, store it and share it between threads; there is
+ * nothing to destroy. Initialise it with one of the functions below. Its fields are private. */
 typedef struct bn_sampler {
     bn_sampler_type type;
-    uint32_t log2_samples;    /* ZORDER: of the block of samples that every pixel owns */
+    uint32_t log2_samples;    /* ZORDER: log2 of the samples in each pixel's block */
     uint32_t seed[2];         /* hashed; see bn_sampler_seed() */
     const void *mask;         /* MASK: ranks, or NULL for the built-in mask */
-    uint64_t mask_scale;      /* 2^63 over the number of ranks, rounded up */
-    uint32_t mask_low_digits; /* the digits finer than ranks */
+    uint64_t mask_scale;      /* 2^63 divided by the number of ranks, rounded up */
+    uint32_t mask_low_digits; /* the binary digits finer than the ranks */
     uint32_t mask_width, mask_height, mask_rank_bits;
 } bn_sampler;
 
-/* A BLUE sampler. Different seeds give independent images. Cannot fail. */
+/* Returns a BLUE sampler. Different seeds give independent images. Cannot fail. */
 BN_CONSTEXPR bn_sampler bn_sampler_make(uint64_t seed) {
     bn_sampler sampler = {BN_SAMPLER_BLUE, 8, {0, 0}, NULL, 0x8000000000000u, 0xfffffu, 64, 64, 16};
     /* The finaliser of SplitMix64 (Steele, Lea and Flood, 2014) with Stafford's variant 13. */
@@ -220,29 +220,29 @@ BN_CONSTEXPR bn_sampler bn_sampler_make(uint64_t seed) {
 }
 
 /* Initialises a sampler of any type: ZORDER tuned for 256 samples, MASK with the built-in 64 x 64 mask.
- * Errors: INVALID_ARGUMENT (sampler is NULL, an unknown type). */
+ * Errors: INVALID_ARGUMENT (sampler is NULL or the type is unknown). */
 BN_API bn_result bn_sampler_init(bn_sampler *sampler, bn_sampler_type type, uint64_t seed);
 
-/* Initialises a ZORDER sampler, tuned for samples_per_pixel, rounded up to a power of two, at most 2^16; 0
- * means 256. Larger indices are valid, but less even. Errors: INVALID_ARGUMENT (sampler is NULL). */
+/* Initialises a ZORDER sampler tuned for samples_per_pixel, rounded up to a power of two, at most 2^16; 0
+ * means 256. Later samples are valid but less evenly spread. Errors: INVALID_ARGUMENT (sampler is NULL). */
 BN_API bn_result bn_sampler_init_zorder(bn_sampler *sampler, uint32_t samples_per_pixel,
                                         uint64_t seed);
 
 /* Initialises a MASK sampler from a 2-D mask of one channel. Its ranks must stay unchanged while the sampler
- * or a copy of it draws. Errors: INVALID_ARGUMENT (a NULL, a zero extent, a depth or channels other
- * than 1, rank_bits other than 16 or 32), BAD_DATA (the ranks are not a permutation), OUT_OF_MEMORY (the
- * check takes a bit per texel). */
+ * or a copy of it is in use. Errors: INVALID_ARGUMENT (a NULL pointer, a zero extent, a depth or channels
+ * other than 1, rank_bits other than 16 or 32), BAD_DATA (the ranks are not a permutation), OUT_OF_MEMORY
+ * (the check needs one bit per texel). */
 BN_API bn_result bn_sampler_init_mask(bn_sampler *sampler, const bn_mask *mask, uint64_t seed);
 
 /* ---- Draws from domains */
 
-/* Draws sample number `index` of pixel (x, y) in a domain. The result depends on the arguments alone, so the
- * order of draws, threads, tiles, crops and restarts cannot change it. Coordinates may be negative, and every
- * index up to 2^32 - 1 gives a new sample. The sampler must be initialised. Draws cannot fail, allocate
- * nothing and take no locks.
+/* Draws sample `index` of pixel (x, y) in a domain. The result depends only on the arguments, so the order of
+ * draws, threads, tiles, crops and restarts cannot change it. Coordinates may be negative, and each index up
+ * to 2^32 - 1 gives a new sample. The sampler must be initialised. Draws cannot fail, do not allocate and
+ * take no locks.
  *
- * bn_sample_4d_u32() gives 32 random bits per dimension. The floats are (u32[i] >> 8) * 2^-24, below 1. The
- * 1-D draw is dimension 0. The 2-D draw is dimensions (0, 1) with pair 0 and (2, 3) with pair 1 (only the
+ * bn_sample_4d_u32() returns 32 random bits per dimension. Floats are (bits >> 8) * 2^-24, below 1. The 1-D
+ * draw returns dimension 0. The 2-D draw returns dimensions (0, 1) for pair 0 and (2, 3) for pair 1 (only the
  * lowest bit counts), and takes no longer than the 4-D draw. bn_draw.h has the same draws inline. */
 BN_API float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                           uint32_t domain);
@@ -253,26 +253,26 @@ BN_API void bn_sample_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32
 BN_API void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                              uint32_t domain, uint32_t out[4]);
 
-/* Draws a block of samples, bit-equal to bn_sample_4d(): out[height][width][index_count][4], from pixel (x0,
- * y0) and first_index on. Work that depends on the pixel alone is shared: BLUE with many indices takes less
- * time than single draws, SOBOL and WHITE that of a wavefront. Errors: INVALID_ARGUMENT (sampler or out is
- * NULL, a zero extent, the block runs past the last coordinate or index), SIZE_MISMATCH. */
+/* Draws a block of samples, bit-equal to bn_sample_4d(), into out[height][width][index_count][4], starting at
+ * pixel (x0, y0) and first_index. Work that depends only on the pixel is shared: BLUE with many indices is
+ * faster than single draws, SOBOL and WHITE as fast as in a wavefront. Errors: INVALID_ARGUMENT (sampler or
+ * out is NULL, a zero extent, the block runs past the last coordinate or index), SIZE_MISMATCH. */
 BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uint32_t width,
                                  uint32_t height, uint32_t first_index, uint32_t index_count,
                                  uint32_t domain, float *out, size_t out_count);
 
-/* The lanes of a wavefront, in any order. */
+/* A wavefront of lanes, in any order. */
 typedef struct bn_wavefront {
     size_t struct_size; /* sizeof(bn_wavefront) */
-    size_t count;       /* of lanes: the elements of every array below */
+    size_t count;       /* number of lanes, and of elements in each array below */
     const int32_t *x, *y;
     /* Per lane, or NULL (default): all lanes share shared_index and shared_domain. */
     const uint32_t *index, *domain;
     uint32_t shared_index, shared_domain; /* defaults 0 and BN_DOMAIN_ROOT */
-    /* NULL (default), or the ray of each lane, below 2^28: the lane draws from bn_path_ray(path, depth[i]) of
-     * a path whose domain is the lane's; BN_DOMAIN_ROOT is the path of stream 0. */
+    /* NULL (default), or the ray number of each lane, below 2^28: lane i then draws from bn_path_ray(path,
+     * depth[i]), where the path has the lane's domain. BN_DOMAIN_ROOT is the path of stream 0. */
     const uint32_t *depth;
-    /* Dimension d of lane i goes to out[d][i * stride]; NULL (default): it is not wanted. */
+    /* Dimension d of lane i goes to out[d][i * stride]. NULL (default) skips the dimension. */
     float *out[4];
     size_t stride; /* default 1; to write u[count][4], set out[d] to u + d and stride to 4 */
 } bn_wavefront;
@@ -282,38 +282,38 @@ BN_INLINE bn_wavefront bn_wavefront_default(void) {
     return w;
 }
 
-/* Draws for all lanes of a wavefront, bit-equal to bn_sample_4d(). If only one pair is wanted, only that pair
- * is drawn. Arrays need the alignment of their elements and must not overlap the outputs. Allocates nothing
- * and takes no locks. With AVX2 (not if compiled by MSVC or by GCC for Windows), BLUE takes less than half
- * the time of single draws, SOBOL and WHITE a tenth; other types gain nothing. Errors: INVALID_ARGUMENT (a
- * NULL: sampler, wavefront, x or y, or all of out; stride is 0; struct_size), UNSUPPORTED. */
+/* Draws for all lanes of a wavefront, bit-equal to bn_sample_4d(). If only one pair is requested, only that
+ * pair is drawn. Arrays must be aligned for their element type and must not overlap the outputs. Allocates
+ * nothing and takes no locks. With AVX2 (not if compiled by MSVC or by GCC for Windows), BLUE takes less than
+ * half the time of single draws, SOBOL and WHITE a tenth; other types gain nothing. Errors: INVALID_ARGUMENT
+ * (sampler, wavefront, x, y or all of out is NULL, stride is 0, a bad struct_size), UNSUPPORTED. */
 BN_API bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefront *wavefront);
 
 /* ---- Drawing on a GPU (docs/shaders.md) */
 
 /* Returns the table of BLUE, 46.5 KiB, the same for every seed; bn_draw.glsl describes it. Sets *count to its
- * length in words and *version to the library's BN_DRAW_TABLE_VERSION. Either may be NULL. */
+ * length in 32-bit words and *version to the library's BN_DRAW_TABLE_VERSION. Either may be NULL. */
 BN_API const uint32_t *bn_tables(size_t *count, uint32_t *version);
 
-/* The seed of a sampler for shaders: two words. */
+/* Copies the sampler's seed, two words, for use in shaders. */
 BN_INLINE void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
     for (int i = 0; i < 2; ++i) seed[i] = sampler->seed[i];
 }
 
 /* ---- Making masks */
 
-/* Three algorithms fill in a mask. Void-and-cluster makes good masks in milliseconds on one core. Relaxation
- * is nearly as good, takes less time and uses all cores. Annealing is slow and makes the best ones. They call
- * `progress` in C's default floating-point environment. Errors: INVALID_ARGUMENT (a NULL, a zero extent, an
- * option out of range, rank_bits other than 16 or 32 or too few, a depth or channels that the algorithm does
- * not make), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
+/* Three algorithms make masks. Void-and-cluster makes good masks in milliseconds on one core. Relaxation is
+ * nearly as good, faster, and uses all cores. Annealing is slow and makes the best masks. All three call
+ * `progress` in C's default floating-point environment. Errors: INVALID_ARGUMENT (a NULL pointer, a zero
+ * extent, an option out of range, rank_bits other than 16 or 32 or too few, a depth or channels that the
+ * algorithm does not support), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
 
 typedef struct bn_void_and_cluster_options {
     size_t struct_size; /* sizeof(bn_void_and_cluster_options) */
-    /* Standard deviation of the Gaussian in texels, from 0.25 to 16. Default 1.5, which looks best from close
-     * up; from further away about 1.9 does. */
+    /* Standard deviation of the Gaussian in texels, from 0.25 to 16. Default 1.5, which looks best up close;
+     * from further away, about 1.9 looks best. */
     double sigma;
-    double initial_fraction; /* of texels in the initial pattern: above 0, up to 0.5; default 0.1 */
+    double initial_fraction; /* texels in the initial pattern, in (0, 0.5]; default 0.1 */
     uint64_t seed;           /* default 0 */
 } bn_void_and_cluster_options;
 
@@ -324,13 +324,13 @@ BN_INLINE bn_void_and_cluster_options bn_void_and_cluster_options_default(void) 
 
 /* Makes a mask of one channel, in two or three dimensions (Ulichney, "The void-and-cluster method for dither
  * array generation", 1993). As good as the published method, and better at both ends of the grey scale. Takes
- * about 0.2 microseconds and 14 bytes per texel (2-D, sigma 1.5), on the calling thread. */
+ * about 0.2 microseconds and 14 bytes per texel (2-D, sigma 1.5). Runs on the calling thread. */
 BN_API bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options,
                                      const bn_mask *mask, bn_progress progress, void *user);
 
 typedef struct bn_relax_options {
     size_t struct_size; /* sizeof(bn_relax_options) */
-    uint32_t threads;   /* 0 (default): one per processor */
+    uint32_t threads;   /* 0 (default): one per CPU */
     uint64_t seed;      /* default 0 */
 } bn_relax_options;
 
@@ -339,30 +339,30 @@ BN_INLINE bn_relax_options bn_relax_options_default(void) {
     return options;
 }
 
-/* Makes a 2-D mask of one channel by parallel relaxation: the fastest way to a large mask, a little behind
- * void-and-cluster in quality. Starting from white noise, 20 learned steps move all texels at once
- * by a weighted sum of clipped differences to their neighbours; the result is ranked. */
+/* Makes a 2-D mask of one channel by parallel relaxation, the fastest way to make a large mask; its quality
+ * is slightly below void-and-cluster. Starting from white noise, each of 20 learned steps changes all texels
+ * at once by a weighted sum of clipped differences from their neighbours. The result is then ranked. */
 BN_API bn_result bn_relax(const bn_relax_options *options, const bn_mask *mask,
                           bn_progress progress, void *user);
 
 typedef struct bn_anneal_options {
     size_t struct_size; /* sizeof(bn_anneal_options) */
-    /* The viewing blur whose error is minimised, in texels, from 0.25 to 4. Default 1. Texels interact by
-     * exp(-distance^2 / (4 sigma^2)). */
+    /* Standard deviation, in texels, of the viewing blur whose error is minimised, from 0.25 to 4. Default 1.
+     * Two texels interact with weight exp(-distance^2 / (4 sigma^2)). */
     double sigma;
-    /* One channel only: a second, wider blur, from sigma to 4 (default 1.5: raise it with sigma), and the
-     * weight of its squared error relative to the first's; 0 for none (default 1). */
+    /* One channel only: a second, wider blur, from sigma to 4 (default 1.5; raise it along with sigma), and
+     * the weight of its squared error relative to the first (default 1; 0 turns it off). */
     double far_sigma, far_weight;
     /* Several channels only: how close values must be to repel each other, from 0.01 to 100. Default 1. */
     double value_sigma;
-    /* Temperatures as a share of the most that the pairs of one texel can gain, with 0 < end <= start <= 1;
-     * geometric in between. Defaults 4e-4 and 2e-6. */
+    /* Temperatures, as fractions of the largest possible gain from the pairs of one texel, with 0 < end <=
+     * start <= 1; cooling is geometric. Defaults 4e-4 and 2e-6. */
     double start_temperature, end_temperature;
     uint32_t sweeps; /* trial swaps per texel; default 1000 */
     /* One channel only. 1 (default): order the first and the last ranks by void-and-cluster, because their
-     * texels are too far apart for the blurs to reach. 0: leave them. */
+     * texels are too far apart for the blurs to reach. 0: keep them as annealed. */
     int32_t order_ends;
-    /* 1: start from the ranks of the mask; 0 (default): from void-and-cluster. */
+    /* 1: start from the mask's ranks. 0 (default): start from void-and-cluster. */
     int32_t start_from_ranks;
     uint64_t seed; /* default 0 */
 } bn_anneal_options;
@@ -373,28 +373,28 @@ BN_INLINE bn_anneal_options bn_anneal_options_default(void) {
 }
 
 /* Makes a 2-D mask of 1 to 4 channels by simulated annealing with swaps (Georgiev and Fajardo, "Blue-noise
- * dithered sampling", 2016): slow, but with the least error.
+ * dithered sampling", 2016). Slow, but gives the least error.
  *
  * With one channel it minimises E_sigma^2 + far_weight * E_far_sigma^2, where E is bn_mask_error(). A trial
- * swap takes about 50 ns. With several, it minimises the sum over pairs of texels of exp(-distance^2 / (4
- * sigma^2)) * exp(-|difference of values|^(channels / 2) / value_sigma^2), with values in [0, 1). A trial
- * swap takes about 1 microsecond. Also fails with BAD_DATA: start_from_ranks without permutations. */
+ * swap takes about 50 ns. With several channels, it minimises the sum over pairs of texels of exp(-distance^2
+ * / (4 sigma^2)) * exp(-|difference of values|^(channels / 2) / value_sigma^2), with values in [0, 1). A swap
+ * takes about 1 microsecond. Also fails with BAD_DATA if it starts from ranks that are not permutations. */
 BN_API bn_result bn_anneal(const bn_anneal_options *options, const bn_mask *mask,
                            bn_progress progress, void *user);
 
-/* Ranks values: ranks[i] is the number of values less than values[i], plus the number of equal ones that come
- * before it. Takes linear time and 16 bytes of scratch memory per value. Errors: INVALID_ARGUMENT (a NULL, a
- * zero count), BAD_DATA (a NaN), OUT_OF_MEMORY (also for 2^32 values and more). */
+/* Ranks values: ranks[i] is the number of values less than values[i], plus the number of equal values before
+ * it. Takes linear time and 16 bytes of scratch memory per value. Errors: INVALID_ARGUMENT (a NULL pointer, a
+ * zero count), BAD_DATA (a NaN), OUT_OF_MEMORY (also for 2^32 values or more). */
 BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_t *ranks);
 
-/* The value of a rank: (rank + 0.5) / count in double, rounded down to float, at most 1 - 2^-24. A rank of
- * count or more counts as count - 1. The value is 0 for a count of 0. */
+/* Returns the value of a rank: (rank + 0.5) / count in double, rounded down to float and at most 1 - 2^-24. A
+ * rank of count or more is treated as count - 1. Returns 0 if count is 0. */
 BN_API float bn_rank_to_float(uint32_t rank, size_t count);
 
-/* The built-in mask of size x size texels, of 16 bits, in static storage; annealed for minutes, so better
- * than masks made on the spot. CC0-1.0. Sizes are 16, 32, 64, 128 and, unless the library was built with
- * BN_SMALL_DATA, 256. For any other size, ranks is NULL. A program linked with the static library has these
- * masks, 175 KB, only if it calls this function; samplers and bn_dither() bring the 64 x 64 mask alone. */
+/* Returns the built-in mask of size x size texels, with 16-bit ranks in static storage. Annealed for minutes,
+ * so better than masks made on the spot. CC0-1.0. Sizes are 16, 32, 64, 128 and, unless the library was built
+ * with BN_SMALL_DATA, 256. For any other size, ranks is NULL. A statically linked program contains these
+ * masks, 175 KB, only if it calls this function; samplers and bn_dither() use only the 64 x 64 mask. */
 BN_API bn_mask bn_builtin_mask(uint32_t size);
 
 /* ---- Using masks */
@@ -402,25 +402,25 @@ BN_API bn_mask bn_builtin_mask(uint32_t size);
 /* Computes the dithering error E_sigma of a 2-D mask; lower is better. It is the root mean square, over
  * texels and the 64 thresholds t = (i + 0.5) / 64, of G_sigma * [m < t] - t. Here m is the value (rank + 0.5)
  * / count, and G_sigma is a toroidal Gaussian of sigma texels, with the transfer function exp(-2 pi^2 sigma^2
- * f^2). White noise has 0.1152 at sigma 1. Errors: those of bn_sampler_init_mask(), INVALID_ARGUMENT (sigma
- * negative or not finite), CANCELLED. */
+ * f^2). The error of white noise is 0.1152 at sigma 1. Errors: as for bn_sampler_init_mask(), and
+ * INVALID_ARGUMENT (sigma negative or not finite), CANCELLED. */
 BN_API bn_result bn_mask_error(const bn_mask *mask, double sigma, double *error,
                                bn_progress progress, void *user);
 
 /* Computes the power spectrum of a 2-D mask: power[v * width + u] is |DFT|^2 at frequency (u / width, v /
- * height) cycles per texel (those above 1/2 are negative: subtract 1), over the sum of the squared deviations
- * of the ranks from their mean. So white noise has a power of 1 everywhere. power[0] is 0. Errors: those of
- * bn_sampler_init_mask(), SIZE_MISMATCH (count is not width * height), CANCELLED. */
+ * height) cycles per texel (subtract 1 from frequencies above 1/2), divided by the sum of the squared
+ * deviations of the ranks from their mean. White noise has an expected power of 1 everywhere. power[0] is 0.
+ * Errors: as for bn_sampler_init_mask(), and SIZE_MISMATCH (count is not width * height), CANCELLED. */
 BN_API bn_result bn_power_spectrum(const bn_mask *mask, float *power, size_t count,
                                    bn_progress progress, void *user);
 
 typedef struct bn_dither_options {
     size_t struct_size; /* sizeof(bn_dither_options) */
-    uint32_t levels;    /* of the output, evenly spaced from 0 to 1: 2 (default) to 256 */
-    /* 0 (default): keep the local mean of the values. 1: values and output are sRGB-encoded; keep the local
-     * mean of the light they encode. */
+    uint32_t levels;    /* output levels, evenly spaced from 0 to 1: 2 (default) to 256 */
+    /* 0 (default): preserve the local mean of the values. 1: input and output are sRGB-encoded; preserve the
+     * local mean of linear light. */
     int32_t srgb;
-    /* 1 (default): shift the mask for each channel, so that errors do not correlate. */
+    /* 1 (default): shift the mask for each channel, so that their errors are uncorrelated. */
     int32_t channel_offset;
     const bn_mask *mask; /* 2-D, of one channel; NULL (default): the built-in 64 x 64 mask */
 } bn_dither_options;
@@ -430,12 +430,12 @@ BN_INLINE bn_dither_options bn_dither_options_default(void) {
     return options;
 }
 
-/* Dithers an image[height][width][channels] with values in [0, 1] to a few levels. A value v becomes floor(v
- * * (levels - 1) + t) / (levels - 1), where t is the mask's value (rank + 0.5) / texels at that pixel. Values
- * outside [0, 1] are clamped; 0 and 1 are unchanged. With srgb, the fraction of v * (levels - 1) becomes the
- * one that preserves the light of v. `out` may be the same array as `image`. Errors: those of
- * bn_sampler_init_mask() for the mask, INVALID_ARGUMENT (a NULL, a zero extent, an option), SIZE_MISMATCH,
- * BAD_DATA (a NaN in the image), OUT_OF_MEMORY, UNSUPPORTED. */
+/* Dithers image[height][width][channels], with values in [0, 1], to a few levels. A value v becomes floor(v *
+ * (levels - 1) + t) / (levels - 1), where t is the mask's value (rank + 0.5) / texels at that pixel. Values
+ * outside [0, 1] are clamped; 0 and 1 are unchanged. With srgb, the fractional part of v * (levels - 1) is
+ * adjusted to preserve the linear light of v. `out` may be the same array as `image`. Errors: for the mask,
+ * as for bn_sampler_init_mask(); INVALID_ARGUMENT (a NULL pointer, a zero extent, an option out of range),
+ * SIZE_MISMATCH, BAD_DATA (a NaN in the image), OUT_OF_MEMORY, UNSUPPORTED. */
 BN_API bn_result bn_dither(const bn_dither_options *options, const float *image, uint32_t width,
                            uint32_t height, uint32_t channels, float *out, size_t count);
 

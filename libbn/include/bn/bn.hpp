@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// libbn for C++14 and later: samplers, paths, domains and draws as values. Everything is inline over bn.h and
-// bn_path.h: see there for the documentation. The draws have the same bits.
+// libbn for C++14 and later: samplers, paths, domains and draws as values. This header is a thin inline layer over
+// bn.h and bn_path.h, which document the functions. The draws have the same bits.
 //
 //     const bn::Sampler sampler(seed);
 //     const bn::PathSampler path(sampler, x, y, index);
@@ -8,22 +8,21 @@
 //     const std::array<float, 4> u = ray.draw();   // u[0], u[1]: the direction; u[2], u[3]: a light at its end
 //     const float lobe = ray.next_1d();
 //
-// Or, for renderers that ask for the next number or pair:
+// For renderers that ask for the next number or pair:
 //
 //     bn::SequentialSampler numbers(sampler);
 //     numbers.start(x, y, index);
 //     const std::array<float, 2> film = numbers.next_2d();
 //
-// Or from domains of your own:
+// With domains of your own:
 //
 //     const bn::Domain light = bn::Domain().child(KEY_LIGHT);
 //     const std::array<float, 2> point = sampler.sample_2d(x, y, index, light);
 //
-// A Sampler never changes: all threads may share it. Only functions that are not noexcept throw: bn::Error with the
-// result of the library, or std::bad_alloc for memory of their own. Call the rest of the library as in C, with
-// sampler.get().
+// A Sampler is immutable, so threads can share it. Functions that are not noexcept throw bn::Error if the library
+// returns an error, or std::bad_alloc. Call the rest of the library as in C, with sampler.get().
 //
-// Which header: C++14 and later bn/bn.hpp; C++11 and C bn/bn_path.h. A C++11 project can also compile one file as C++14:
+// C++14 and later use bn/bn.hpp, C and C++11 use bn/bn_path.h. A C++11 project can also compile one file as C++14:
 //
 //     // numbers.h, C++11
 //     class Numbers {
@@ -60,7 +59,7 @@
     "bn.hpp needs C++14 (-std=c++14); a C++11 program uses bn_path.h, or hides bn.hpp behind one file"
 #else
 
-/* Clang would warn of the casts of headers that C includes too. */
+/* Clang would warn about casts in the headers shared with C. */
 #if defined(__clang__)
 #pragma clang diagnostic push
 #pragma clang diagnostic ignored "-Wold-style-cast"
@@ -82,7 +81,7 @@
 
 namespace bn {
 
-// A result other than BN_SUCCESS. what() names the function and has the text of the result.
+// Thrown for any result other than BN_SUCCESS. what() names the function and describes the result.
 class Error : public std::runtime_error {
   public:
     Error(const char *function, bn_result result)
@@ -95,22 +94,22 @@ class Error : public std::runtime_error {
     bn_result result_;
 };
 
-// Throws bn::Error unless the result is BN_SUCCESS. For other functions of bn.h too:
-// bn::check("bn_dither", bn_dither(...)).
+// Throws bn::Error unless the result is BN_SUCCESS. Also use it with other functions of bn.h: bn::check("bn_dither",
+// bn_dither(...)).
 inline void check(const char *function, bn_result result) {
     if (result != BN_SUCCESS) throw Error(function, result);
 }
 
-// Identifies one decision of a path. A Domain without arguments is the root.
+// Identifies one decision of a path. The default Domain is the root.
 class Domain {
   public:
     constexpr Domain() noexcept = default;
     constexpr explicit Domain(uint32_t value) noexcept : value_(value) {}
 
-    // bn_domain_child(). Keys 4 k to 4 k + 3 are a family.
+    // Calls bn_domain_child(). Keys 4 k to 4 k + 3 form a family.
     Domain child(uint32_t key) const noexcept { return Domain(bn_domain_child(value_, key)); }
 
-    // For the functions of bn.h, bn_draw.h and shaders.
+    // The value that bn.h, bn_draw.h and shaders take.
     constexpr uint32_t value() const noexcept { return value_; }
 
     friend constexpr bool operator==(Domain a, Domain b) noexcept { return a.value_ == b.value_; }
@@ -131,7 +130,7 @@ enum class Type : int32_t {
 
 class Sampler {
   public:
-    // Blue noise.
+    // A BLUE sampler.
     constexpr Sampler() noexcept : Sampler(uint64_t{0}) {}
     constexpr explicit Sampler(uint64_t seed) noexcept : sampler_(bn_sampler_make(seed)) {}
     // Throws INVALID_ARGUMENT for an unknown type. ZORDER is tuned for 256 samples.
@@ -140,7 +139,7 @@ class Sampler {
             throw Error("bn_sampler_init", BN_ERROR_INVALID_ARGUMENT);
         sampler_.type = static_cast<int32_t>(type);
     }
-    // BN_SAMPLER_... is not a seed. Use Type.
+    // BN_SAMPLER_... is not a seed. Pass a Type.
     template <typename Other, typename = std::enable_if_t<std::is_enum<Other>::value &&
                                                           !std::is_same<Other, Type>::value>>
     explicit Sampler(Other type, uint64_t seed = 0) = delete;
@@ -151,8 +150,8 @@ class Sampler {
               bn_sampler_init_zorder(&made.sampler_, samples_per_pixel, seed));
         return made;
     }
-    // bn_sampler_init_mask(). Throws INVALID_ARGUMENT, BAD_DATA or OUT_OF_MEMORY. The ranks must outlive
-    // the Sampler and its copies.
+    // bn_sampler_init_mask(). Throws INVALID_ARGUMENT, BAD_DATA or OUT_OF_MEMORY. Keep the ranks as long as the
+    // Sampler or a copy of it is in use.
     static Sampler from_mask(const bn_mask &mask, uint64_t seed = 0) {
         Sampler made(seed);
         check("bn_sampler_init_mask", bn_sampler_init_mask(&made.sampler_, &mask, seed));
@@ -160,8 +159,8 @@ class Sampler {
     }
     constexpr explicit Sampler(const bn_sampler &sampler) noexcept : sampler_(sampler) {}
 
-    // Sample `index` of pixel (x, y) in a domain: dimension 0, one pair, (0, 1) with pair 0 and (2, 3) with
-    // pair 1, or all four.
+    // Sample `index` of pixel (x, y) in a domain: dimension 0; one pair, (0, 1) for pair 0 or (2, 3) for pair 1; or
+    // all four dimensions.
     float sample_1d(int32_t x, int32_t y, uint32_t index, Domain domain = Domain()) const noexcept {
         return bn_draw_1d(&sampler_, x, y, index, domain.value());
     }
@@ -177,7 +176,7 @@ class Sampler {
         bn_draw_4d(&sampler_, x, y, index, domain.value(), out.data());
         return out;
     }
-    // All four, 32 random bits each.
+    // All four dimensions, with 32 random bits each.
     std::array<uint32_t, 4> sample_4d_u32(int32_t x, int32_t y, uint32_t index,
                                           Domain domain = Domain()) const noexcept {
         std::array<uint32_t, 4> out{};
@@ -190,8 +189,8 @@ class Sampler {
         check("bn_sample_wavefront", bn_sample_wavefront(&sampler_, &wavefront));
     }
 
-    // bn_sample_block(): [height][width][index_count][4]. Throws INVALID_ARGUMENT for a zero extent
-    // or a block past the last coordinate or index, and OUT_OF_MEMORY if it is too large to count.
+    // bn_sample_block(): [height][width][index_count][4]. Throws INVALID_ARGUMENT for a zero extent or a block that
+    // runs past the last coordinate or index, and OUT_OF_MEMORY if its size overflows.
     std::vector<float> block(int32_t x0, int32_t y0, uint32_t width, uint32_t height,
                              uint32_t first_index, uint32_t index_count,
                              Domain domain = Domain()) const {
@@ -209,7 +208,7 @@ class Sampler {
         return out;
     }
 
-    // For the functions of bn.h and bn_path.h.
+    // The sampler that bn.h and bn_path.h take.
     constexpr const bn_sampler *get() const noexcept { return &sampler_; }
     // bn_sampler_seed(), for shaders.
     constexpr std::array<uint32_t, 2> seed() const noexcept {
@@ -227,7 +226,7 @@ class Sampler {
 class PathSampler;
 class SequentialSampler;
 
-// The numbers of a loop of unknown length: the first four are stratified, the rest from a counter-based generator.
+// Random numbers for a loop of unknown length: the first four are stratified, the rest pseudo-random.
 class LoopSampler {
   public:
     explicit LoopSampler(const bn_loop &loop) noexcept : loop_(loop) {}
@@ -245,7 +244,7 @@ class Split {
     Split(const bn_sampler *sampler, const bn_split &split) noexcept
         : sampler_(sampler), split_(split) {}
 
-    // Branch k, whose rays begin at 0. A path may use fewer branches than the count of next_split(), or more.
+    // Branch k, whose rays start at 0. A path may use fewer or more branches than the count passed to next_split().
     PathSampler operator[](uint32_t k) const noexcept;
 
   private:
@@ -253,10 +252,11 @@ class Split {
     bn_split split_;
 };
 
-// One ray of a path. It is stateful, so it can be moved but not copied: pass it by reference. A second RaySampler of the same path and number starts again, with the same numbers.
+// One ray of a path. It is stateful, so it can be moved but not copied: pass it by reference. A second RaySampler for
+// the same ray of a path returns the same numbers again.
 class RaySampler {
   public:
-    // Empty: assign a ray of a path before you draw.
+    // Empty: assign a path's ray before you draw.
     RaySampler() noexcept = default;
     RaySampler(const bn_sampler *sampler, const bn_ray &ray) noexcept
         : sampler_(sampler), ray_(ray) {}
@@ -265,13 +265,13 @@ class RaySampler {
     RaySampler(const RaySampler &) = delete;
     RaySampler &operator=(const RaySampler &) = delete;
 
-    // Its direction, and the light sample at its end. The same at every call.
+    // The ray's direction, and the light sample at its end. Every call returns the same four numbers.
     std::array<float, 4> draw() const noexcept {
         std::array<float, 4> out{};
         bn_ray_draw(sampler_, &ray_, out.data());
         return out;
     }
-    // Either pair alone.
+    // One of the two pairs.
     std::array<float, 2> draw_direction() const noexcept {
         std::array<float, 2> out{};
         bn_ray_draw_direction(sampler_, &ray_, out.data());
@@ -283,7 +283,7 @@ class RaySampler {
         return out;
     }
 
-    // The same as call k + 1 of the matching next_...() below.
+    // Returns what call k + 1 of the matching next_...() below returns.
     float draw_1d(uint32_t k) const noexcept { return bn_ray_draw_1d(sampler_, &ray_, k); }
     std::array<float, 2> draw_2d(uint32_t k) const noexcept {
         std::array<float, 2> out{};
@@ -302,7 +302,7 @@ class RaySampler {
         return LoopSampler(bn_ray_draw_loop(sampler_, &ray_, k));
     }
 
-    // Further decisions: new at every call.
+    // Numbers for further decisions: new at every call.
     float next_1d() noexcept { return bn_ray_next_1d(sampler_, &ray_); }
     std::array<float, 2> next_2d() noexcept {
         std::array<float, 2> out{};
@@ -317,14 +317,14 @@ class RaySampler {
     Split next_split(uint32_t count) noexcept {
         return Split(sampler_, bn_ray_next_split(&ray_, count));
     }
-    // For counts that vary: `first` branches were taken by the earlier samples of the pixel.
+    // For branch counts that vary: `first` is the number of branches that earlier samples of the pixel took here.
     Split next_split_from(uint32_t first) noexcept {
         return Split(sampler_, bn_ray_next_split_from(&ray_, first));
     }
     LoopSampler next_loop() noexcept { return LoopSampler(bn_ray_next_loop(sampler_, &ray_)); }
 
-    // A sub-sampler of the ray, selected by a key such as a primitive's index. It draws as a ray does. A second
-    // child with the same key starts again.
+    // A sub-sampler of the ray, selected by a key such as a primitive's index. Draw from it as from a ray. A second
+    // child with the same key returns the same numbers again.
     RaySampler child(uint32_t key) const noexcept {
         return RaySampler(sampler_, bn_ray_child(&ray_, key));
     }
@@ -357,7 +357,7 @@ class PathSampler {
         bn_path_first_light(sampler_, &state_, count, k, out.data());
         return out;
     }
-    // [0]: the time of the path. [1]: its wavelength.
+    // [0]: time as a fraction of the shutter interval. [1]: position in the spectrum.
     std::array<float, 2> time_wavelength() const noexcept {
         std::array<float, 2> out{};
         bn_path_time_wavelength(sampler_, &state_, out.data());
@@ -377,17 +377,17 @@ inline PathSampler Split::operator[](uint32_t k) const noexcept {
     return PathSampler(sampler_, bn_split_path(&split_, k));
 }
 
-// For renderers that ask a stateful sampler for the next number or pair, as pbrt's do. A number and the pair after
-// it, or two pairs, share a domain. Each ray has its own endless sequence. Use a pair, not two numbers, for a
-// decision with two dimensions. Store numbers in variables before you pass them on: C++ does not define the order
-// of the calls in f(next_1d(), next_2d()).
+// For renderers that ask a stateful sampler for the next number or pair, as pbrt does. A number and the pair after
+// it, or two consecutive pairs, share a domain. Each ray has its own endless sequence. Draw one pair, not two
+// numbers, for a 2-D decision. Store numbers in variables before you pass them on, because C++ does not define the
+// order of the calls in f(next_1d(), next_2d()).
 class SequentialSampler {
   public:
-    // Call start() before you draw. It holds a copy of the Sampler.
+    // Holds a copy of the Sampler. Call start() before you draw.
     SequentialSampler() noexcept : SequentialSampler(Sampler()) {}
     explicit SequentialSampler(const Sampler &sampler) noexcept : sampler_(*sampler.get()) {}
-    // From the first ray of a path on, a branch's too; or the numbers of one ray that is not used
-    // otherwise, such as ray.child(MATERIAL) beside ray.draw().
+    // Starts at ray 0 of a path or branch; or takes over one ray that you do not use otherwise, such as
+    // ray.child(MATERIAL) beside ray.draw().
     explicit SequentialSampler(const PathSampler &path) noexcept
         : sampler_(*path.sampler_), path_(path.state_) {
         begin(0);
@@ -397,21 +397,21 @@ class SequentialSampler {
         open();
     }
 
-    // Begins sample `index` of a pixel, at ray 0.
+    // Starts sample `index` of a pixel at ray 0.
     void start(int32_t x, int32_t y, uint32_t index, uint32_t stream = 0) noexcept {
         path_ = bn_path_start(x, y, index, stream);
         begin(0);
     }
-    // Call it before each later ray: it brings paths back into step. With the number of the current ray, that
-    // ray continues, for loops that step over transparent surfaces. An earlier number also continues the
-    // current ray, because the numbers of the earlier one are used up; debug builds assert.
+    // Call this before each later ray, so that neighbouring paths are in step again. Passing the current ray's number
+    // continues that ray, for loops that step over transparent surfaces. So does an earlier number, because the
+    // numbers of that ray have been used; debug builds assert.
     void start_ray(uint32_t ray) noexcept {
         assert(ray >= ray_);
         if (ray > ray_) begin(ray);
     }
-    // Declares the order of calls, '1' for a number and '2' for a pair; debug builds stop at another order.
-    // expect("22", "1212"): position and lens; a light and the point on it, a lobe and its direction.
-    // Call it before start(). The strings must outlive the object. Later calls of a ray are not checked.
+    // Declares the order of calls, '1' for a number and '2' for a pair; debug builds assert that it is kept.
+    // expect("22", "1212"): position and lens; a light and the point on it, a lobe and its direction. Call it before
+    // start(). The strings must outlive the object. Calls past the end of a string are not checked.
     void expect(const char *ray_0, const char *later_rays) noexcept {
         expected_[0] = ray_0;
         expected_[1] = later_rays;
@@ -461,8 +461,8 @@ class SequentialSampler {
     bn_path path_{};
     bn_ray state_{};
     uint32_t ray_ = 0;
-    // The numbers of the open domain. The first pair serves a 2-D decision, the others a second one,
-    // or single numbers before the first.
+    // The numbers of the current domain. The first pair serves a 2-D decision; the second serves another one, or
+    // single numbers.
     float u_[4] = {};
     bool pair_spent_ = true;
     std::size_t numbers_spent_ = 2;

@@ -1,19 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Make a discrete choice with a random number and reuse the remainder: bn_choose(), bn_choose_u32()
- * and bn_choose_cdf() in the common subset of GLSL, HLSL, Metal, CUDA and C. bn_choose.h compiles them
- * as C and CUDA and is their manual, bn_choose.hlsl and bn_choose.metal as their languages;
- * libbn/tools/make_wgsl.py writes the WGSL files from this text. The bits are the same. Only a
- * compiler may add a difference: those of shaders may flush subnormal numbers to 0, and treat NaN as
- * any value.
+ * Discrete choices with a random number, and reuse of the remainder: bn_choose(), bn_choose_u32() and
+ * bn_choose_cdf() in the common subset of GLSL, HLSL, Metal, CUDA and C. bn_choose.h documents them.
+ * bn_choose.h, bn_choose.hlsl and bn_choose.metal include this file; libbn/tools/make_wgsl.py
+ * translates it to the WGSL files. The bits are the same, except that shader compilers may flush
+ * subnormal numbers to 0 and treat NaN as any value.
  *
- * In a shader (GLSL 3.30 or GLSL ES 3.00, no extensions), include this file, before or after
- * bn_draw.glsl or without it:
+ * In a shader (GLSL 3.30 or GLSL ES 3.00, no extensions), include this file, with or without
+ * bn_draw.glsl:
  *
  *     vec4 u = bn_draw_blue_4d(seed, uint(pixel.x), uint(pixel.y), index, domain);
  *     uint light = bn_choose_u32(light_count, u.x);
  *     bool coat = bn_choose(coat_probability, u.z);
  *
- * For bn_choose_cdf(first, count, u), first say where tables are. `first` is where one begins:
+ * For bn_choose_cdf(first, count, u), define how to read a table. `first` is where the table begins:
  *
  *     layout(std430, binding = 1) readonly buffer cdf_table { float cdf[]; };
  *     #define BN_CDF(i) cdf[i] */
@@ -42,7 +41,7 @@ precision highp int;
 #endif
 #endif
 
-#define BN_CHOOSE_STEPS 0x1000000u /* in [0, 1), each of 2^-24 */
+#define BN_CHOOSE_STEPS 0x1000000u /* steps of 2^-24 in [0, 1) */
 
 #ifndef BN_CHOOSE_POSITIVE
 #define BN_CHOOSE_POSITIVE(v) bn_choose_positive(v)
@@ -52,13 +51,13 @@ BN_FUNCTION BN_BOOL bn_choose_positive(float v) {
 }
 #endif
 
-/* The step that a number lies in, also right for NaN. */
+/* The step that contains u; 0 for NaN. */
 BN_FUNCTION BN_UINT bn_choose_step(float u) {
     if (!BN_CHOOSE_POSITIVE(u)) return 0u;
     return u < 1.0f ? BN_TO_UINT(u * 16777216.0f) : BN_CHOOSE_STEPS - 1u;
 }
 
-/* The number of steps below a limit: u < limit is true for these and no others. */
+/* The number of steps below a limit: exactly those for which u < limit. */
 BN_FUNCTION BN_UINT bn_choose_steps_below(float limit) {
     if (!BN_CHOOSE_POSITIVE(limit)) return 0u;
     float steps = (limit < 1.0f ? limit : 1.0f) * 16777216.0f;
@@ -105,7 +104,7 @@ BN_FUNCTION BN_BOOL bn_choose(float probability, BN_CHOOSE_U) {
     return place < limit;
 }
 
-/* The middle of the step times count: its whole part chooses, its fraction is left. */
+/* The centre of the step times count: the integer part chooses, the fraction is the remainder. */
 BN_FUNCTION BN_UINT bn_choose_u32(BN_UINT count, BN_CHOOSE_U) {
     BN_UINT n = count > 0u ? count : 1u;
     BN_UINT middle = 2u * bn_choose_step(BN_CHOOSE_GET_U) + 1u;
@@ -114,13 +113,13 @@ BN_FUNCTION BN_UINT bn_choose_u32(BN_UINT count, BN_CHOOSE_U) {
     return BN_MULTIPLY_HIGH(middle, n) << 7u | low >> 25u;
 }
 
-/* Whether the place of a step, in the units of a table, lies below a limit. */
+/* Whether a step, in the units of a table, lies below a limit. */
 BN_FUNCTION BN_BOOL bn_choose_is_below(BN_UINT place, float unit, float limit) {
     if (!BN_CHOOSE_POSITIVE(limit)) return BN_FALSE;
     return BN_TO_FLOAT(place) * unit < limit;
 }
 
-/* The number of steps below a limit. Quotients may be a few steps off, on GPUs; products are not. */
+/* The number of steps below a limit. GPU quotients may be off by a few steps; products are not. */
 BN_FUNCTION BN_UINT bn_choose_steps_of(float unit, float limit) {
     BN_UINT place = BN_CHOOSE_STEPS;
     if (bn_choose_is_below(BN_CHOOSE_STEPS - 1u, unit, limit)) return place;

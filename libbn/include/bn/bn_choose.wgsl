@@ -1,20 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0
- * bn_choose() and bn_choose_u32() in WGSL: bn_choose.glsl, translated by libbn/tools/make_wgsl.py. Put
- * this text in front of yours or behind it, with bn_draw.wgsl or without. bn_choose.h is the manual.
+ * bn_choose() and bn_choose_u32() in WGSL, translated from bn_choose.glsl by libbn/tools/make_wgsl.py.
+ * Concatenate this file with your shader, with or without bn_draw.wgsl. bn_choose.h documents them.
  *
  *     var u = draw.x;
- *     let light = bn_choose_u32(light_count, &u); // u is now what is left of the number
+ *     let light = bn_choose_u32(light_count, &u); // u is now the remainder
  *
- * WGSL compilers may take subnormal numbers as 0, and NaN as anything. */
+ * WGSL compilers may flush subnormal numbers to 0 and treat NaN as any value. */
 
-const BN_CHOOSE_STEPS = 0x1000000u; /* in [0, 1), each of 2^-24 */
+const BN_CHOOSE_STEPS = 0x1000000u; /* steps of 2^-24 in [0, 1) */
 
 /* No comparison is true for NaN. */
 fn bn_choose_positive(v: f32) -> bool {
     return v > 0.0f;
 }
 
-/* The step that a number lies in, also right for NaN. */
+/* The step that contains u; 0 for NaN. */
 fn bn_choose_step(u: f32) -> u32 {
     if (!bn_choose_positive(u)) {
         return 0u;
@@ -22,7 +22,7 @@ fn bn_choose_step(u: f32) -> u32 {
     return select(BN_CHOOSE_STEPS - 1u, u32(u * 16777216.0f), u < 1.0f);
 }
 
-/* The number of steps below a limit: u < limit is true for these and no others. */
+/* The number of steps below a limit: exactly those for which u < limit. */
 fn bn_choose_steps_below(limit: f32) -> u32 {
     if (!bn_choose_positive(limit)) {
         return 0u;
@@ -65,7 +65,7 @@ fn bn_choose(probability: f32, u: ptr<function, f32>) -> bool {
     return place < limit;
 }
 
-/* The middle of the step times count: its whole part chooses, its fraction is left. */
+/* The centre of the step times count: the integer part chooses, the fraction is the remainder. */
 fn bn_choose_u32(count: u32, u: ptr<function, f32>) -> u32 {
     let n = select(1u, count, count > 0u);
     let middle = 2u * bn_choose_step(*u) + 1u;
@@ -74,7 +74,7 @@ fn bn_choose_u32(count: u32, u: ptr<function, f32>) -> u32 {
     return (bn_multiply_high(middle, n) << 7u) | (low >> 25u);
 }
 
-/* Whether the place of a step, in the units of a table, lies below a limit. */
+/* Whether a step, in the units of a table, lies below a limit. */
 fn bn_choose_is_below(place: u32, unit: f32, limit: f32) -> bool {
     if (!bn_choose_positive(limit)) {
         return false;
@@ -82,7 +82,7 @@ fn bn_choose_is_below(place: u32, unit: f32, limit: f32) -> bool {
     return f32(place) * unit < limit;
 }
 
-/* The number of steps below a limit. Quotients may be a few steps off, on GPUs; products are not. */
+/* The number of steps below a limit. GPU quotients may be off by a few steps; products are not. */
 fn bn_choose_steps_of(unit: f32, limit: f32) -> u32 {
     var place = BN_CHOOSE_STEPS;
     if (bn_choose_is_below(BN_CHOOSE_STEPS - 1u, unit, limit)) {

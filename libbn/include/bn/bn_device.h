@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The portability macros of the text that C, GPUs and shaders share: bn_draw.glsl, bn_path.glsl and
- * bn_choose.glsl, which bn_draw.h, bn_path.h and bn_choose.h compile. These headers include this one
- * twice: before the text, which defines the macros, and after it, which removes them. With CUDA and
- * HIP the functions are `__host__ __device__`. NVRTC and hipRTC compile for the GPU alone and have no
- * system headers: there bn.h is left out. */
+ * Portability macros for the code that C, GPUs and shaders share: bn_draw.glsl, bn_path.glsl and
+ * bn_choose.glsl, which bn_draw.h, bn_path.h and bn_choose.h include. Each of these headers
+ * includes this one twice: before the shared code to define the macros, and after it to remove
+ * them. In CUDA and HIP the functions are `__host__ __device__`. NVRTC and hipRTC compile for the
+ * GPU only and have no system headers, so bn.h is left out. */
 #ifndef BN_BN_DEVICE_H
 #define BN_BN_DEVICE_H
 
@@ -14,7 +14,7 @@ typedef unsigned int uint32_t;
 #endif
 
 #if defined(__CUDACC__) || defined(__HIPCC__) || defined(BN_DEVICE_ONLY)
-/* Defined where the functions are compiled for a GPU too. */
+/* Defined if the functions are also compiled for a GPU. */
 #define BN_DEVICE_TOO 1
 #endif
 
@@ -26,7 +26,7 @@ typedef unsigned int uint32_t;
 
 #ifndef BN_UINT
 
-/* In C++ these have external linkage, so that inline functions of a program may call them. */
+/* External linkage in C++, so that a program's inline functions may call them. */
 #ifdef __cplusplus
 #define BN_HOST_INLINE inline
 #define BN_CAST(type, v) static_cast<type>(v)
@@ -46,13 +46,13 @@ typedef unsigned int uint32_t;
 #define BN_FALSE 0
 #define BN_FUNCTION BN_DEVICE_INLINE
 
-/* The first parameter and argument of every draw, each with its comma: in shaders, which reach the
- * table through BN_WORD alone, both are empty. */
+/* The first parameter and argument of every draw, each with its comma. Both are empty in shaders,
+ * which read the table only through BN_WORD. */
 #define BN_TABLE const uint32_t *bn_words,
 #define BN_PASS_TABLE bn_words,
 #define BN_WORD(i) bn_words[i]
 
-/* By signed numbers, for which processors have instructions. */
+/* Through signed integers, for which CPUs have instructions. */
 #define BN_TO_UINT(v) BN_CAST(uint32_t, BN_CAST(int32_t, v))
 #define BN_TO_FLOAT(v) BN_CAST(float, BN_CAST(int32_t, v))
 #define BN_MULTIPLY_HIGH(a, b) BN_CAST(uint32_t, BN_CAST(unsigned long long, a) * (b) >> 32)
@@ -77,7 +77,7 @@ typedef unsigned int uint32_t;
 #undef BN_TO_FLOAT
 #undef BN_MULTIPLY_HIGH
 #undef BN_REVERSE_BITS
-/* Those that the texts define. */
+/* Defined by the shared code. */
 #undef BN_ANY
 #undef BN_ROW
 #undef BN_HALF_ROW

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of BLUE, SOBOL and WHITE, in the common subset of GLSL, HLSL, Metal, CUDA and C. They
- * are bit-equal to bn_sample_4d(). bn_draw.h compiles this text as C and CUDA, bn_draw.hlsl and
- * bn_draw.metal as their languages; libbn/tools/make_wgsl.py writes bn_draw.wgsl from it. See
- * docs/shaders.md.
+ * The draws of BLUE, SOBOL and WHITE in the common subset of GLSL, HLSL, Metal, CUDA and C. They are
+ * bit-equal to bn_sample_4d(). bn_draw.h, bn_draw.hlsl and bn_draw.metal include this file;
+ * libbn/tools/make_wgsl.py translates it to bn_draw.wgsl. See docs/shaders.md.
  *
- * In a shader (GLSL 3.30 or GLSL ES 3.00, no extensions), say how to read word i of bn_tables(), then
- * include this file. The seed is that of bn_sampler_seed():
+ * In a shader (GLSL 3.30 or GLSL ES 3.00, no extensions), define BN_WORD(i) to read word i of
+ * bn_tables(), then include this file. The seed comes from bn_sampler_seed():
  *
  *     #version 430
  *     layout(std430, binding = 0) readonly buffer bn_table { uint bn_words[]; };
@@ -15,8 +14,8 @@
  *     vec4 u = bn_draw_blue_4d(seed, uint(pixel.x), uint(pixel.y), index, domain);
  *     vec2 v = bn_draw_blue_2d(seed, uint(pixel.x), uint(pixel.y), index, domain, 1u); // u.zw
  *
- * Coordinates are signed integers reinterpreted as unsigned: uint(-1) is the column left of zero.
- * Without storage buffers, as in WebGL 2, the words come from a texture:
+ * Coordinates are signed integers reinterpreted as unsigned: uint(-1) is the column left of zero. Where
+ * there are no storage buffers, as in WebGL 2, read the words from a texture:
  *
  *     uniform highp usampler2D bn_words; // R32UI, 64 texels wide
  *     #define BN_WORD(i) texelFetch(bn_words, ivec2((i) & 63u, (i) >> 6u), 0).r
@@ -26,7 +25,7 @@
 #define BN_DRAW_GLSL
 
 #ifndef BN_ANY
-/* Whether v, or any lane of it where it is a vector, is not zero. */
+/* Whether v, or any lane of a vector v, is not zero. */
 #define BN_ANY(v) ((v) != 0u)
 #endif
 
@@ -47,7 +46,7 @@ precision highp int;
 #define BN_TABLE
 #define BN_PASS_TABLE
 #define bn_draw_domain_child bn_domain_child
-/* Newer versions have a built-in for the code below. */
+/* Newer versions have a built-in for this. */
 #if __VERSION__ >= 400 || (defined(GL_ES) && __VERSION__ >= 310)
 #define BN_REVERSE_BITS(v) bitfieldReverse(v)
 #endif
@@ -55,20 +54,20 @@ precision highp int;
 
 /* THE TABLES
  *
- * One flat buffer of BN_WORD_COUNT 32-bit words, 46.5 KiB, the same for every seed; only BLUE reads
- * them. Entries of two words hold the first 16 digits of four coordinates, a half-word each from the
- * lowest up; entries of four, all 32 digits of each. `member` is the domain's number within its
- * family, 0 to 3. */
-/* One word per pixel of the tile of 64 x 64, row-major: byte m is the pixel's place in its block of 4 x 4
- * for member m. */
+ * One flat buffer of BN_WORD_COUNT 32-bit words (46.5 KiB), the same for every seed. Only BLUE reads
+ * it. An entry of two words holds the upper 16 digits of the four coordinates, one half-word each,
+ * lowest first. An entry of four words holds all 32 digits of each. `member` is the domain's number
+ * within its family, 0 to 3. */
+/* One word per pixel of the 64 x 64 tile, row-major. Byte m is the pixel's place in its 4 x 4 block for
+ * member m. */
 #define BN_PIXELS_AT 0u
 #define BN_BLOCKS_AT 4096u /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
 #define BN_PLACES_AT 6144u /* [member][16][2]: digits of a place in a block */
 #define BN_POINTS_AT 6272u /* [256][member][4]: the first 256 points, by reversed index */
-#define BN_LATER_AT 10368u /* [6][16][member][4]: digits of bits 8 to 31 of an index, by fours */
+#define BN_LATER_AT 10368u /* [6][16][member][4]: digits for index bits 8 to 31, four at a time */
 #define BN_WORD_COUNT 11904u
 
-#ifndef bn_uint4 /* else a vector of the language */
+#ifndef bn_uint4 /* otherwise a built-in vector type */
 struct bn_uint4 {
     BN_UINT x, y, z, w;
 };
@@ -77,8 +76,7 @@ struct bn_uint2 {
 };
 #endif
 
-/* Four words in a row. An entry of two words comes with the two words that follow it, which are not
- * used. */
+/* Four consecutive words. When an entry of two words is read, the two words after it are not used. */
 #ifndef BN_ROW
 #define BN_ROW(at) bn_draw_row(BN_PASS_TABLE at)
 BN_FUNCTION bn_uint4 bn_draw_row(BN_TABLE BN_UINT at) {
@@ -91,7 +89,7 @@ BN_FUNCTION bn_uint4 bn_draw_row(BN_TABLE BN_UINT at) {
 }
 #endif
 
-/* Two words in a row, or one with that which follows it. */
+/* Two consecutive words. */
 #ifndef BN_HALF_ROW
 #define BN_HALF_ROW(at) bn_draw_half_row(BN_PASS_TABLE at)
 BN_FUNCTION bn_uint2 bn_draw_half_row(BN_TABLE BN_UINT at) {
@@ -115,7 +113,7 @@ BN_FUNCTION BN_UINT bn_reverse_bits(BN_UINT v) {
 }
 #endif
 
-/* A bijection in which every input bit reaches every output bit (structure and constants: Wellons,
+/* A bijection in which every input bit affects every output bit (structure and constants: Wellons,
  * "Prospecting for Hash Functions", 2018). */
 BN_FUNCTION BN_UINT bn_hash32(BN_UINT v) {
     v = (v ^ (v >> 16u)) * 0x21f0aaadu;
@@ -123,11 +121,11 @@ BN_FUNCTION BN_UINT bn_hash32(BN_UINT v) {
     return v ^ (v >> 15u);
 }
 
-/* bn_domain_child(): a hash of the parent and of key / 4, which is the same for a whole family,
- * with the member of the family in the upper two bits. The draws hash the result once more. Families
- * of one parent differ by multiples of the golden ratio before the last step, which leaves the upper
- * half alone: of any thirty in a row, no two have the same upper six bits, by which BLUE places
- * them. */
+/* bn_domain_child(): a hash of the parent and of key / 4, which all members of a family share, with the
+ * member number in the upper two bits. The draws hash the result once more. Families of one parent
+ * differ by multiples of the golden ratio before the last step, which leaves the upper half unchanged.
+ * So of any thirty consecutive families, no two have the same upper six bits, from which BLUE takes
+ * their shift. */
 BN_FUNCTION BN_UINT bn_draw_domain_child(BN_UINT domain, BN_UINT key) {
     BN_UINT v = (domain + (key >> 2u) * 0x121658bdu + 0x9e3779b9u) * 0x21f0aaadu;
     v = ((v ^ (v >> 16u)) & 0xfffffffcu) | (key & 3u);
@@ -150,11 +148,11 @@ BN_FUNCTION BN_UINT bn_owen(BN_UINT digits, BN_UINT seed) {
     return BN_REVERSE_BITS(bn_owen_reversed(BN_REVERSE_BITS(digits), seed));
 }
 
-/* The second coordinate of the Sobol' (0,2)-sequence from the first: with digits d_0 (the most
- * significant bit) to d_31 of the radical inverse, digit k becomes the sum over j of binomial(j, k)
- * d_j mod 2, which is odd exactly when k is a bitwise subset of j; so the sum factors into five
- * steps, one for each bit of j (Ahmed, "An Implementation Algorithm of 2D Sobol Sequence Fast,
- * Elegant, and Compact", 2024). */
+/* The second coordinate of the Sobol' (0,2)-sequence, computed from the first. Let d_0 (the most
+ * significant bit) to d_31 be the digits of the radical inverse; digit k of the result is the sum over
+ * j of binomial(j, k) d_j mod 2. The binomial is odd exactly when k is a bitwise subset of j, so the
+ * sum factors into five steps, one per bit of j (Ahmed, "An Implementation Algorithm of 2D Sobol
+ * Sequence Fast, Elegant, and Compact", 2024). */
 BN_FUNCTION BN_UINT bn_sobol_second(BN_UINT digits) {
     digits ^= (digits << 1u) & 0xaaaaaaaau;
     digits ^= (digits << 2u) & 0xccccccccu;
@@ -168,11 +166,11 @@ BN_FUNCTION BN_UINT bn_sobol_second(BN_UINT digits) {
 
 struct bn_blue_pixel {
     BN_UINT at;           /* the pixel in the tile: 64 row + column */
-    BN_UINT place, block; /* what holds its upper 16 digits: entries of two words, from word 0 on */
+    BN_UINT place, block; /* its upper 16 digits: indices of two-word entries */
     BN_UINT keys;         /* random digits of this copy of the tile, for pair 0 */
-    BN_UINT low;          /* the lower 16 digits of pair 0, random: as above, a half-word each */
-    BN_UINT shuffle;      /* of the index: the same for all members of a family */
-    BN_UINT member;       /* of the family */
+    BN_UINT low;          /* the lower 16 digits of pair 0, random, one half-word each */
+    BN_UINT shuffle;      /* for the index: the same for all members of a family */
+    BN_UINT member;       /* number within the family */
 };
 
 /* A factor that gives each member its own random digits. */
@@ -188,16 +186,16 @@ BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE bn_uint2 seed, BN_UINT x, 
     bn_blue_pixel pixel;
     BN_UINT turned = domain << 2u | domain >> 30u, member = turned & 3u;
     pixel.member = member;
-    /* The family: its four members differ only in the upper two bits of the domain. */
+    /* A hash of the family, whose four members differ only in the upper two bits of the domain. */
     BN_UINT start = (turned & 0xfffffffcu) ^ seed.x;
     BN_UINT family = start * 0x21f0aaadu;
     family = (family ^ (family >> 16u)) * 0xd35a2d97u + seed.y;
-    /* The tile, reflected and shifted. Of the shift along y the lower six bits count, the others number
-     * the copies differently. */
+    /* Reflect and shift the tile. Only the lower six bits of the shift along y move it; the others
+     * renumber the copies. */
     BN_UINT column = (x ^ (0u - (family >> 31u))) + (start >> 26u);
     BN_UINT row = (y ^ (0u - (family >> 19u & 1u))) + (family >> 20u);
-    /* Each copy of the tile has its own random digits and order of the samples, which all its
-     * pixels share: so samples in the middle of an octave are as blue as the first ones. */
+    /* Each copy of the tile has its own random digits and sample order, shared by all its pixels, so
+     * samples in the middle of an octave are as blue as the first ones. */
     BN_UINT copy = (column >> 6u) + (row >> 6u) * 0x9e3779b1u + family;
     copy = (copy ^ (copy >> 16u)) * 0x21f0aaadu;
     copy ^= copy >> 15u;
@@ -214,15 +212,15 @@ BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE bn_uint2 seed, BN_UINT x, 
     return pixel;
 }
 
-/* The keys for pair 1: a rotation, so that the first eight digits of the four coordinates use different bits
- * of the hash. The low digits for pair 1 are low ^ keys. */
+/* The keys for pair 1, rotated so that the first eight digits of the four coordinates use different
+ * bits of the hash. The low digits for pair 1 are low ^ keys. */
 BN_FUNCTION BN_UINT bn_draw_second_keys(BN_UINT keys) {
     return keys << 8u | keys >> 24u;
 }
 
-/* A factor for the shuffle: bit 31 of their product decides whether the first digit of this index
- * and its neighbour is flipped. That bit is one of the shuffle's lower bits, or a sum of several. It
- * depends on the lowest eight bits of the index alone. */
+/* A factor for the shuffle: bit 31 of the product decides whether the first digit of this index and of
+ * its neighbour is flipped. That bit is one of the shuffle's lower bits, or a sum of several. The
+ * factor depends only on the lowest eight bits of the index. */
 BN_FUNCTION BN_UINT bn_draw_flip(BN_UINT index) {
     BN_UINT t = ((index & 255u) >> 1u) - 1u;
     BN_UINT flip = 2u << (t & 15u);
@@ -232,11 +230,10 @@ BN_FUNCTION BN_UINT bn_draw_flip(BN_UINT index) {
     return flip & ((t >> 31u) - 1u); /* zero for the first pair, where t is 2^32 - 1 */
 }
 
-/* The digits of an index, reversed and shuffled. Each digit is flipped depending on the later ones,
- * through a product that is nested in the index from its top bit down. The first digit is also
- * flipped by its own random bits: by the product alone, one in eight pairs of families would
- * flip it alike over the first 16 samples of a pixel. Zero maps to zero, so every power-of-two
- * prefix maps to itself. */
+/* The digits of an index, reversed and shuffled. The product flips each digit depending on the digits
+ * after it, that is, on the higher bits of the index. The first digit is also flipped by random bits of
+ * its own; otherwise one in eight pairs of families would flip it identically over the first 16 samples
+ * of a pixel. Zero maps to zero, so every power-of-two prefix maps to itself. */
 BN_FUNCTION BN_UINT bn_draw_blue_digits(BN_UINT shuffle, BN_UINT reversed, BN_UINT flip) {
     return reversed ^ reversed * (shuffle << 1u) ^ ((shuffle * flip) & 0x80000000u);
 }
@@ -265,8 +262,8 @@ BN_FUNCTION bn_uint4 bn_draw_blue_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index
     return v;
 }
 
-/* One pair of dimensions alone, by 0 or 1: the sample of these digits without what bits 8 to 31 of the
- * index add to it. */
+/* Only pair 0 or 1 of the dimensions: the sample for these digits, before bits 8 to 31 of the index are
+ * added. */
 BN_FUNCTION bn_uint2 bn_draw_blue_pair_first(BN_TABLE bn_blue_pixel pixel, BN_UINT digits,
                                              BN_UINT pair) {
     pair &= 1u;
@@ -352,9 +349,9 @@ BN_FUNCTION bn_uint4 bn_draw_sobol_bits(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_
     return v;
 }
 
-/* WHITE: a hash of four words to four (Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020:
- * pcg4d, after O'Neill's generators). The pixel, the index and the domain are the counter, the seed is
- * added to it. The domain is mixed before, as the members of a family differ in two bits alone. */
+/* WHITE: pcg4d, a hash of four words to four (Jarzynski and Olano, "Hash Functions for GPU Rendering",
+ * 2020, after O'Neill's generators). Pixel, index and domain form the counter, to which the seed is
+ * added. The domain is mixed first, because the members of a family differ only in two bits. */
 BN_FUNCTION bn_uint4 bn_draw_white_hash(bn_uint4 v) {
     v.w = (v.w ^ (v.w >> 16u)) * 0x21f0aaadu;
     v.x = v.x * 1664525u + 1013904223u;

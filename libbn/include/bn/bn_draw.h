@@ -1,32 +1,30 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of bn.h inline: bn_draw_1d(), bn_draw_2d(), bn_draw_4d() and bn_draw_4d_u32() return the bits of
- * bn_sample_1d() and its relatives. BLUE is compiled into the caller; the other sampler types call the
- * library. Paths (bn_path.h) and C++ (bn.hpp) draw with these. Linking against a library with other
- * tables fails.
+ * Inline versions of the draws of bn.h: bn_draw_1d(), bn_draw_2d(), bn_draw_4d() and bn_draw_4d_u32() return
+ * the same bits as bn_sample_1d() and its relatives. BLUE is inlined; the other sampler types call the
+ * library. bn_path.h and bn.hpp use these functions. Linking fails if the library has another table version.
  *
  * ON A GPU
  *
- * The draws are in bn_draw.glsl, in 32-bit integer arithmetic that GLSL, HLSL, Metal and WGSL share
- * (docs/shaders.md). CUDA and HIP include this header: bn_draw_blue_4d(), bn_draw_sobol_4d() and
- * bn_draw_white_4d() are __host__ __device__ there, and so is bn_domain_child(). BLUE reads a copy of the
- * words of bn_tables() in device memory; the seed is an argument.
+ * The draws are in bn_draw.glsl, which GLSL, HLSL, Metal and WGSL share; they use only 32-bit integers
+ * (docs/shaders.md). In CUDA and HIP, include this header: bn_draw_blue_4d(), bn_draw_sobol_4d(),
+ * bn_draw_white_4d() and bn_domain_child() are then __host__ __device__. BLUE reads a copy of bn_tables() in
+ * device memory; the seed is an argument.
  *
  * HOW BLUE WORKS
  *
  * The samples of a pixel are a digital sequence: each bit of the sample index, and each bit of the pixel's
- * label, adds (XOR) a vector of digits to each of the four coordinates. Labels are places in a tile of 64 x
- * 64 pixels, arranged by a search (libbn/tools/bn_bake_sampler.c) so that errors of neighbours cancel. Each
- * copy of the tile adds random digits and has its own sample order. A family of domains has a shift and a
- * reflection of the tile, and each of its four members other vectors. docs/blue.md explains the construction.
+ * label, adds (XOR) a vector of digits to each of the four coordinates. A search
+ * (libbn/tools/bn_bake_sampler.c) arranged the labels in a tile of 64 x 64 pixels so that errors of
+ * neighbours cancel. Each copy of the tile adds random digits and has its own sample order. Each family
+ * shifts and reflects the tile, and its four members use different vectors. See docs/blue.md.
  *
  * COST
  *
- * A draw of four dimensions takes about 115 instructions on x86-64 and four loads of 8 to 16 bytes, from 47
- * KiB of tables, of which one member of a family uses half. A draw of one pair or one dimension takes a few
- * instructions less. Inlined into a loop, draws of many domains in one pixel, or of many indices, share their
- * common work. From index 256 on, every four bits of the index cost one more XOR. With SSE2, the last step
- * handles all four dimensions at once. Define BN_DRAW_PLAIN to do without SSE2, as CUDA and HIP do; the bits
- * are the same. */
+ * A 4-D draw takes about 115 instructions on x86-64 and four loads of 8 to 16 bytes from 47 KiB of tables, of
+ * which each member of a family uses half. A draw of one pair or one dimension takes slightly fewer. Inlined
+ * into a loop, draws of many domains or indices in one pixel share their common work. From index 256 on,
+ * every four bits of the index cost one more XOR. With SSE2, the last step handles all four dimensions at
+ * once. Define BN_DRAW_PLAIN to disable SSE2, as in CUDA and HIP; the bits are the same. */
 #ifndef BN_BN_DRAW_H
 #define BN_BN_DRAW_H
 
@@ -59,7 +57,7 @@ BN_HOST_INLINE uint32_t bn_draw_key_factor(uint32_t member) {
 #include <bn/bn_draw.glsl>
 
 BN_DEVICE_INLINE float bn_draw_float(uint32_t bits) {
-    /* Decimal 2^-24, because C++11 has no hexadecimal floats. A signed integer holds 24 bits. */
+    /* 2^-24 in decimal, because C++11 has no hexadecimal floats. The 24 bits fit in a signed integer. */
     return (float)(int32_t)(bits >> 8) * (1.0f / 16777216.0f);
 }
 
@@ -77,26 +75,26 @@ BN_DEVICE_INLINE void bn_draw_pair_floats(bn_uint2 v, float out[2]) {
 
 /* ---- Draws from words and a seed, as in shaders */
 
-/* The same as bn_sample_4d() for a BLUE sampler whose bn_sampler_seed() is `seed`. `words` is the table of
- * bn_tables(). */
+/* Same as bn_sample_4d() for a BLUE sampler whose bn_sampler_seed() is `seed`. `words` is the table that
+ * bn_tables() returns. */
 BN_DEVICE_INLINE void bn_draw_blue_4d(const uint32_t *words, bn_uint2 seed, int32_t x, int32_t y,
                                       uint32_t index, uint32_t domain, float out[4]) {
     bn_draw_floats(bn_draw_blue_bits(words, seed, (uint32_t)x, (uint32_t)y, index, domain), out);
 }
 
-/* The same for SOBOL. */
+/* Same for SOBOL. */
 BN_DEVICE_INLINE void bn_draw_sobol_4d(bn_uint2 seed, int32_t x, int32_t y, uint32_t index,
                                        uint32_t domain, float out[4]) {
     bn_draw_floats(bn_draw_sobol_bits(seed, (uint32_t)x, (uint32_t)y, index, domain), out);
 }
 
-/* The same for WHITE. */
+/* Same for WHITE. */
 BN_DEVICE_INLINE void bn_draw_white_4d(bn_uint2 seed, int32_t x, int32_t y, uint32_t index,
                                        uint32_t domain, float out[4]) {
     bn_draw_floats(bn_draw_white_bits(seed, (uint32_t)x, (uint32_t)y, index, domain), out);
 }
 
-/* bn_sample_2d() for BLUE, SOBOL and WHITE: dimensions (0, 1) with pair 0, (2, 3) with pair 1. */
+/* Same as bn_sample_2d(): dimensions (0, 1) for pair 0, (2, 3) for pair 1. */
 BN_DEVICE_INLINE void bn_draw_blue_2d(const uint32_t *words, bn_uint2 seed, int32_t x, int32_t y,
                                       uint32_t index, uint32_t domain, uint32_t pair,
                                       float out[2]) {
@@ -124,12 +122,12 @@ BN_DEVICE_INLINE void bn_draw_white_2d(bn_uint2 seed, int32_t x, int32_t y, uint
 /* The tables that bn_tables() returns. */
 BN_API extern const uint32_t bn_tables_7[BN_WORD_COUNT];
 
-/* Of the lowest eight bits of an index: bit-reversed, and bn_draw_flip(). */
+/* The lowest eight bits of an index, bit-reversed, and their bn_draw_flip(). */
 typedef struct bn_index_digits {
     uint32_t reversed, flip;
 } bn_index_digits;
 
-/* By the lowest eight bits. */
+/* Indexed by the lowest eight bits. */
 BN_API extern const bn_index_digits bn_index_digits_7[256];
 
 BN_HOST_INLINE bn_uint2 bn_draw_seed(const bn_sampler *sampler) {
@@ -141,7 +139,7 @@ BN_HOST_INLINE bn_uint2 bn_draw_seed(const bn_sampler *sampler) {
 
 /* ---- BLUE, faster */
 
-/* The digits of an index: bn_draw_blue_digits() by tables. */
+/* The digits of an index: bn_draw_blue_digits(), from a table. */
 BN_HOST_INLINE uint32_t bn_draw_blue_shuffled(uint32_t shuffle, uint32_t index) {
     const bn_index_digits low = bn_index_digits_7[index & 255u];
     uint32_t reversed = low.reversed;
@@ -168,7 +166,7 @@ BN_HOST_INLINE __m128i bn_draw_load_four(const uint32_t *words) {
 /* Sample `index` of a pixel. */
 BN_HOST_INLINE void bn_draw_blue_floats(const bn_blue_pixel *pixel, uint32_t index, float out[4]) {
 #if defined(BN_DRAW_SSE2)
-    /* The four dimensions in one register. */
+    /* All four dimensions in one register. */
     const uint32_t digits = bn_draw_blue_shuffled(pixel->shuffle, index);
     const uint32_t *point = bn_tables_7 + BN_POINTS_AT + (size_t)pixel->member * 4u;
     const __m128i keys = _mm_cvtsi32_si128((int)pixel->keys);
@@ -195,7 +193,7 @@ BN_HOST_INLINE void bn_draw_blue_floats(const bn_blue_pixel *pixel, uint32_t ind
 #endif
 }
 
-/* One pair of it. */
+/* One pair of the sample. */
 BN_HOST_INLINE void bn_draw_blue_pair_floats(const bn_blue_pixel *pixel, uint32_t index,
                                              uint32_t pair, float out[2]) {
 #if defined(BN_DRAW_SSE2)

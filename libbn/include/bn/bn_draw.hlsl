@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of BLUE, SOBOL and WHITE in HLSL (shader model 5.0 and later): the text of bn_draw.glsl,
- * which must lie beside this file. Say how to read word i of bn_tables(), then
- * include this file. The seed is that of bn_sampler_seed():
+ * The draws of BLUE, SOBOL and WHITE in HLSL (shader model 5.0 and later), from bn_draw.glsl, which must be
+ * in the same folder. Define BN_WORD(i) to read word i of bn_tables(), then include this file. The seed comes
+ * from bn_sampler_seed():
  *
  *     StructuredBuffer<uint> bn_words : register(t0);
  *     #define BN_WORD(i) bn_words[i]
  *
  *     float4 u = bn_draw_blue_4d(seed, uint(pixel.x), uint(pixel.y), index, bn_domain_child(0, ray));
  *
- * With a ByteAddressBuffer, BN_WORD(i) is bn_words.Load(4 * (i)). bn_draw.glsl documents the functions
- * and the words. bn_draw_blue_bits() and its relatives give all 32 bits of each number, as a uint4. */
+ * With a ByteAddressBuffer, BN_WORD(i) is bn_words.Load(4 * (i)). bn_draw.glsl documents the functions and
+ * the tables. bn_draw_blue_bits() and its relatives return all 32 bits of each number, as a uint4. */
 #ifndef BN_DRAW_HLSL
 #define BN_DRAW_HLSL
 

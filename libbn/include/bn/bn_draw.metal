@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of BLUE, SOBOL and WHITE in the Metal Shading Language: the text of bn_draw.glsl, which
- * must lie beside this file. The words of bn_tables(), a `const device uint *`, are
- * the first argument of the draws of BLUE, and the seed is that of bn_sampler_seed():
+ * The draws of BLUE, SOBOL and WHITE in the Metal Shading Language, from bn_draw.glsl, which must be in the
+ * same folder. Draws of BLUE take the words of bn_tables(), a `const device uint *`, as their first argument.
+ * The seed comes from bn_sampler_seed():
  *
  *     #include <metal_stdlib>
  *     #include "bn_draw.metal"
  *
  *     float4 u = bn_draw_blue_4d(bn_words, seed, uint(pixel.x), uint(pixel.y), index, bn_domain_child(0, ray));
  *
- * For words in the constant address space, define BN_WORDS as `constant uint *` before. bn_draw.glsl
- * documents the functions and the words. bn_draw_blue_bits() and its relatives give all 32 bits of each
+ * If the words are in the constant address space, first define BN_WORDS as `constant uint *`. bn_draw.glsl
+ * documents the functions and the tables. bn_draw_blue_bits() and its relatives return all 32 bits of each
  * number, as a uint4. */
 #ifndef BN_DRAW_METAL
 #define BN_DRAW_METAL

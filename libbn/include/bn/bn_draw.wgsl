@@ -1,33 +1,32 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of BLUE, SOBOL and WHITE in WGSL: bn_draw.glsl, translated by libbn/tools/make_wgsl.py.
- * Put this text in front of yours or behind it, and declare the words of bn_tables(), in the group and
- * binding of your choice. The seed is that of bn_sampler_seed():
+ * The draws of BLUE, SOBOL and WHITE in WGSL, translated from bn_draw.glsl by libbn/tools/make_wgsl.py.
+ * Concatenate this file with your shader, and declare the words of bn_tables() in a group and binding
+ * of your choice. The seed comes from bn_sampler_seed():
  *
  *     @group(0) @binding(0) var<storage, read> bn_words: array<u32>;
  *
  *     let u: vec4f = bn_draw_blue_4d(seed, u32(pixel.x), u32(pixel.y), index, bn_domain_child(0u, ray));
  *
  * Coordinates are signed integers reinterpreted as unsigned: u32(-1i) is the column left of zero.
- * bn_draw_blue_bits() and its relatives give all 32 bits of each number. Names that begin with bn_
+ * bn_draw_blue_bits() and its relatives return all 32 bits of each number. Names that begin with bn_
  * and BN_ are reserved. bn_draw.h explains how BLUE works. */
 
 /* THE TABLES
  *
- * One flat buffer of BN_WORD_COUNT 32-bit words, 46.5 KiB, the same for every seed; only BLUE reads
- * them. Entries of two words hold the first 16 digits of four coordinates, a half-word each from the
- * lowest up; entries of four, all 32 digits of each. `member` is the domain's number within its
- * family, 0 to 3. */
-/* One word per pixel of the tile of 64 x 64, row-major: byte m is the pixel's place in its block of 4 x 4
- * for member m. */
+ * One flat buffer of BN_WORD_COUNT 32-bit words (46.5 KiB), the same for every seed. Only BLUE reads
+ * it. An entry of two words holds the upper 16 digits of the four coordinates, one half-word each,
+ * lowest first. An entry of four words holds all 32 digits of each. `member` is the domain's number
+ * within its family, 0 to 3. */
+/* One word per pixel of the 64 x 64 tile, row-major. Byte m is the pixel's place in its 4 x 4 block for
+ * member m. */
 const BN_PIXELS_AT = 0u;
 const BN_BLOCKS_AT = 4096u; /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
 const BN_PLACES_AT = 6144u; /* [member][16][2]: digits of a place in a block */
 const BN_POINTS_AT = 6272u; /* [256][member][4]: the first 256 points, by reversed index */
-const BN_LATER_AT = 10368u; /* [6][16][member][4]: digits of bits 8 to 31 of an index, by fours */
+const BN_LATER_AT = 10368u; /* [6][16][member][4]: digits for index bits 8 to 31, four at a time */
 const BN_WORD_COUNT = 11904u;
 
-/* Four words in a row. An entry of two words comes with the two words that follow it, which are not
- * used. */
+/* Four consecutive words. When an entry of two words is read, the two words after it are not used. */
 fn bn_draw_row(at: u32) -> vec4u {
     var row: vec4u;
     row.x = bn_words[at];
@@ -37,7 +36,7 @@ fn bn_draw_row(at: u32) -> vec4u {
     return row;
 }
 
-/* Two words in a row, or one with that which follows it. */
+/* Two consecutive words. */
 fn bn_draw_half_row(at: u32) -> vec2u {
     var row: vec2u;
     row.x = bn_words[at];
@@ -47,7 +46,7 @@ fn bn_draw_half_row(at: u32) -> vec2u {
 
 /* ---- Bits */
 
-/* A bijection in which every input bit reaches every output bit (structure and constants: Wellons,
+/* A bijection in which every input bit affects every output bit (structure and constants: Wellons,
  * "Prospecting for Hash Functions", 2018). */
 fn bn_hash32(v_in: u32) -> u32 {
     var v = v_in;
@@ -56,11 +55,11 @@ fn bn_hash32(v_in: u32) -> u32 {
     return v ^ (v >> 15u);
 }
 
-/* bn_domain_child(): a hash of the parent and of key / 4, which is the same for a whole family,
- * with the member of the family in the upper two bits. The draws hash the result once more. Families
- * of one parent differ by multiples of the golden ratio before the last step, which leaves the upper
- * half alone: of any thirty in a row, no two have the same upper six bits, by which BLUE places
- * them. */
+/* bn_domain_child(): a hash of the parent and of key / 4, which all members of a family share, with the
+ * member number in the upper two bits. The draws hash the result once more. Families of one parent
+ * differ by multiples of the golden ratio before the last step, which leaves the upper half unchanged.
+ * So of any thirty consecutive families, no two have the same upper six bits, from which BLUE takes
+ * their shift. */
 fn bn_domain_child(domain: u32, key: u32) -> u32 {
     var v = (domain + (key >> 2u) * 0x121658bdu + 0x9e3779b9u) * 0x21f0aaadu;
     v = ((v ^ (v >> 16u)) & 0xfffffffcu) | (key & 3u);
@@ -84,11 +83,11 @@ fn bn_owen(digits: u32, seed: u32) -> u32 {
     return reverseBits(bn_owen_reversed(reverseBits(digits), seed));
 }
 
-/* The second coordinate of the Sobol' (0,2)-sequence from the first: with digits d_0 (the most
- * significant bit) to d_31 of the radical inverse, digit k becomes the sum over j of binomial(j, k)
- * d_j mod 2, which is odd exactly when k is a bitwise subset of j; so the sum factors into five
- * steps, one for each bit of j (Ahmed, "An Implementation Algorithm of 2D Sobol Sequence Fast,
- * Elegant, and Compact", 2024). */
+/* The second coordinate of the Sobol' (0,2)-sequence, computed from the first. Let d_0 (the most
+ * significant bit) to d_31 be the digits of the radical inverse; digit k of the result is the sum over
+ * j of binomial(j, k) d_j mod 2. The binomial is odd exactly when k is a bitwise subset of j, so the
+ * sum factors into five steps, one per bit of j (Ahmed, "An Implementation Algorithm of 2D Sobol
+ * Sequence Fast, Elegant, and Compact", 2024). */
 fn bn_sobol_second(digits_in: u32) -> u32 {
     var digits = digits_in;
     digits ^= (digits << 1u) & 0xaaaaaaaau;
@@ -104,11 +103,11 @@ fn bn_sobol_second(digits_in: u32) -> u32 {
 struct bn_blue_pixel {
     at: u32, /* the pixel in the tile: 64 row + column */
     place: u32,
-    block: u32, /* what holds its upper 16 digits: entries of two words, from word 0 on */
+    block: u32, /* its upper 16 digits: indices of two-word entries */
     keys: u32, /* random digits of this copy of the tile, for pair 0 */
-    low: u32, /* the lower 16 digits of pair 0, random: as above, a half-word each */
-    shuffle: u32, /* of the index: the same for all members of a family */
-    member: u32, /* of the family */
+    low: u32, /* the lower 16 digits of pair 0, random, one half-word each */
+    shuffle: u32, /* for the index: the same for all members of a family */
+    member: u32, /* number within the family */
 }
 
 /* A factor that gives each member its own random digits. */
@@ -121,16 +120,16 @@ fn bn_draw_blue_pixel(seed: vec2u, x: u32, y: u32, domain: u32) -> bn_blue_pixel
     let turned = (domain << 2u) | (domain >> 30u);
     let member = turned & 3u;
     pixel.member = member;
-    /* The family: its four members differ only in the upper two bits of the domain. */
+    /* A hash of the family, whose four members differ only in the upper two bits of the domain. */
     let start = (turned & 0xfffffffcu) ^ seed.x;
     var family = start * 0x21f0aaadu;
     family = (family ^ (family >> 16u)) * 0xd35a2d97u + seed.y;
-    /* The tile, reflected and shifted. Of the shift along y the lower six bits count, the others number
-     * the copies differently. */
+    /* Reflect and shift the tile. Only the lower six bits of the shift along y move it; the others
+     * renumber the copies. */
     let column = (x ^ (0u - (family >> 31u))) + (start >> 26u);
     let row = (y ^ (0u - ((family >> 19u) & 1u))) + (family >> 20u);
-    /* Each copy of the tile has its own random digits and order of the samples, which all its
-     * pixels share: so samples in the middle of an octave are as blue as the first ones. */
+    /* Each copy of the tile has its own random digits and sample order, shared by all its pixels, so
+     * samples in the middle of an octave are as blue as the first ones. */
     var copy = (column >> 6u) + (row >> 6u) * 0x9e3779b1u + family;
     copy = (copy ^ (copy >> 16u)) * 0x21f0aaadu;
     copy ^= copy >> 15u;
@@ -147,15 +146,15 @@ fn bn_draw_blue_pixel(seed: vec2u, x: u32, y: u32, domain: u32) -> bn_blue_pixel
     return pixel;
 }
 
-/* The keys for pair 1: a rotation, so that the first eight digits of the four coordinates use different bits
- * of the hash. The low digits for pair 1 are low ^ keys. */
+/* The keys for pair 1, rotated so that the first eight digits of the four coordinates use different
+ * bits of the hash. The low digits for pair 1 are low ^ keys. */
 fn bn_draw_second_keys(keys: u32) -> u32 {
     return (keys << 8u) | (keys >> 24u);
 }
 
-/* A factor for the shuffle: bit 31 of their product decides whether the first digit of this index
- * and its neighbour is flipped. That bit is one of the shuffle's lower bits, or a sum of several. It
- * depends on the lowest eight bits of the index alone. */
+/* A factor for the shuffle: bit 31 of the product decides whether the first digit of this index and of
+ * its neighbour is flipped. That bit is one of the shuffle's lower bits, or a sum of several. The
+ * factor depends only on the lowest eight bits of the index. */
 fn bn_draw_flip(index: u32) -> u32 {
     let t = ((index & 255u) >> 1u) - 1u;
     var flip = 2u << (t & 15u);
@@ -165,11 +164,10 @@ fn bn_draw_flip(index: u32) -> u32 {
     return flip & ((t >> 31u) - 1u); /* zero for the first pair, where t is 2^32 - 1 */
 }
 
-/* The digits of an index, reversed and shuffled. Each digit is flipped depending on the later ones,
- * through a product that is nested in the index from its top bit down. The first digit is also
- * flipped by its own random bits: by the product alone, one in eight pairs of families would
- * flip it alike over the first 16 samples of a pixel. Zero maps to zero, so every power-of-two
- * prefix maps to itself. */
+/* The digits of an index, reversed and shuffled. The product flips each digit depending on the digits
+ * after it, that is, on the higher bits of the index. The first digit is also flipped by random bits of
+ * its own; otherwise one in eight pairs of families would flip it identically over the first 16 samples
+ * of a pixel. Zero maps to zero, so every power-of-two prefix maps to itself. */
 fn bn_draw_blue_digits(shuffle: u32, reversed: u32, flip: u32) -> u32 {
     return reversed ^ (reversed * (shuffle << 1u)) ^ ((shuffle * flip) & 0x80000000u);
 }
@@ -199,8 +197,8 @@ fn bn_draw_blue_at(pixel: bn_blue_pixel, index: u32) -> vec4u {
     return v;
 }
 
-/* One pair of dimensions alone, by 0 or 1: the sample of these digits without what bits 8 to 31 of the
- * index add to it. */
+/* Only pair 0 or 1 of the dimensions: the sample for these digits, before bits 8 to 31 of the index are
+ * added. */
 fn bn_draw_blue_pair_first(pixel: bn_blue_pixel, digits: u32, pair_in: u32) -> vec2u {
     var pair = pair_in;
     pair &= 1u;
@@ -282,9 +280,9 @@ fn bn_draw_sobol_bits(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> v
     return v;
 }
 
-/* WHITE: a hash of four words to four (Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020:
- * pcg4d, after O'Neill's generators). The pixel, the index and the domain are the counter, the seed is
- * added to it. The domain is mixed before, as the members of a family differ in two bits alone. */
+/* WHITE: pcg4d, a hash of four words to four (Jarzynski and Olano, "Hash Functions for GPU Rendering",
+ * 2020, after O'Neill's generators). Pixel, index and domain form the counter, to which the seed is
+ * added. The domain is mixed first, because the members of a family differ only in two bits. */
 fn bn_draw_white_hash(v_in: vec4u) -> vec4u {
     var v = v_in;
     v.w = (v.w ^ (v.w >> 16u)) * 0x21f0aaadu;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The decisions of a path, in the common subset of GLSL, HLSL, Metal, CUDA and C: bn_path.h explains
- * them and compiles the first part of this text as C and CUDA, bn_path.hlsl and bn_path.metal compile all
- * of it, and libbn/tools/make_wgsl.py writes bn_path.wgsl from it.
+ * The decisions of a path in the common subset of GLSL, HLSL, Metal, CUDA and C. bn_path.h explains them
+ * and uses the first part of this file in C and CUDA. bn_path.hlsl and bn_path.metal use all of it, and
+ * libbn/tools/make_wgsl.py translates it to bn_path.wgsl.
  *
- * Include it after bn_draw.glsl. Names and numbers are those of C, except that a shader keeps no
+ * Include this file after bn_draw.glsl. Names and bits are the same as in C, except that a shader keeps no
  * counters: it numbers the splits, loops and further decisions of a ray itself, from 0u on.
  *
  *     bn_path path = bn_path_start(uint(pixel.x), uint(pixel.y), index, 0u);
@@ -11,15 +11,15 @@
  *     vec4 u = bn_ray_draw(seed, ray);
  *     vec2 probe = bn_ray_draw_2d(seed, ray, 0u);
  *
- * The draws are those of BLUE. For SOBOL and WHITE, pass the domains below to bn_draw_sobol_4d() and its
+ * The draws are BLUE. For SOBOL and WHITE, pass the domains below to bn_draw_sobol_4d() and its
  * relatives. */
 #ifndef BN_PATH_GLSL
 #define BN_PATH_GLSL
 
-/* Keys that no ray, no decision and no count reaches. */
+/* Keys that ray numbers, decisions and counts never reach. */
 #define BN_PATH_CAMERA_KEY 3u /* numbers drawn once per path; ray 3 and later use key ray + 1 */
 #define BN_PATH_STREAMS_KEY 0x80000000u  /* below the root: the parent of streams 1, 2 ... */
-#define BN_PATH_CHILDREN_KEY 0x80000000u /* below a ray: the parent of its keyed parts */
+#define BN_PATH_CHILDREN_KEY 0x80000000u /* below a ray: the parent of its children */
 #define BN_PATH_LOOPS_KEY 0x40000000u    /* below a ray: added to the keys of loops */
 #define BN_PATH_MORE_KEY 0x40000000u     /* below a split: branches beyond their count */
 
@@ -62,10 +62,10 @@ BN_FUNCTION BN_UINT bn_path_camera_domain(bn_path path) {
     return bn_draw_domain_child(path.domain, BN_PATH_CAMERA_KEY);
 }
 
-/* ---- Further numbers of a ray, from its domain. Each of the four has its own endless sequence. */
+/* ---- Further numbers of a ray, from its domain. Each type of decision has its own endless sequence. */
 
-/* The domain of single number k, and the pair there, 0 or 1, of which it is the first number or, if k is
- * odd, the second. */
+/* The domain of single number k, and its pair, 0 or 1. The number is the first of that pair, or the second
+ * if k is odd. */
 BN_FUNCTION BN_UINT bn_ray_1d_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, k & 0xfffffffcu);
 }
@@ -74,7 +74,7 @@ BN_FUNCTION BN_UINT bn_ray_1d_pair(BN_UINT k) {
     return k >> 1u & 1u;
 }
 
-/* The domain and the pair of pair k. */
+/* The domain of pair k, and which pair of the domain it is. */
 BN_FUNCTION BN_UINT bn_ray_2d_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, (k >> 1u) * 4u + 1u);
 }
@@ -83,7 +83,7 @@ BN_FUNCTION BN_UINT bn_ray_2d_pair(BN_UINT k) {
     return k & 1u;
 }
 
-/* The domain of four numbers. */
+/* The domain of four numbers, for the k-th 4-D decision. */
 BN_FUNCTION BN_UINT bn_ray_4d_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, k * 4u + 2u);
 }
@@ -98,15 +98,15 @@ BN_FUNCTION BN_UINT bn_ray_loop_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, (k * 4u + 3u) ^ BN_PATH_LOOPS_KEY);
 }
 
-/* The domain of a ray's child with a key. Draw from it as from the domain of a ray. */
+/* The domain of a ray's child for a key. Draw from it as from the domain of a ray. */
 BN_FUNCTION BN_UINT bn_ray_child_domain(BN_UINT ray, BN_UINT key) {
     return bn_draw_domain_child(bn_draw_domain_child(ray, BN_PATH_CHILDREN_KEY), key);
 }
 
 /* ---- Splits */
 
-/* Branch k of `count` of a path, below the domain of a split. Other counts have other domains, as
- * index * count + k would meet between them. With a count of 0, path.index is the number of the first
+/* Branch k of `count` of a path, below the domain of a split. Each count has its own domain, because values
+ * of index * count + k would collide otherwise. If count is 0, path.index is the number of the first
  * branch. */
 BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, BN_UINT k) {
     bn_path branch = path;
@@ -125,8 +125,8 @@ BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, B
 
 /* ---- Loops */
 
-/* Number k of a loop, 32 bits, from the domain of the loop, for k of 4 and more: WHITE, four numbers from each
- * step of its counter. Numbers 0 to 3 are the sampler's. */
+/* Number k of a loop, 32 bits, from the loop's domain, for k of 4 or more: WHITE, with four numbers per
+ * step of its counter. The sampler supplies numbers 0 to 3. */
 BN_FUNCTION BN_UINT bn_loop_later_bits(bn_uint2 seed, bn_path path, BN_UINT domain, BN_UINT k) {
     bn_uint4 v =
         bn_draw_white_bits(seed, path.x, path.y, path.index, domain + (k >> 2u) * 0x9e3779b9u);
@@ -147,7 +147,7 @@ BN_FUNCTION BN_FLOAT2 bn_path_draw_2d(BN_TABLE bn_uint2 seed, bn_path path, BN_U
     return bn_draw_blue_2d(BN_PASS_TABLE seed, path.x, path.y, path.index, domain, pair);
 }
 
-/* The light sample at the end of ray 0 with a lens, or point k of `count`. */
+/* The light sample at the end of ray 0 with a lens, or light sample k of `count`. */
 BN_FUNCTION BN_FLOAT2 bn_path_first_light(BN_TABLE bn_uint2 seed, bn_path path, BN_UINT count,
                                           BN_UINT k) {
     bn_path one = path;
@@ -173,7 +173,7 @@ BN_FUNCTION bn_ray bn_path_ray(bn_path path, BN_UINT number) {
     return ray;
 }
 
-/* A sub-sampler of a ray, selected by a key such as a primitive's index. It draws as a ray does. */
+/* A sub-sampler of a ray, selected by a key such as a primitive's index. Draw from it as from a ray. */
 BN_FUNCTION bn_ray bn_ray_child(bn_ray ray, BN_UINT key) {
     bn_ray child = ray;
     child.domain = bn_ray_child_domain(ray.domain, key);
@@ -193,7 +193,7 @@ BN_FUNCTION BN_FLOAT2 bn_ray_draw_end_light(BN_TABLE bn_uint2 seed, bn_ray ray) 
     return bn_path_draw_2d(BN_PASS_TABLE seed, ray.path, ray.domain, 1u);
 }
 
-/* Further decisions: number, pair and four k. */
+/* Further decisions: single number k, pair k and the k-th four. */
 BN_FUNCTION float bn_ray_draw_1d(BN_TABLE bn_uint2 seed, bn_ray ray, BN_UINT k) {
     BN_UINT domain = bn_ray_1d_domain(ray.domain, k);
     BN_FLOAT2 pair = bn_path_draw_2d(BN_PASS_TABLE seed, ray.path, domain, bn_ray_1d_pair(k));
@@ -225,7 +225,7 @@ BN_FUNCTION bn_split bn_ray_draw_split(bn_ray ray, BN_UINT k, BN_UINT count) {
     return split;
 }
 
-/* Split k of a ray, into any number of branches, after `first` of the pixel's earlier samples. */
+/* Split k of a ray, into any number of branches; earlier samples of the pixel took `first`. */
 BN_FUNCTION bn_split bn_ray_draw_split_from(bn_ray ray, BN_UINT k, BN_UINT first) {
     bn_split split = bn_ray_draw_split(ray, k, 1u);
     split.path.index = first;

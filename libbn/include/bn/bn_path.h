@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The random numbers of a path, by purpose, so that no two decisions share one. Inline over bn_draw.h:
+ * Random numbers for a path, requested by purpose, so that no two decisions share one. Inline over bn_draw.h:
  *
  *     bn_path path = bn_path_start(x, y, index, 0);
  *     for (uint32_t depth = 0; depth < max_depth; ++depth) {
@@ -10,47 +10,47 @@
  *         bn_ray_next_2d(sampler, &ray, probe);
  *     }
  *
- * docs/paths.md explains the decisions of a renderer one by one. Functions allocate nothing, take no locks and
- * cannot fail. Only those with next_ in their name change their argument.
+ * docs/paths.md goes through the decisions of a renderer one by one. The functions allocate nothing, take no
+ * locks and cannot fail. Only functions with next_ in their name modify their argument.
  *
  * RAYS
  *
- * Ray 0 leaves the camera, ray d the d-th surface or other event. Each has four numbers:
+ * Ray 0 leaves the camera; ray d leaves the d-th surface or other event. Each ray has four numbers:
  *
  *     u[0], u[1]   its direction; for ray 0 the position in the pixel
  *     u[2], u[3]   the light sample at its end
  *
- * The two multiply in the integrand, so they are stratified together. If a lens takes u[2] and u[3] of ray 0,
- * or if the first light sample is split into several, draw that light from bn_path_first_light(). Draw time
+ * The two pairs multiply in the integrand, so they are stratified together. If the lens takes u[2] and u[3]
+ * of ray 0, or if you take several light samples there, draw the light from bn_path_first_light(). Draw time
  * and wavelength from bn_path_time_wavelength(), once for all branches of the path.
  *
- * All further decisions draw from bn_ray_next_1d(), bn_ray_next_2d() and bn_ray_next_4d(). Each of these has
- * its own sequence below the ray, so two pixels that drew different counts at one ray are in step again at
- * the next. For a choice and then a pair, such as a light and the point on it, use u[2] and (u[0], u[1]) of
- * bn_ray_next_4d().
+ * For all further decisions, call bn_ray_next_1d(), bn_ray_next_2d() and bn_ray_next_4d(). Each has its own
+ * sequence within the ray, so two pixels that drew different counts at one ray are in step again at the next.
+ * For a discrete choice followed by a pair, such as a light and the point on it, use u[2] and then (u[0],
+ * u[1]) of bn_ray_next_4d().
  *
- * Make one bn_ray for each ray and pass it by pointer: it is stateful, and a second one of the same path and
- * number returns the same numbers again. To count yourself, call bn_ray_draw_1d(sampler, &ray, k) and its
- * relatives: they return what call k + 1 of bn_ray_next_1d() returns.
+ * Make one bn_ray for each ray and pass it by pointer. It is stateful, and a second bn_ray for the same ray
+ * returns the same numbers again. To count yourself, call bn_ray_draw_1d(sampler, &ray, k) and its relatives,
+ * which return the result of call k + 1 of bn_ray_next_1d().
  *
  * SPLITS, LOOPS, KEYS
  *
- * A split path has branches:
+ * To split a path into branches:
  *
  *     bn_split split = bn_ray_next_split(&ray, count);
  *     for (uint32_t k = 0; k < count; ++k) {
  *         bn_path branch = bn_split_path(&split, k); // its rays begin at 0
  *     }
  *
- * `count` must be the same for all samples of the pixel. Where it varies, pass the number of branches that
- * the pixel's earlier samples took to bn_ray_next_split_from(). Without that number, pass a count near the
- * mean: a sample may use fewer branches, or more: k = count, count + 1, ...
+ * `count` must be the same for all samples of the pixel. If it varies, pass the number of branches that the
+ * pixel's earlier samples took to bn_ray_next_split_from(). If you do not have that number, pass a count near
+ * the mean; a sample may then use fewer branches, or more (k = count, count + 1, ...).
  *
- * A loop of unknown length, such as delta tracking or a random walk, draws from bn_ray_next_loop(). Decisions
- * that neighbours meet in different order, such as the transparency of layers, need a key: draw from
- * bn_ray_child(&ray, primitive).
+ * For a loop of unknown length, such as delta tracking or a random walk, draw from bn_ray_next_loop().
+ * Decisions that neighbouring pixels reach in a different order, such as stochastic transparency, need a key:
+ * draw from bn_ray_child(&ray, primitive).
  *
- * Rays and counts of decisions must be below 2^28, and index * count below 2^32. */
+ * Ray numbers and decision counts must be below 2^28, and index * count below 2^32. */
 #ifndef BN_BN_PATH_H
 #define BN_BN_PATH_H
 
@@ -71,14 +71,14 @@ typedef struct bn_path bn_path;
 
 /* ---- Paths */
 
-/* Sample `index` of pixel (x, y). Streams are independent: the frames of a film, or light paths beside camera
- * paths. If frames are averaged, count the index on from frame to frame and keep stream 0. */
+/* Sample `index` of pixel (x, y). Streams are independent: use them for frames of an animation, or for light
+ * paths beside camera paths. If you average frames, keep stream 0 and continue the index across frames. */
 BN_DEVICE_INLINE bn_path bn_path_start(int32_t x, int32_t y, uint32_t index, uint32_t stream) {
     bn_path path = {(uint32_t)x, (uint32_t)y, index, bn_path_stream_domain(stream)};
     return path;
 }
 
-/* A ray of a path, with the number of further decisions that it has drawn. */
+/* A ray of a path, and how many further numbers it has drawn. */
 typedef struct bn_ray {
     bn_path path;
     uint32_t domain;
@@ -91,8 +91,8 @@ BN_DEVICE_INLINE bn_ray bn_path_ray(const bn_path *path, uint32_t ray) {
     return result;
 }
 
-/* A sub-sampler of a ray, selected by a key such as the index of a primitive. It draws as a ray does and does
- * not depend on earlier draws. A second child with the same key starts again. */
+/* A sub-sampler of a ray, selected by a key such as the index of a primitive. Draw from it as from a ray. It
+ * does not depend on earlier draws. A second child with the same key returns the same numbers again. */
 BN_DEVICE_INLINE bn_ray bn_ray_child(const bn_ray *ray, uint32_t key) {
     bn_ray result = bn_path_ray(&ray->path, 0);
     result.domain = bn_ray_child_domain(ray->domain, key);
@@ -114,7 +114,7 @@ BN_DEVICE_INLINE bn_split bn_ray_next_split(bn_ray *ray, uint32_t count) {
     return bn_ray_draw_split(ray, ray->splits++, count);
 }
 
-/* The same, into any number of branches, after the `first` that earlier samples of the pixel took here. */
+/* Splits into any number of branches. `first` is the number that earlier samples of the pixel took here. */
 BN_DEVICE_INLINE bn_split bn_ray_next_split_from(bn_ray *ray, uint32_t first) {
     bn_split split = bn_ray_next_split(ray, 1);
     split.path.index = first;
@@ -146,7 +146,7 @@ BN_HOST_INLINE void bn_ray_draw(const bn_sampler *s, const bn_ray *ray, float ou
     bn_path_draw_4d(s, &ray->path, ray->domain, out);
 }
 
-/* Either pair of them alone. */
+/* One of the two pairs. */
 BN_HOST_INLINE void bn_ray_draw_direction(const bn_sampler *s, const bn_ray *ray, float out[2]) {
     bn_path_draw_2d(s, &ray->path, ray->domain, 0, out);
 }
@@ -155,7 +155,7 @@ BN_HOST_INLINE void bn_ray_draw_end_light(const bn_sampler *s, const bn_ray *ray
     bn_path_draw_2d(s, &ray->path, ray->domain, 1, out);
 }
 
-/* The result of call k + 1 of the matching bn_ray_next_...(), without advancing the ray. */
+/* Return the result of call k + 1 of the matching bn_ray_next_...(), without advancing the ray. */
 BN_HOST_INLINE float bn_ray_draw_1d(const bn_sampler *s, const bn_ray *ray, uint32_t k) {
     float pair[2];
     bn_path_draw_2d(s, &ray->path, bn_ray_1d_domain(ray->domain, k), bn_ray_1d_pair(k), pair);
@@ -172,7 +172,7 @@ BN_HOST_INLINE void bn_ray_draw_4d(const bn_sampler *s, const bn_ray *ray, uint3
     bn_path_draw_4d(s, &ray->path, bn_ray_4d_domain(ray->domain, k), out);
 }
 
-/* The next single number. Four in a row are stratified together. Every second call is free. */
+/* The next single number. Four consecutive numbers are stratified together. Every second call is free. */
 BN_HOST_INLINE float bn_ray_next_1d(const bn_sampler *s, bn_ray *ray) {
     const uint32_t k = ray->drawn_1d++;
     float pair[2];
@@ -182,20 +182,20 @@ BN_HOST_INLINE float bn_ray_next_1d(const bn_sampler *s, bn_ray *ray) {
     return pair[0];
 }
 
-/* The next pair. Two in a row are stratified together. */
+/* The next pair. Two consecutive pairs are stratified together. */
 BN_HOST_INLINE void bn_ray_next_2d(const bn_sampler *s, bn_ray *ray, float out[2]) {
     bn_ray_draw_2d(s, ray, ray->drawn_2d++, out);
 }
 
-/* The next four: two pairs whose effects multiply, or a choice (out[2]) and then a pair (out[0], out[1]). */
+/* The next four: for two pairs that multiply, or a choice (out[2]) followed by a pair (out[0], out[1]). */
 BN_HOST_INLINE void bn_ray_next_4d(const bn_sampler *s, bn_ray *ray, float out[4]) {
     bn_ray_draw_4d(s, ray, ray->drawn_4d++, out);
 }
 
 /* ---- Once per path */
 
-/* The light sample at the end of ray 0, if a lens uses its second pair, or point k of `count`, which must be
- * the same for all samples of the pixel; 0 counts as 1. */
+/* The light sample at the end of ray 0, if a lens uses that ray's second pair; or light sample k of `count`,
+ * which must be the same for all samples of the pixel. A count of 0 means 1. */
 BN_HOST_INLINE void bn_path_first_light(const bn_sampler *s, const bn_path *path, uint32_t count,
                                         uint32_t k, float out[2]) {
     bn_draw_2d(s, (int32_t)path->x, (int32_t)path->y, path->index * (count == 0 ? 1 : count) + k,
@@ -214,7 +214,7 @@ typedef struct bn_loop {
     uint32_t drawn;
 } bn_loop;
 
-/* Loop k of a ray, and the next loop of a ray. */
+/* Start loop k of a ray, or its next loop. */
 BN_HOST_INLINE bn_loop bn_ray_draw_loop(const bn_sampler *s, const bn_ray *ray, uint32_t k) {
     const uint32_t domain = bn_ray_loop_domain(ray->domain, k);
     bn_loop loop;
@@ -229,7 +229,7 @@ BN_HOST_INLINE bn_loop bn_ray_next_loop(const bn_sampler *s, bn_ray *ray) {
     return bn_ray_draw_loop(s, ray, ray->loops++);
 }
 
-/* The next number: four of the sampler's, stratified together, then those of a counter-based generator. */
+/* The next number. The first four are the sampler's, stratified together; the rest are pseudo-random. */
 BN_HOST_INLINE float bn_loop_next_1d(bn_loop *loop) {
     const uint32_t k = loop->drawn++;
     if (k > 3u && (k & 3u) == 0) {

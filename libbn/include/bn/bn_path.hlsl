@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The decisions of a path in HLSL: the text of bn_path.glsl, which must lie beside this file. Include it
+ * The decisions of a path in HLSL, from bn_path.glsl, which must be in the same folder. Include this file
  * after bn_draw.hlsl. bn_path.h explains the decisions.
  *
  *     bn_path path = bn_path_start(pixel.x, pixel.y, index, 0);

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The decisions of a path in WGSL: bn_path.glsl, translated by libbn/tools/make_wgsl.py. Put this text
- * beside that of bn_draw.wgsl. bn_path.h explains the decisions.
+ * The decisions of a path in WGSL, translated from bn_path.glsl by libbn/tools/make_wgsl.py.
+ * Concatenate this file with bn_draw.wgsl and your shader. bn_path.h explains the decisions.
  *
  *     let path = bn_path_start(u32(pixel.x), u32(pixel.y), index, 0u);
  *     let u: vec4f = bn_ray_draw(seed, bn_path_ray(path, depth)); */
 
-/* Keys that no ray, no decision and no count reaches. */
+/* Keys that ray numbers, decisions and counts never reach. */
 const BN_PATH_CAMERA_KEY = 3u; /* numbers drawn once per path; ray 3 and later use key ray + 1 */
 const BN_PATH_STREAMS_KEY = 0x80000000u;  /* below the root: the parent of streams 1, 2 ... */
-const BN_PATH_CHILDREN_KEY = 0x80000000u; /* below a ray: the parent of its keyed parts */
+const BN_PATH_CHILDREN_KEY = 0x80000000u; /* below a ray: the parent of its children */
 const BN_PATH_LOOPS_KEY = 0x40000000u;    /* below a ray: added to the keys of loops */
 const BN_PATH_MORE_KEY = 0x40000000u;     /* below a split: branches beyond their count */
 
@@ -54,10 +54,10 @@ fn bn_path_camera_domain(path: bn_path) -> u32 {
     return bn_domain_child(path.domain, BN_PATH_CAMERA_KEY);
 }
 
-/* ---- Further numbers of a ray, from its domain. Each of the four has its own endless sequence. */
+/* ---- Further numbers of a ray, from its domain. Each type of decision has its own endless sequence. */
 
-/* The domain of single number k, and the pair there, 0 or 1, of which it is the first number or, if k is
- * odd, the second. */
+/* The domain of single number k, and its pair, 0 or 1. The number is the first of that pair, or the second
+ * if k is odd. */
 fn bn_ray_1d_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, k & 0xfffffffcu);
 }
@@ -66,7 +66,7 @@ fn bn_ray_1d_pair(k: u32) -> u32 {
     return (k >> 1u) & 1u;
 }
 
-/* The domain and the pair of pair k. */
+/* The domain of pair k, and which pair of the domain it is. */
 fn bn_ray_2d_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, (k >> 1u) * 4u + 1u);
 }
@@ -75,7 +75,7 @@ fn bn_ray_2d_pair(k: u32) -> u32 {
     return k & 1u;
 }
 
-/* The domain of four numbers. */
+/* The domain of four numbers, for the k-th 4-D decision. */
 fn bn_ray_4d_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, k * 4u + 2u);
 }
@@ -90,15 +90,15 @@ fn bn_ray_loop_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, (k * 4u + 3u) ^ BN_PATH_LOOPS_KEY);
 }
 
-/* The domain of a ray's child with a key. Draw from it as from the domain of a ray. */
+/* The domain of a ray's child for a key. Draw from it as from the domain of a ray. */
 fn bn_ray_child_domain(ray: u32, key: u32) -> u32 {
     return bn_domain_child(bn_domain_child(ray, BN_PATH_CHILDREN_KEY), key);
 }
 
 /* ---- Splits */
 
-/* Branch k of `count` of a path, below the domain of a split. Other counts have other domains, as
- * index * count + k would meet between them. With a count of 0, path.index is the number of the first
+/* Branch k of `count` of a path, below the domain of a split. Each count has its own domain, because values
+ * of index * count + k would collide otherwise. If count is 0, path.index is the number of the first
  * branch. */
 fn bn_path_branch(path: bn_path, split: u32, count: u32, k: u32) -> bn_path {
     var branch = path;
@@ -117,8 +117,8 @@ fn bn_path_branch(path: bn_path, split: u32, count: u32, k: u32) -> bn_path {
 
 /* ---- Loops */
 
-/* Number k of a loop, 32 bits, from the domain of the loop, for k of 4 and more: WHITE, four numbers from each
- * step of its counter. Numbers 0 to 3 are the sampler's. */
+/* Number k of a loop, 32 bits, from the loop's domain, for k of 4 or more: WHITE, with four numbers per
+ * step of its counter. The sampler supplies numbers 0 to 3. */
 fn bn_loop_later_bits(seed: vec2u, path: bn_path, domain: u32, k: u32) -> u32 {
     let v = bn_draw_white_bits(seed, path.x, path.y, path.index, domain + (k >> 2u) * 0x9e3779b9u);
     let odd = 0u - (k & 1u);
@@ -137,7 +137,7 @@ fn bn_path_draw_2d(seed: vec2u, path: bn_path, domain: u32, pair: u32) -> vec2f 
     return bn_draw_blue_2d(seed, path.x, path.y, path.index, domain, pair);
 }
 
-/* The light sample at the end of ray 0 with a lens, or point k of `count`. */
+/* The light sample at the end of ray 0 with a lens, or light sample k of `count`. */
 fn bn_path_first_light(seed: vec2u, path: bn_path, count: u32, k: u32) -> vec2f {
     var one = path;
     if (count > 1u) {
@@ -164,7 +164,7 @@ fn bn_path_ray(path: bn_path, number: u32) -> bn_ray {
     return ray;
 }
 
-/* A sub-sampler of a ray, selected by a key such as a primitive's index. It draws as a ray does. */
+/* A sub-sampler of a ray, selected by a key such as a primitive's index. Draw from it as from a ray. */
 fn bn_ray_child(ray: bn_ray, key: u32) -> bn_ray {
     var child = ray;
     child.domain = bn_ray_child_domain(ray.domain, key);
@@ -184,7 +184,7 @@ fn bn_ray_draw_end_light(seed: vec2u, ray: bn_ray) -> vec2f {
     return bn_path_draw_2d(seed, ray.path, ray.domain, 1u);
 }
 
-/* Further decisions: number, pair and four k. */
+/* Further decisions: single number k, pair k and the k-th four. */
 fn bn_ray_draw_1d(seed: vec2u, ray: bn_ray, k: u32) -> f32 {
     let domain = bn_ray_1d_domain(ray.domain, k);
     let pair = bn_path_draw_2d(seed, ray.path, domain, bn_ray_1d_pair(k));
@@ -221,7 +221,7 @@ fn bn_ray_draw_split(ray: bn_ray, k: u32, count: u32) -> bn_split {
     return split;
 }
 
-/* Split k of a ray, into any number of branches, after `first` of the pixel's earlier samples. */
+/* Split k of a ray, into any number of branches; earlier samples of the pixel took `first`. */
 fn bn_ray_draw_split_from(ray: bn_ray, k: u32, first: u32) -> bn_split {
     var split = bn_ray_draw_split(ray, k, 1u);
     split.path.index = first;
