@@ -121,12 +121,10 @@ static void anneal(block_tile *t, const bake_options *options, double hot) {
         } else {
             energy = now;
         }
-        if (i % 256 == 0) options->progress(0.8 + 0.2 * i / steps);
     }
 }
 
-void bake_blocks(bake_table *table, const bake_options *options, int member, int number) {
-    (void)member, (void)number;
+void bake_blocks(bake_table *table, const bake_options *options) {
     block_tile *t = bake_allocate(1, sizeof *t);
     bake_features f;
     make_kernel(t, 0, 3, 0);
@@ -139,7 +137,6 @@ void bake_blocks(bake_table *table, const bake_options *options, int member, int
             bake_features_of_two(&f, table, options, b, a);
             add_products(t, 0, f, 256, 1);
         }
-        options->progress(0.2 * (a + 1));
     }
     for (int axis = 0; axis < 2; ++axis) {
         bake_features_of_label(&f, table, options, 0, FEATURES_STEP_X + axis);

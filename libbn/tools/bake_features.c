@@ -73,7 +73,7 @@ static void orthonormalise(float *z, int count, int width) {
             const float sum = bake_inner_product(a, b, padded);
             for (int i = 0; i < padded; ++i) a[i] -= sum * b[i];
         }
-        float scale = (float)(1 / sqrt(bake_mean_square(a, padded) * padded + 1e-30));
+        float scale = (float)(1 / sqrt(bake_add_squares(0, a, padded) / padded * padded + 1e-30));
         for (int i = 0; i < padded; ++i) a[i] *= scale;
     }
     for (int i = 0; i < count; ++i) {
@@ -105,6 +105,125 @@ static void project(const float *rows, int count, int step, int inner, int width
     free(some);
 }
 
+/* ---- Samples ---- */
+
+/* Coordinates of the first samples of a label in one pair, XORed with a key: random digits of a domain
+ * in a copy of the tile, and of a pixel from the seventeenth on. */
+typedef struct {
+    uint32_t point[POINTS][2], shift[PIXELS][2];
+} sample_pair;
+
+typedef struct {
+    uint32_t x, y;
+} sample_key;
+
+static void pair_make(sample_pair *pair, const pole_vectors *v, int which) {
+    for (uint32_t i = 0; i < POINTS; ++i) {
+        uint32_t bits[4];
+        pole_index_point(v, i, bits);
+        memcpy(pair->point[i], bits + 2 * which, sizeof pair->point[i]);
+    }
+    for (uint32_t m = 0; m < PIXELS; ++m) {
+        uint32_t bits[4];
+        pole_label_shift(v, m, bits);
+        for (int c = 0; c < 2; ++c) pair->shift[m][c] = bits[2 * which + c] & 0xffff0000u;
+    }
+}
+
+static sample_key key_make(bake_random *r) {
+    uint64_t bits = bake_random_bits(r);
+    sample_key key = {(uint32_t)bits, (uint32_t)(bits >> 32)};
+    return key;
+}
+
+static void pair_points(const sample_pair *pair, uint32_t label, sample_key key, int count,
+                        float *x, float *y) {
+    uint32_t sx = pair->shift[label][0] ^ key.x, sy = pair->shift[label][1] ^ key.y;
+    for (int i = 0; i < count; ++i) {
+        x[i] = (float)(int32_t)((pair->point[i][0] ^ sx) >> 8) * (1.0f / 16777216.0f);
+        y[i] = (float)(int32_t)((pair->point[i][1] ^ sy) >> 8) * (1.0f / 16777216.0f);
+    }
+}
+
+/* Counts of samples between powers of two. Which samples these are depends on the order of a domain: a mask
+ * of the first 64 for each count. */
+enum { PARTIALS = 9 };
+static const int partial_count[PARTIALS] = {3, 5, 6, 7, 9, 10, 12, 14, 24};
+
+typedef struct {
+    uint64_t mask[PARTIALS];
+} sample_order;
+
+/* The order of bn_draw_blue_digits(): an index with another shuffle in every domain. */
+static sample_order order_make(bake_random *r) {
+    sample_order order = {{0}};
+    uint32_t shuffle = (uint32_t)bake_random_bits(r);
+    for (uint32_t i = 0; i < 64; ++i) {
+        uint32_t digits = bn_draw_blue_digits(shuffle, bn_reverse_bits(i), bn_draw_flip(i));
+        uint64_t sample = (uint64_t)1 << bn_reverse_bits(digits);
+        for (int c = 0; c < PARTIALS; ++c) {
+            if ((int)i < partial_count[c]) order.mask[c] |= sample;
+        }
+    }
+    return order;
+}
+
+/* ---- Integrands ---- */
+
+/* 1 where a x + b y < c; its mean is its area in the unit square. */
+typedef struct {
+    float a, b, c;
+    double mean;
+} half_plane;
+
+/* The area of a x + b y < c in the unit square, which is clipped. */
+static double plane_mean(double a, double b, double c) {
+    static const double corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    double x[8], y[8], area = 0;
+    int n = 0;
+    for (int i = 0; i < 4; ++i) {
+        const double *p = corner[i], *q = corner[(i + 1) % 4];
+        double dp = a * p[0] + b * p[1] - c, dq = a * q[0] + b * q[1] - c;
+        if (dp < 0) {
+            x[n] = p[0];
+            y[n++] = p[1];
+        }
+        if ((dp < 0) != (dq < 0)) {
+            double t = dp / (dp - dq);
+            x[n] = p[0] + t * (q[0] - p[0]);
+            y[n++] = p[1] + t * (q[1] - p[1]);
+        }
+    }
+    for (int i = 0; i < n; ++i) area += x[i] * y[(i + 1) % n] - x[(i + 1) % n] * y[i];
+    return area / 2;
+}
+
+/* Through a random point, at an angle in turns. */
+static half_plane plane_make(bake_random *r, double turns) {
+    double a = cos(TURN * turns), b = sin(TURN * turns);
+    double x = bake_random_double(r), y = bake_random_double(r);
+    double c = a * x + b * y;
+    const half_plane made = {(float)a, (float)b, (float)c, plane_mean(a, b, c)};
+    return made;
+}
+
+/* 1 where x or y is below a place. */
+static half_plane plane_step(int dimension, double place) {
+    const half_plane made = {dimension == 0, dimension == 1, (float)place, place};
+    return made;
+}
+
+/* Which of `count` points (64 or 256) are inside. */
+static void plane_bits(const half_plane *p, const float *x, const float *y, int count,
+                       uint64_t *bits) {
+    for (int word = 0; word < count / 64; ++word, x += 64, y += 64) {
+        bits[word] = 0;
+        for (int i = 0; i < 64; ++i) {
+            bits[word] |= (uint64_t)(p->a * x[i] + p->b * y[i] < p->c) << i;
+        }
+    }
+}
+
 /* ---- Errors ---- */
 
 /* The errors of one kind of integrand: columns of a matrix with `stride` numbers in a row. */
@@ -113,13 +232,21 @@ typedef struct {
     int stride, used;
 } error_matrix;
 
-/* At powers of two, then at `partials` counts between them. */
+/* By how much the share of set bits differs from `mean` at powers of two, then at `partials` counts between
+ * them. */
 static void put_errors(float *out, const uint64_t *bits, int levels, int partials,
-                       const bake_sample_order *order, double mean) {
-    bake_prefix_errors(bits, levels, mean, out, 1);
+                       const sample_order *order, double mean) {
+    for (int l = 0; l < levels; ++l) {
+        const uint64_t mask = l < 6 ? ((uint64_t)1 << (1 << l)) - 1 : ~(uint64_t)0;
+        int inside = 0;
+        for (int word = 0; word < (l < 7 ? 1 : 1 << (l - 6)); ++word) {
+            inside += __builtin_popcountll(bits[word] & mask);
+        }
+        out[l] = (float)(inside / (double)(1 << l) - mean);
+    }
     for (int c = 0; c < partials; ++c) {
         int inside = __builtin_popcountll(bits[0] & order->mask[c]);
-        out[levels + c] = (float)(inside / (double)bake_partial_count[c] - mean);
+        out[levels + c] = (float)(inside / (double)partial_count[c] - mean);
     }
 }
 
@@ -139,20 +266,20 @@ static void weigh(error_matrix *m, int count, int first, int levels, const doubl
 }
 
 /* Planes for pair 0 and 1, and which of both an integrand is the product of. With a width, a Gaussian
- * bump of this width at a place instead, in one or two dimensions. */
+ * bump of this width at a place instead. */
 typedef struct {
-    bake_plane plane[2];
+    half_plane plane[2];
     int uses; /* 1, 2 or 3 for both */
-    float width, along_x, along_y, x, y;
+    float width, x, y;
 } label_integrand;
 
 /* The errors of a bump at all counts. Its mean is that of its samples over all labels. */
 static void put_bump(float *out, const label_integrand *f, const float *x, const float *y,
-                     int partials, const bake_sample_order *order) {
+                     int partials, const sample_order *order) {
     float value[POINTS], sum = 0, partial[PARTIALS] = {0};
     for (int i = 0; i < POINTS; ++i) {
         float dx = x[i] - f->x, dy = y[i] - f->y;
-        value[i] = expf(-(f->along_x * dx * dx + f->along_y * dy * dy) / (2 * f->width * f->width));
+        value[i] = expf(-(dx * dx + dy * dy) / (2 * f->width * f->width));
     }
     for (int i = 0, l = 0; i < POINTS; ++i) {
         sum += value[i];
@@ -163,7 +290,7 @@ static void put_bump(float *out, const label_integrand *f, const float *x, const
             if (order->mask[c] >> i & 1u) partial[c] += value[i];
         }
     }
-    for (int c = 0; c < partials; ++c) out[LEVELS + c] = partial[c] / (float)bake_partial_count[c];
+    for (int c = 0; c < partials; ++c) out[LEVELS + c] = partial[c] / (float)partial_count[c];
 }
 
 /* Subtracts the mean of every column. */
@@ -177,7 +304,7 @@ static void centre(error_matrix *m, int first) {
 }
 
 /* Two integrands share a domain: the random digits of its coordinates, and its order. */
-static void add_integrands(error_matrix *m, const bake_pair pairs[2], const label_integrand *list,
+static void add_integrands(error_matrix *m, const sample_pair pairs[2], const label_integrand *list,
                            int n, int partials, const double *weight, bake_random *r) {
     enum { GROUP = 2 };
     float x[2][POINTS], y[2][POINTS];
@@ -185,12 +312,12 @@ static void add_integrands(error_matrix *m, const bake_pair pairs[2], const labe
     m->used += n * columns;
     for (int from = 0; from < n; from += GROUP) {
         int to = from + GROUP < n ? from + GROUP : n;
-        bake_key key[2] = {bake_key_make(r), bake_key_make(r)};
-        bake_sample_order order = bake_sample_order_make(r);
+        sample_key key[2] = {key_make(r), key_make(r)};
+        sample_order order = order_make(r);
         for (int label = 0; label < PIXELS; ++label) {
             float *row = m->rows + (size_t)label * m->stride + first;
             for (int k = 0; k < 2; ++k) {
-                bake_pair_points(&pairs[k], (uint32_t)label, key[k], POINTS, x[k], y[k]);
+                pair_points(&pairs[k], (uint32_t)label, key[k], POINTS, x[k], y[k]);
             }
             for (int f = from; f < to; ++f) {
                 uint64_t bits[4] = {~(uint64_t)0, ~(uint64_t)0, ~(uint64_t)0, ~(uint64_t)0};
@@ -203,7 +330,7 @@ static void add_integrands(error_matrix *m, const bake_pair pairs[2], const labe
                 for (int k = 0; k < 2; ++k) {
                     uint64_t one[4];
                     if ((list[f].uses >> k & 1) == 0) continue;
-                    bake_plane_bits(&list[f].plane[k], x[k], y[k], POINTS, one);
+                    plane_bits(&list[f].plane[k], x[k], y[k], POINTS, one);
                     for (int w = 0; w < 4; ++w) bits[w] &= one[w];
                     mean *= list[f].plane[k].mean;
                 }
@@ -215,11 +342,9 @@ static void add_integrands(error_matrix *m, const bake_pair pairs[2], const labe
     weigh(m, PIXELS, first, columns, weight);
 }
 
-static label_integrand bump_make(bake_random *r, int pair, int along_x, int along_y) {
+static label_integrand bump_make(bake_random *r, int pair) {
     label_integrand bump = {.uses = 1 << pair,
-                            .width = (float)(0.12 + 0.3 * bake_random_double(r)),
-                            .along_x = (float)along_x,
-                            .along_y = (float)along_y};
+                            .width = (float)(0.12 + 0.3 * bake_random_double(r))};
     bump.x = (float)bake_random_double(r);
     bump.y = (float)bake_random_double(r);
     return bump;
@@ -252,57 +377,53 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
     static const double step_weight[] = {3, 1.5, 1.8, 1.2, 1.4, 1, 1, .4, .3};
     static const double axes_weight[] = {1, 1, 1, 1, 1, .7, .7, .4, .4};
     static const double single_weight[] = {1.5, 1.5, 1.5, 1.5, 1.4, 1.2, 1.2, .5, .4};
+    /* Steps: of the dimensions in a set, this many in each. */
+    static const struct {
+        int dimensions, full, least;
+        const double *weight;
+    } kinds[] = {[FEATURES_STEP_X] = {1, 48, 8, step_weight},
+                 [FEATURES_STEP_Y] = {2, 48, 8, step_weight},
+                 [FEATURES_AXES] = {15, 20, 4, axes_weight},
+                 [FEATURES_SINGLES] = {15, 48, 8, single_weight}};
     enum { MOST = 160 };
     static label_integrand list[MOST];
-    static bake_pair pairs[2];
-    int planes = fewer(options, 112, 8), both = fewer(options, 160, 8);
-    int bumps = fewer(options, 32, 8), steps = fewer(options, 48, 8), axes = fewer(options, 20, 4);
-    int own = (2 * planes + both + 2 * bumps) * (LEVELS + PARTIALS);
-    error_matrix m = {NULL,
-                      what == FEATURES_OWN       ? own
-                      : what == FEATURES_AXES    ? (member == 0 ? 2 : 4) * axes * LEVELS
-                      : what == FEATURES_SINGLES ? 4 * steps * LEVELS
-                                                 : steps * LEVELS,
-                      0};
-    m.rows = bake_allocate((size_t)PIXELS * m.stride, sizeof *m.rows);
-    for (int k = 0; k < 2; ++k) bake_pair_make(&pairs[k], &table->member[member], k);
+    static sample_pair pairs[2];
+    error_matrix m = {NULL, 0, 0};
+    for (int k = 0; k < 2; ++k) pair_make(&pairs[k], &table->member[member], k);
     bake_random r = bake_random_make(options->seed, 5, (uint64_t)(member * 16 + what));
     memset(list, 0, sizeof list);
     if (what == FEATURES_OWN) {
+        const int planes = fewer(options, 112, 8), both = fewer(options, 160, 8);
+        const int bumps = fewer(options, 32, 8);
+        m.stride = (2 * planes + both + 2 * bumps) * (LEVELS + PARTIALS);
+        m.rows = bake_allocate((size_t)PIXELS * m.stride, sizeof *m.rows);
         for (int kind = 1; kind <= 3; ++kind) {
             int n = kind < 3 ? planes : both;
             for (int i = 0; i < n; ++i) {
                 double turns = (i + bake_random_double(&r)) / n;
                 list[i].uses = kind;
-                list[i].plane[0] = bake_plane_make(&r, kind == 2 ? bake_random_double(&r) : turns);
-                list[i].plane[1] = bake_plane_make(&r, kind == 2 ? turns : bake_random_double(&r));
+                list[i].plane[0] = plane_make(&r, kind == 2 ? bake_random_double(&r) : turns);
+                list[i].plane[1] = plane_make(&r, kind == 2 ? turns : bake_random_double(&r));
             }
             add_integrands(&m, pairs, list, n, PARTIALS, kind < 3 ? plane_weight : product_weight,
                            &r);
         }
         for (int pair = 0; pair < 2; ++pair) {
-            for (int i = 0; i < bumps; ++i) list[i] = bump_make(&r, pair, 1, 1);
+            for (int i = 0; i < bumps; ++i) list[i] = bump_make(&r, pair);
             add_integrands(&m, pairs, list, bumps, PARTIALS, bump_weight, &r);
         }
     } else {
-        int n = what == FEATURES_AXES ? axes : steps;
-        for (int pair = 0; pair < 2; ++pair) {
-            for (int d = 0; d < 2; ++d) {
-                if (what == FEATURES_AXES
-                        ? member == 0 && pair == 0
-                        : what != FEATURES_SINGLES && (pair != 0 || d != what - FEATURES_STEP_X)) {
-                    continue;
-                }
-                for (int i = 0; i < n; ++i) {
-                    list[i].uses = 1 << pair;
-                    list[i].plane[pair] = bake_plane_step(d, (i + bake_random_double(&r)) / n);
-                }
-                add_integrands(&m, pairs, list, n, 0,
-                               what == FEATURES_AXES      ? axes_weight
-                               : what == FEATURES_SINGLES ? single_weight
-                                                          : step_weight,
-                               &r);
+        const int n = fewer(options, kinds[what].full, kinds[what].least);
+        const int dimensions = what == FEATURES_AXES && member == 0 ? 12 : kinds[what].dimensions;
+        m.stride = __builtin_popcount((unsigned)dimensions) * n * LEVELS;
+        m.rows = bake_allocate((size_t)PIXELS * m.stride, sizeof *m.rows);
+        for (int d = 0; d < 4; ++d) {
+            if ((dimensions >> d & 1) == 0) continue;
+            for (int i = 0; i < n; ++i) {
+                list[i].uses = 1 << d / 2;
+                list[i].plane[d / 2] = plane_step(d & 1, (i + bake_random_double(&r)) / n);
             }
+            add_integrands(&m, pairs, list, n, 0, kinds[what].weight, &r);
         }
     }
     const int most = what == FEATURES_OWN ? 336 : 80;
@@ -317,8 +438,8 @@ void bake_features_of_two(bake_features *f, const bake_table *table, const bake_
     enum { FEW_LEVELS = 7, FEW_PARTIALS = 7, MOST = 40 };
     enum { COLUMNS = FEW_LEVELS + FEW_PARTIALS };
     static const double weight[COLUMNS] = {1.1, 1.2, 1.2, 1.1, 1, 1, 1, .5, .4, .4, .3, .3, .3, .3};
-    static bake_plane plane[2][MOST];
-    static bake_pair pairs[2];
+    static half_plane plane[2][MOST];
+    static sample_pair pairs[2];
     int n = fewer(options, MOST, 5) / 5 * 5;
     uint64_t *bits[2];
     bake_random r = bake_random_make(options->seed, 6, (uint64_t)(first * MEMBERS + second));
@@ -326,24 +447,24 @@ void bake_features_of_two(bake_features *f, const bake_table *table, const bake_
         const pole_vectors *v = &table->member[side == 0 ? first : second];
         float x[2][64], y[2][64];
         bits[side] = bake_allocate((size_t)PIXELS * MOST, sizeof *bits[side]);
-        for (int k = 0; k < 2; ++k) bake_pair_make(&pairs[k], v, k);
-        for (int i = 0; i < n; ++i) plane[side][i] = bake_plane_make(&r, bake_random_double(&r));
+        for (int k = 0; k < 2; ++k) pair_make(&pairs[k], v, k);
+        for (int i = 0; i < n; ++i) plane[side][i] = plane_make(&r, bake_random_double(&r));
         /* Two in five are of both first pairs. Every five are in a domain of their own. */
         for (int from = 0; from < n; from += 5) {
-            bake_key key[2] = {bake_key_make(&r), bake_key_make(&r)};
+            sample_key key[2] = {key_make(&r), key_make(&r)};
             for (int label = 0; label < PIXELS; ++label) {
                 for (int k = 0; k < 2; ++k) {
-                    bake_pair_points(&pairs[k], (uint32_t)label, key[k], 64, x[k], y[k]);
+                    pair_points(&pairs[k], (uint32_t)label, key[k], 64, x[k], y[k]);
                 }
                 for (int i = from; i < from + 5; ++i) {
                     int pairing = i % 5 % 4, k = side == 0 ? pairing & 1 : pairing >> 1;
-                    bake_plane_bits(&plane[side][i], x[k], y[k], 64, &bits[side][label * MOST + i]);
+                    plane_bits(&plane[side][i], x[k], y[k], 64, &bits[side][label * MOST + i]);
                 }
             }
         }
     }
-    bake_sample_order order[MOST / 5];
-    for (int i = 0; i < n / 5; ++i) order[i] = bake_sample_order_make(&r);
+    sample_order order[MOST / 5];
+    for (int i = 0; i < n / 5; ++i) order[i] = order_make(&r);
     error_matrix m = {NULL, n * COLUMNS, n * COLUMNS};
     m.rows = bake_allocate((size_t)PLACES * m.stride, sizeof *m.rows);
     for (int c = 0; c < PLACES; ++c) {

@@ -71,7 +71,7 @@ void bake_kernel_add(bake_kernel *kernel, int axes, double narrow, double weight
             double d = dx * dx + dy * dy;
             if ((axes == 1 && dy != 0) || (axes == 2 && dx != 0)) continue;
             double k = (1 - narrow) * exp(-d / (4 * SIGMA * SIGMA)) + narrow * exp(-d / 4);
-            if (k < BAKE_LEAST_TAP) continue;
+            if (k < 0.003) continue;
             kernel->tap[dy + REACH][dx + REACH] += (float)(weight * k);
         }
     }
@@ -318,11 +318,10 @@ static arrangement *prepare(const bake_table *table, const bake_options *options
     return &t;
 }
 
-void bake_labels(bake_table *table, const bake_options *options, int member, int number) {
+void bake_labels(bake_table *table, const bake_options *options, int member) {
     enum { PARTS = 6 };
     uint16_t *label = table->label[member];
     arrangement *t = prepare(table, options, member);
-    (void)number;
     memcpy(t->label, label, sizeof t->label);
     for (int i = 0; i < t->groups; ++i) {
         feature_group *g = &t->group[i];
@@ -340,7 +339,6 @@ void bake_labels(bake_table *table, const bake_options *options, int member, int
                 double temperature = hot * pow(cold / hot, done);
                 visit(t, (int)bake_random_below(&r, BLOCKS), temperature, &r);
             }
-            options->progress((part + (sweep + 1.0) / sweeps) / PARTS);
         }
     }
     memcpy(label, t->label, sizeof t->label);

@@ -24,8 +24,6 @@ enum {
 };
 enum { GROUPS = 12, FEW_LEVELS = 7 };
 
-static const double TURN = 6.283185307179586;
-
 /* Functions are products of functions of one dimension, in tables. */
 typedef struct {
     int group, dimensions, factor[4], dimension[4];
@@ -147,13 +145,14 @@ static void measure_sobol(bake_smooth_judge *j) {
     static uint32_t point[POINTS][4];
     static const uint32_t none[4] = {0};
     double square[SUMS][LEVELS] = {{0}};
+    bn_sampler sampler;
+    bn_sampler_init(&sampler, BN_SAMPLER_SOBOL, 0);
     for (int run = 0; run < RUNS; ++run) {
-        for (int pair = 0; pair < 2; ++pair) {
-            float x[POINTS], y[POINTS];
-            bake_sobol_points(run, 11 + (uint32_t)pair, POINTS, x, y);
-            for (int i = 0; i < POINTS; ++i) {
-                point[i][2 * pair] = (uint32_t)(x[i] * 16777216.0f) << 8;
-                point[i][2 * pair + 1] = (uint32_t)(y[i] * 16777216.0f) << 8;
+        for (uint32_t i = 0; i < POINTS; ++i) {
+            for (uint32_t pair = 0; pair < 2; ++pair) {
+                uint32_t u[4];
+                bn_sample_4d_u32(&sampler, run % SIDE, run / SIDE, i, 11 + pair, u);
+                memcpy(point[i] + 2 * pair, u, 2 * sizeof *u);
             }
         }
         for (int f = 0; f < j->count; ++f) {

@@ -27,8 +27,6 @@ enum {
  * the sides of the screen, and steps in single numbers. */
 enum { FIRST, SECOND, BOTH, CHOICE, SPACE, MEMBER, STEP, SINGLE, KINDS };
 
-static const double TURN = 6.283185307179586;
-
 /* 2^14 (a u + b v + c w) < limit, coordinates as numbers of 15 bits; the limit may drift. */
 typedef struct {
     int16_t factor[3], limit[PIXELS];
@@ -283,11 +281,7 @@ BAKE_WIDE static double wide_square(const float *image, int axes) {
             line = sum;
         }
         if (axes == 2) {
-            float lane[16] = {0};
-            for (int x = 0; x < SIDE; x += 16) {
-                for (int k = 0; k < 16; ++k) lane[k] += line[x + k] * line[x + k];
-            }
-            for (int k = 0; k < 16; ++k) square += lane[k];
+            square = bake_add_squares(square, line, SIDE);
             continue;
         }
         /* Even and odd columns apart, with a margin, so that a step of two is one of one. */
@@ -300,11 +294,7 @@ BAKE_WIDE static double wide_square(const float *image, int axes) {
             const float *from = &part[(d + 1) & 1][(d + 1) / 2], w = kernel[d];
             for (int x = 0; x < HALF; ++x) out[x] += w * from[x];
         }
-        float lane[16] = {0};
-        for (int x = 0; x < HALF; x += 16) {
-            for (int k = 0; k < 16; ++k) lane[k] += out[x + k] * out[x + k];
-        }
-        for (int k = 0; k < 16; ++k) square += lane[k];
+        square = bake_add_squares(square, out, HALF);
     }
     return square / ((axes & 1) != 0 ? rows * HALF : rows * SIDE);
 }
@@ -314,7 +304,7 @@ BAKE_WIDE static double narrow_square(const float *image) {
     static const float w[5] = {0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f};
     double square = 0;
     for (int y = 0; y < SIDE; ++y) {
-        float sum[SIDE] = {0}, line[SIDE + 4], lane[16] = {0};
+        float sum[SIDE] = {0}, line[SIDE + 4], out[SIDE];
         for (int d = 0; d < 5; ++d) {
             const float *from = image + ((y + d - 2) & (SIDE - 1)) * SIDE;
             for (int x = 0; x < SIDE; ++x) sum[x] += w[d] * from[x];
@@ -324,14 +314,11 @@ BAKE_WIDE static double narrow_square(const float *image) {
         line[1] = sum[SIDE - 1];
         line[SIDE + 2] = sum[0];
         line[SIDE + 3] = sum[1];
-        for (int x = 0; x < SIDE; x += 16) {
-            for (int k = 0; k < 16; ++k) {
-                const float *at = line + x + k;
-                const float v = w[0] * (at[0] + at[4]) + w[1] * (at[1] + at[3]) + w[2] * at[2];
-                lane[k] += v * v;
-            }
+        for (int x = 0; x < SIDE; ++x) {
+            const float *at = line + x;
+            out[x] = w[0] * (at[0] + at[4]) + w[1] * (at[1] + at[3]) + w[2] * at[2];
         }
-        for (int k = 0; k < 16; ++k) square += lane[k];
+        square = bake_add_squares(square, out, SIDE);
     }
     return square / PIXELS;
 }
@@ -343,7 +330,7 @@ BAKE_WIDE static void image_of(float *image, const int16_t *count, float scale, 
 static void add_errors(vector_judge *j, int kind, int level, const float *image) {
     j->blurred[kind][level] += wide_square(image, 3) / INTEGRANDS;
     j->narrow[kind][level] += narrow_square(image) / INTEGRANDS;
-    j->raw[kind][level] += bake_mean_square(image, PIXELS) / INTEGRANDS;
+    j->raw[kind][level] += bake_add_squares(0, image, PIXELS) / PIXELS / INTEGRANDS;
 }
 
 static void judge_integrand(vector_judge *j, const integrand *f, const coordinates at,
@@ -440,11 +427,9 @@ static double clash(const pole_vectors *first, const pole_vectors *second) {
     static const double weight[6] = {0, 0, 0, 0.02, 0.15, 3};
     double sum = 0;
     for (int d = 0; d < 16; ++d) {
-        uint64_t a, b;
-        pole_rows(first, d & 3, 1, &a);
-        pole_rows(second, d >> 2, 1, &b);
+        const uint32_t differ = pole_first_digit(first, d & 3) ^ pole_first_digit(second, d >> 2);
         for (int m = 3; m <= 5; ++m) {
-            if (((a ^ b) & (((uint64_t)1 << m) - 1)) == 0) sum += weight[m];
+            if ((differ & ((1u << m) - 1)) == 0) sum += weight[m];
         }
     }
     return sum;
@@ -544,9 +529,6 @@ void bake_vectors(bake_table *table, const bake_options *options, int member, in
             if (e < least) {
                 least = e;
                 best = v;
-            }
-            if (trial % 16 == 0) {
-                options->progress((part - first + (double)trial / trials) / (end - first));
             }
         }
         /* The last part ends with the best, the others with where the annealing is. */

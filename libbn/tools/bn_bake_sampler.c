@@ -5,32 +5,158 @@
  * the vectors of each member of a family (bake_vectors.c), the quadtree down to blocks of 4 x 4 pixels
  * (bake_blocks.c) and inside them (bake_labels.c), so that errors of neighbouring pixels cancel. All
  * moves keep the nets. Half an hour on one core. Vectors decide nearly all of the errors, the quadtree
- * how visible its own pattern is: --vectors searches another quadtree in five minutes.
+ * how visible its own pattern is.
  *
- * The table depends on the seed and the effort alone; cosines, logarithms and exponentials come from
- * the C library, so another one may give another table of the same quality.
+ * The table depends on the effort alone; cosines, logarithms and exponentials come from the C library,
+ * so another one may give another table of the same quality.
  */
 #include "bake_tile.h"
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-#include <unistd.h>
 
-enum { PATH_SIZE = 4096, PARTS = 2 * MEMBERS + 1 + MEMBERS };
+/* Of the vectors, and of the quadtree: the one of three with the lowest spectral peaks. */
+enum { VECTOR_SEED = 1, TREE_SEED = 5, PATH_SIZE = 4096 };
 
-static const char usage[] =
-    "usage: bn_bake_sampler [--seed N] [--effort SCALE] [--vectors TABLE] -o FILE\n"
-    "  -o FILE             makes a table of the sampler blue\n"
-    "  --seed N            (1)\n"
-    "  --effort SCALE      of the search, from 0 to 100 (1: half an hour)\n"
-    "  --vectors TABLE     takes the vectors from this table, and searches the quadtree alone\n";
+/* ---- The quadtree ---- */
 
-/* ---- Files ---- */
+/* A random permutation of the four children of node (x, y) of a level, as p ^ flip after a linear map.
+ * Without the map, the flip of columns is the same in both rows of the parent and that of rows in
+ * both columns, which keeps pixels along a column or row apart. */
+static uint32_t permuted(uint64_t seed, int level, uint32_t x, uint32_t y, int linear) {
+    static const uint32_t maps[6][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 1, 3, 2},
+                                        {0, 3, 1, 2}, {0, 2, 3, 1}, {0, 3, 2, 1}};
+    const uint32_t child = (x >> level & 1u) | (y >> level & 1u) << 1;
+    const uint32_t column = x >> (level + 1), row = y >> (level + 1);
+    const uint64_t node = (uint64_t)level << 32;
+    if (linear) {
+        const uint64_t hash = bake_mix(bake_mix(seed + node) + (row << 16 | column));
+        return maps[(hash >> 32) % 6][child] ^ (uint32_t)(hash & 3u);
+    }
+    const uint64_t along = bake_mix(bake_mix(seed + node + 1) + (row >> 1 << 16 | column));
+    const uint64_t across = bake_mix(bake_mix(seed + node + 2) + (row << 16 | column >> 1));
+    return child ^ (uint32_t)(along & 1u) ^ (uint32_t)(across & 1u) << 1;
+}
 
-static int fail(const char *what, const char *path) {
-    fprintf(stderr, "bn_bake_sampler: cannot %s %s: %s\n", what, path, strerror(errno));
+/* Labels by random permutations of the four children of every node of the quadtree, from `seed` down
+ * to blocks of 4 x 4 pixels and from `within` inside them; any permutations there if `linear`, else
+ * those that keep columns and rows apart. */
+static void make_labels(uint16_t label[PIXELS], uint64_t seed, uint64_t within, int linear) {
+    for (uint32_t p = 0; p < PIXELS; ++p) {
+        uint32_t out = 0;
+        for (int level = 5; level >= 0; --level) {
+            out = out << 2 | permuted(level < 2 ? within : seed, level, p % SIDE, p / SIDE,
+                                      linear && level < 2);
+        }
+        label[p] = (uint16_t)out;
+    }
+}
+
+static void make_trees(bake_table *table, uint64_t seed) {
+    for (int member = 0; member < MEMBERS; ++member) {
+        make_labels(table->label[member], bake_mix(seed),
+                    bake_mix(seed + 1000 * (uint64_t)(member + 1)), member != 0);
+    }
+}
+
+/* ---- The table ---- */
+
+/* Below the sixteenth digit of each coordinate, adds random sums of its upper digits, a linear scrambling
+ * that keeps every net, so that points differ in all 32 digits. No search looks at these. */
+static void scramble_lower_digits(bake_table *table, uint64_t seed) {
+    bake_random r = bake_random_make(seed, 9, 0);
+    for (int member = 0; member < MEMBERS; ++member) {
+        for (int d = 0; d < 4; ++d) {
+            for (int to = 16; to < 32; ++to) {
+                for (int from = 0; from < to; ++from) {
+                    if (bake_random_below(&r, 2)) {
+                        pole_add_digit(&table->member[member], d, from, to);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/* The label vectors as the table has them: sixteen digits, and as a basis of each level of the quadtree the
+ * blocks in the first row and the first column. */
+static void rebase_labels(bake_table *table) {
+    for (int member = 0; member < MEMBERS; ++member) {
+        pole_vectors *v = &table->member[member];
+        const pole_vectors old = *v;
+        for (int i = 0; i < POLE_LABEL_BITS; ++i) {
+            const int block = i < 4 ? 0 : (i & 1 ? 16 : 1) << (i / 2 - 2);
+            const uint32_t upper = table->label[0][0] ^ table->label[0][bake_pixel_of(block, 0)];
+            pole_label_shift(&old, i < 4 ? 1u << i : upper & ~15u, v->label[i]);
+            for (int d = 0; d < 4; ++d) v->label[i][d] &= 0xffff0000u;
+        }
+    }
+}
+
+static void make_table(bake_table *table, double effort) {
+    bake_options options = {VECTOR_SEED, effort};
+    for (int member = 0; member < MEMBERS; ++member) {
+        pole_vectors_make(&table->member[member], member);
+    }
+    make_trees(table, VECTOR_SEED);
+    for (int again = 0; again < 2; ++again) {
+        for (int member = 0; member < MEMBERS; ++member) {
+            bake_vectors(table, &options, member, again);
+        }
+    }
+    bake_blocks(table, &options);
+    scramble_lower_digits(table, VECTOR_SEED);
+    rebase_labels(table);
+
+    options.seed = TREE_SEED;
+    make_trees(table, TREE_SEED);
+    bake_blocks(table, &options);
+    for (int member = 0; member < MEMBERS; ++member) bake_labels(table, &options, member);
+    scramble_lower_digits(table, TREE_SEED);
+}
+
+/* ---- The file ---- */
+
+/* The upper halves of four coordinates in two words. */
+static void pack_digits(const uint32_t v[4], uint32_t out[2]) {
+    out[0] = v[0] >> 16 | (v[1] & 0xffff0000u);
+    out[1] = v[2] >> 16 | (v[3] & 0xffff0000u);
+}
+
+/* bn_draw.glsl has the layout. */
+static void pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]) {
+    memset(words, 0, BN_WORD_COUNT * sizeof *words);
+    for (uint32_t p = 0; p < PIXELS; ++p) {
+        for (uint32_t a = 0; a < MEMBERS; ++a) {
+            words[BN_PIXELS_AT + p] |= (table->label[a][p] & 15u) << (8 * a);
+        }
+    }
+    for (uint32_t a = 0; a < MEMBERS; ++a) {
+        const pole_vectors *v = &table->member[a];
+        uint32_t sum[4];
+        for (uint32_t b = 0; b < BLOCKS; ++b) {
+            pole_label_shift(v, table->label[0][bake_pixel_of((int)b, 0)] & ~15u, sum);
+            pack_digits(sum, words + BN_BLOCKS_AT + (b * MEMBERS + a) * 2u);
+        }
+        for (uint32_t i = 0; i < 16u; ++i) {
+            pole_label_shift(v, i, sum);
+            pack_digits(sum, words + BN_PLACES_AT + (a * 16u + i) * 2u);
+        }
+        /* The lowest eight bits of an index, then four at a time, each reversed. */
+        for (uint32_t i = 0; i < 256u; ++i) {
+            const uint32_t index = bn_reverse_bits(i) >> 24;
+            pole_index_point(v, index, words + BN_POINTS_AT + (i * MEMBERS + a) * 4u);
+        }
+        for (uint32_t i = 0; i < 6u * 16u; ++i) {
+            const uint32_t index = bn_reverse_bits(i & 15u) >> 28 << (8u + i / 16u * 4u);
+            pole_index_point(v, index, words + BN_LATER_AT + (i * MEMBERS + a) * 4u);
+        }
+    }
+}
+
+static int fail(const char *path) {
+    fprintf(stderr, "bn_bake_sampler: cannot write %s: %s\n", path, strerror(errno));
     return 1;
 }
 
@@ -38,7 +164,7 @@ static int fail(const char *what, const char *path) {
 static int write_table(const bake_table *table, FILE *file) {
     static uint32_t words[BN_WORD_COUNT];
     static unsigned char bytes[sizeof words];
-    bake_table_pack(table, words);
+    pack(table, words);
     for (size_t i = 0; i < sizeof bytes; ++i) {
         bytes[i] = (unsigned char)(words[i / 4] >> (8 * (i % 4)));
     }
@@ -46,101 +172,26 @@ static int write_table(const bake_table *table, FILE *file) {
     return (fclose(file) == 0) & whole;
 }
 
-static int read_table(const char *path, uint32_t words[BN_WORD_COUNT]) {
-    static unsigned char bytes[4 * BN_WORD_COUNT];
-    FILE *file = fopen(path, "rb");
-    if (file == NULL) return !fail("read", path);
-    const int whole = fread(bytes, sizeof bytes, 1, file) == 1 && fgetc(file) == EOF;
-    fclose(file);
-    if (!whole) {
-        fprintf(stderr, "bn_bake_sampler: %s is not a table of %zu bytes\n", path, sizeof bytes);
-        return 0;
-    }
-    memset(words, 0, BN_WORD_COUNT * sizeof *words);
-    for (size_t i = 0; i < sizeof bytes; ++i) words[i / 4] |= (uint32_t)bytes[i] << (8 * (i % 4));
-    return 1;
-}
-
-/* ---- Progress ---- */
-
-static struct {
-    int index;
-    time_t shown;
-} here;
-
-/* On a terminal only. */
-static void show_progress(double share) {
-    if (!isatty(2) || time(NULL) == here.shown) return;
-    here.shown = time(NULL);
-    fprintf(stderr, "\rpart %d of %d: %.0f %%\033[K", here.index + 1, PARTS, 100 * share);
-}
-
-static void run(bake_stage *stage, bake_table *table, const bake_options *options, int members,
-                int number) {
-    for (int member = 0; member < members; ++member, ++here.index) {
-        show_progress(0);
-        stage(table, options, member, number);
-    }
-}
-
-/* ---- Command line ---- */
-
-static int make(const char *output, const char *vectors, bake_options *options) {
-    static bake_table table;
-    static uint32_t words[BN_WORD_COUNT];
-    char beside[PATH_SIZE];
-    if (vectors != NULL && !read_table(vectors, words)) return 1;
-    if (snprintf(beside, PATH_SIZE, "%s.part", output) >= PATH_SIZE) {
-        errno = ENAMETOOLONG;
-        return fail("write", output);
-    }
-    FILE *file = fopen(beside, "wb"); /* before all of the work */
-    if (file == NULL) return fail("write", output);
-    options->progress = show_progress;
-    bake_start(&table, options, 0, 0);
-    if (vectors != NULL) {
-        bake_table_unpack_vectors(&table, words);
-        here.index = 2 * MEMBERS;
-    } else {
-        run(bake_vectors, &table, options, MEMBERS, 0);
-        run(bake_vectors, &table, options, MEMBERS, 1);
-    }
-    run(bake_blocks, &table, options, 1, 0);
-    run(bake_labels, &table, options, MEMBERS, 0);
-    bake_finish(&table, options, 0, 0);
-    if (isatty(2)) fprintf(stderr, "\r\033[K");
-    if (write_table(&table, file) && rename(beside, output) == 0) return 0;
-    fail("write", output);
-    remove(beside);
-    return 1;
-}
-
 int main(int argc, char **argv) {
-    bake_options options = {.seed = 1, .effort = 1};
-    const char *output = NULL, *vectors = NULL;
-    int good = argc % 2 == 1;
-    for (int i = 1; good && i < argc; i += 2) {
-        const char *name = argv[i], *value = argv[i + 1];
-        char *end = NULL;
-        double number = strtod(value, &end);
-        int is_number = end != value && *end == '\0' && number >= 0 && number < 4e9;
-        if (strcmp(name, "-o") == 0) {
-            output = value;
-        } else if (strcmp(name, "--vectors") == 0) {
-            vectors = value;
-        } else if (!is_number) {
-            good = 0;
-        } else if (strcmp(name, "--seed") == 0) {
-            options.seed = (uint64_t)number;
-        } else if (strcmp(name, "--effort") == 0 && number <= 100) {
-            options.effort = number;
-        } else {
-            good = 0;
-        }
-    }
-    if (!good || output == NULL) {
-        fputs(usage, stderr);
+    static bake_table table;
+    char beside[PATH_SIZE], *end = NULL;
+    const double effort = argc == 3 ? strtod(argv[1], &end) : -1;
+    if (!(effort >= 0 && effort <= 100) || end == argv[1] || *end != '\0') {
+        fputs(
+            "Usage: bn_bake_sampler EFFORT OUTPUT.u32\n"
+            "EFFORT of the search is 0 to 100; 1 made the table of the library, in half an hour\n",
+            stderr);
         return 2;
     }
-    return make(output, vectors, &options);
+    if (snprintf(beside, PATH_SIZE, "%s.part", argv[2]) >= PATH_SIZE) {
+        errno = ENAMETOOLONG;
+        return fail(argv[2]);
+    }
+    FILE *file = fopen(beside, "wb"); /* before all of the work */
+    if (file == NULL) return fail(argv[2]);
+    make_table(&table, effort);
+    if (write_table(&table, file) && rename(beside, argv[2]) == 0) return 0;
+    fail(argv[2]);
+    remove(beside);
+    return 1;
 }

@@ -1,14 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The vectors of pole order from power series over the field of two, and nets judged by ranks: the
- * samples of a digital sequence are a net exactly when the leading digits of its coordinates, as
- * linear functions of the index and label bits, are independent (Niederreiter, "Point sets and
- * sequences with small discrepancy", 1987). */
+ * The vectors of pole order from power series over the field of two. */
 #include "pole_order.h"
 #include <assert.h>
 #include <bn/bn_draw.h>
 #include <string.h>
-
-/* ---- Vectors ---- */
 
 /* The digits of each pair of bits times w, in the field of four. */
 static uint32_t times_w(uint32_t digits) {
@@ -53,11 +48,8 @@ void pole_vectors_make(pole_vectors *v, int form) {
         fraction = series_product(fraction, inverse);
     }
     /* One of dimensions 2 and 3 shares its first digit with dimension 0 or 1 over 8 samples. It is 3. */
-    uint64_t first[4];
-    for (int d = 0; d < 4; ++d) {
-        pole_rows(v, d, 1, &first[d]);
-        first[d] &= 7u;
-    }
+    uint32_t first[4];
+    for (int d = 0; d < 4; ++d) first[d] = pole_first_digit(v, d) & 7u;
     if (first[2] == first[0] || first[2] == first[1]) pole_exchange(v, 1);
     if ((form & 2) != 0) pole_exchange(v, 0);
 }
@@ -117,17 +109,8 @@ void pole_mix_labels(pole_vectors *v, int pair, uint64_t random) {
     for (int c = 2 * pair; c < 2 * pair + 2; ++c) v->label[high][c] ^= v->label[low][c];
 }
 
-/* ---- Digits as rows of matrices ---- */
-
-void pole_rows(const pole_vectors *v, int d, int bits, uint64_t *rows) {
-    for (int i = 0; i < bits; ++i) {
-        uint64_t row = 0;
-        for (int j = 0; j < POLE_INDEX_BITS; ++j) {
-            row |= (uint64_t)(v->index[j][d] >> (31 - i) & 1u) << j;
-        }
-        for (int j = 0; j < POLE_LABEL_BITS; ++j) {
-            row |= (uint64_t)(v->label[j][d] >> (31 - i) & 1u) << (32 + j);
-        }
-        rows[i] = row;
-    }
+uint32_t pole_first_digit(const pole_vectors *v, int d) {
+    uint32_t sum = 0;
+    for (int j = 0; j < POLE_INDEX_BITS; ++j) sum |= (v->index[j][d] >> 31) << j;
+    return sum;
 }

@@ -34,9 +34,8 @@ void pole_vectors_make(pole_vectors *v, int form);
 void pole_label_shift(const pole_vectors *v, uint32_t label, uint32_t out[4]);
 void pole_index_point(const pole_vectors *v, uint32_t index, uint32_t out[4]);
 
-/* The upper `bits` digits of coordinate d as a sum of index bits (from bit 0) and label bits (from
- * bit 32), one row for each digit. */
-void pole_rows(const pole_vectors *v, int d, int bits, uint64_t *rows);
+/* The first digit of coordinate d as a sum of index bits. */
+uint32_t pole_first_digit(const pole_vectors *v, int d);
 
 /* Adds digit `from` of coordinate d to digit `to`, a less significant one: keeps every net. */
 void pole_add_digit(pole_vectors *v, int d, int from, int to);
