@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Finds mistakes in an integration of libbn. Link it with two functions of your renderer, sampler() and draw();
- * docs/porting.md says what the output means. In a C++ renderer declare both as extern "C", or compile this file
- * as C++ too. */
+ * docs/porting.md explains the output. In a C++ renderer, declare both extern "C" or compile this file as C++. */
 #include <bn/bn_path.h>
 
 #include <math.h>
@@ -10,18 +9,19 @@
 
 /* Your renderer's sampler. */
 const bn_sampler *sampler(void);
-/* The numbers that it draws for sample `index` of pixel (x, y): u[0] and u[1] for decision 0, the position in the
-   pixel, and for decision 1, any other with two dimensions. If a number of its own chooses what decision 1 is for,
-   a lobe or a light, u[2] is that number. Record all of them as drawn, before a choice or a map uses them up. */
+/* The numbers that your renderer draws for sample `index` of pixel (x, y): u[0] and u[1] for decision 0, the
+   position in the pixel, or for decision 1, any other 2-D decision. If decision 1 depends on a choice made with a
+   number of its own, such as a lobe or a light, u[2] is that number. Record all of them as drawn, before any
+   mapping. */
 void draw(int x, int y, unsigned index, int decision, float u[3]);
 
 enum { SIZE = 128, WINDOW = 16 };
-static const double AREA = 0.7853982; /* the share of samples that fall into a quarter of a disc */
-static double error[2][SIZE][SIZE];   /* of the number that do */
+static const double AREA = 0.7853982; /* the area of a quarter disc, and so the share of samples in it */
+static double error[2][SIZE][SIZE];   /* error of the number of samples in it */
 static int halves[2][SIZE]
                  [SIZE]; /* samples whose u[0], or u[1], is in the same half of [0, 1) as u[2] */
 
-/* What a blur leaves of the error, over what it leaves of white noise's. */
+/* The error after a blur, divided by the error of white noise after the same blur. */
 static double blurred(unsigned count) {
     double squares = 0;
     int windows = 0;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of Cycles' sampling pattern `blue`: which numbers of libbn answer path_rng_1D() and its
- * relatives. README.md has the layout as a table. The draws are 32-bit integer arithmetic and run on
- * every device; the table that they read is in sample_pattern_lut. */
+ * The sampling pattern `blue` of Cycles: the numbers of libbn that path_rng_1D() and its relatives return. README.md
+ * has the layout as a table. The draws use 32-bit integer arithmetic and run on every device; they read their table
+ * from sample_pattern_lut. */
 #pragma once
 
 CCL_NAMESPACE_BEGIN
@@ -15,7 +15,7 @@ CCL_NAMESPACE_BEGIN
 #include "kernel/sample/bn_draw.glsl"
 #include "kernel/sample/bn_path.glsl"
 
-/* The pixel, below 65536 in both directions. With the seed it also starts generators that hash it. */
+/* The pixel, with both coordinates below 65536. Combined with the seed, it also seeds generators that hash it. */
 ccl_device_inline uint blue_pixel(KernelGlobals kg, const int x, const int y) {
     return ((uint(x) & 0xffffu) | uint(y) << 16) ^ kernel_data.integrator.seed;
 }
@@ -25,7 +25,7 @@ ccl_device_inline bn_path blue_path(KernelGlobals kg, const uint rng_pixel, cons
     return bn_path_start(pixel & 0xffffu, pixel >> 16, sample, 0u);
 }
 
-/* The seed stands behind the tables. */
+/* The seed is stored after the tables. */
 ccl_device_inline bn_uint2 blue_seed(KernelGlobals kg) {
     bn_uint2 seed;
     seed.x = BN_WORD(BN_WORD_COUNT);
@@ -33,7 +33,7 @@ ccl_device_inline bn_uint2 blue_seed(KernelGlobals kg) {
     return seed;
 }
 
-/* One pair of a domain, 0 or 1: in [0, 1). */
+/* Pair 0 or 1 of a domain, in [0, 1). */
 ccl_device_inline float2 blue_pair(KernelGlobals kg, const bn_path path, const uint domain,
                                    const uint pair) {
     const bn_uint2 v =
@@ -42,8 +42,8 @@ ccl_device_inline float2 blue_pair(KernelGlobals kg, const bn_path path, const u
                        float(v.y >> 8) * (1.0f / 16777216.0f));
 }
 
-/* The domain of a decision. The position in the pixel and the lens share ray 0, time and the first light the camera's domain, and the
- * direction in which a path goes on has that of its ray; all other decisions have one each. */
+/* The domain of a decision. The position in the pixel and the lens share ray 0, time and the first light the camera's
+ * domain; the direction of a scattered ray uses its ray's domain. All other decisions have their own. */
 ccl_device_inline uint blue_domain(const bn_path path, const int dimension) {
     const uint bounce = uint(dimension) / PRNG_BOUNCE_NUM, slot = uint(dimension) % PRNG_BOUNCE_NUM;
     if (dimension == PRNG_BOUNCE_NUM + PRNG_LIGHT) {
@@ -70,7 +70,7 @@ ccl_device_inline float2 blue_sample_2D(KernelGlobals kg, const uint rng_pixel, 
     return blue_pair(kg, path, blue_domain(path, dimension), 0u);
 }
 
-/* A pair and a number: a point on a light and which light, a direction and which lobe. Or time and lens, in this order. */
+/* A pair and a number: a point on a light and the light, or a direction and the lobe. Or time, then lens. */
 ccl_device_inline float3 blue_sample_3D(KernelGlobals kg, const uint rng_pixel, const uint sample,
                                         const int dimension) {
     const bn_path path = blue_path(kg, rng_pixel, sample);

@@ -13,8 +13,8 @@
 
 namespace pbrt {
 
-// With 2 to MaxEquidistant samples per pixel, wavelengths are equidistant. Sample i takes place i * step modulo the count, so
-// that the first few samples are far apart, too.
+// With 2 to MaxEquidistant samples per pixel, wavelengths are evenly spaced. Sample i takes position i * step modulo the
+// sample count, so the first few samples are far apart, too.
 static constexpr int MaxEquidistant = 7;
 static constexpr int EquidistantSteps[MaxEquidistant + 1] = {0, 1, 1, 2, 3, 3, 5, 4};
 
@@ -34,7 +34,7 @@ void BlueSampler::OpenDomain(int newKey) {
     bn_sample_4d(&sampler, pixel.x, pixel.y, sampleIndex, bn_domain_child(BN_DOMAIN_ROOT, key), u);
 }
 
-// Three dimensions a domain: keys of a whole path and of one that is started anew agree.
+// Three dimensions per domain, so that a path restarted at a later dimension gets the same keys.
 void BlueSampler::OpenNextDomain() {
     OpenDomain(std::max(key + 1, (dimension + 1) / 3));
 }
@@ -45,16 +45,16 @@ void BlueSampler::StartPixelSample(Point2i p, int index, int dim) {
     dimension = dim;
     key = -1;
     spent = 4;
-    // The wavefront integrator starts each surface here. Roulette at the surface before has spent a number.
+    // The wavefront integrator restarts here at each surface. Russian roulette at the previous surface has used one number.
     if (dim > 0) {
         OpenDomain(dim / 3);
         spent = dim > 6;
     }
 }
 
-// Where a sample's wavelengths fall within their spacing, in [0, 1). Usually u[3]. The u[3] of 2 to 7 samples are unevenly
-// spaced, so evenly spaced numbers take their place, of which the first is sample 0's u[3]. For one sample a mask: nothing is
-// bluer where a single smooth number decides.
+// The offset of a sample's wavelengths within their spacing, in [0, 1). Usually this is u[3]. With 2 to 7 samples, the
+// values of u[3] are unevenly spaced, so evenly spaced ones that start at sample 0's u[3] replace them. With one sample the
+// offset comes from a mask, which gives the bluest error for a smooth function of one number.
 Float BlueSampler::WavelengthOffset() const {
     if (samplesPerPixel > MaxEquidistant || sampleIndex >= samplesPerPixel) return u[3];
     const uint32_t domain = bn_domain_child(BN_DOMAIN_ROOT, 0);
@@ -68,7 +68,7 @@ Float BlueSampler::WavelengthOffset() const {
 
 Float BlueSampler::Get1D() {
     if (dimension == 0) {
-        // Of the wavelengths w, w + 1/4, w + 1/2, w + 3/4, only w modulo 1/4 decides which are taken.
+        // pbrt samples the wavelengths w, w + 1/4, w + 1/2 and w + 3/4, so only w modulo 1/4 matters.
         OpenDomain(0);
         spent = 4;
         dimension = 1;

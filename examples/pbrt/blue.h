@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sampler "blue" of libbn for pbrt-v4's CPU integrators; README.md says how to add it.
+// libbn's sampler "blue" for pbrt-v4's CPU integrators. README.md explains how to add it.
 
 #ifndef PBRT_BLUE_H
 #define PBRT_BLUE_H
@@ -15,10 +15,9 @@
 
 namespace pbrt {
 
-// Takes a number and the pair after it from one domain of libbn: u[2] and then (u[0], u[1]). Wavelengths and
-// the position in the pixel share domain 0.
-// It is no bn::SequentialSampler, which numbers rays: pbrt numbers the dimensions of a whole path, and may start
-// at any of them.
+// Draws a number and the pair after it from one domain of libbn: u[2] and then (u[0], u[1]). The wavelengths
+// and the position in the pixel share domain 0. This cannot be a bn::SequentialSampler, which counts rays: pbrt
+// counts the dimensions of a whole path, and may start at any dimension.
 class BlueSampler {
   public:
     BlueSampler(int samplesPerPixel, uint64_t seed)
@@ -47,10 +46,10 @@ class BlueSampler {
 
     int samplesPerPixel;
     bn_sampler sampler;
-    bn_sampler mask; // for pictures of one sample per pixel
+    bn_sampler mask; // for images with one sample per pixel
     Point2i pixel;
     int sampleIndex = 0, dimension = 0;
-    // The open domain: its key, its numbers, and how many of them are spent, from u[2] on.
+    // The current domain: its key, its numbers, and how many of them have been used, from u[2] on.
     int key = 0, spent = 4;
     float u[4];
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// libbn's sampler `blue` with the interface of an OpenQMC sampler, for renderers that are built on OpenQMC. Nothing of
-// OpenQMC is needed. C++14; link bn. README.md says what each call becomes.
+// libbn's sampler `blue` behind the interface of an OpenQMC sampler, for renderers built on OpenQMC. OpenQMC itself is
+// not needed. Requires C++14 and libbn. README.md lists how each call maps to libbn.
 #ifndef BN_OQMC_H
 #define BN_OQMC_H
 
@@ -12,10 +12,10 @@
 
 namespace bn {
 
-// Four numbers of one domain of one sample of a pixel. A value of 24 bytes: pass it by copy.
+// The four numbers of one domain, for one sample of a pixel. A 24-byte value: pass it by value.
 class OpenQmcSampler {
   public:
-    // The memory of initialiseCache(), for as long as samplers are in use.
+    // The memory that initialiseCache() fills. Keep it while samplers are in use.
     static constexpr std::size_t cacheSize = sizeof(bn_sampler);
 
     static void initialiseCache(void *cache) { initialiseCache(cache, 0); }
@@ -25,22 +25,22 @@ class OpenQmcSampler {
         *static_cast<bn_sampler *>(cache) = bn_sampler_make(seed);
     }
 
-    // Draws nothing before another sampler is assigned to it.
+    // Empty: assign a sampler before you draw.
     OpenQmcSampler() = default;
-    // Sample `index` of pixel (x, y), 0, 1, 2 ..., in frame `frame` of a film. If frames are averaged, pass frame 0 and let the
-    // index go on: the mean of the frames is then as good as that of one frame with all samples.
+    // Sample `index` (0, 1, 2 ...) of pixel (x, y) in frame `frame` of an animation. If you average frames, pass frame
+    // 0 and continue the index across frames: their mean is then as good as one frame with all the samples.
     OpenQmcSampler(int x, int y, int frame, int index, const void *cache)
         : sampler_(static_cast<const bn_sampler *>(cache)),
           path_(bn_path_start(x, y, static_cast<uint32_t>(index), static_cast<uint32_t>(frame))) {
         assert(cache != nullptr && index >= 0);
     }
 
-    // Domains of keys 4 k to 4 k + 3 are stratified together: give keys in a row to decisions that multiply.
+    // Domains with keys 4 k to 4 k + 3 are stratified together. Use them for decisions that multiply in the integrand.
     OpenQmcSampler newDomain(int key) const {
         return with(path_.index, bn_domain_child(path_.domain, static_cast<uint32_t>(key)));
     }
 
-    // Branch `index` of `size`: all branches of all samples of the pixel are one sequence.
+    // Branch `index` of `size`. All branches of all samples of the pixel form one sequence.
     OpenQmcSampler newDomainSplit(int key, int size, int index) const {
         assert(size > 0 && index >= 0);
         const bn_path branch =
@@ -49,19 +49,19 @@ class OpenQmcSampler {
         return with(branch.index, branch.domain);
     }
 
-    // Branch `index` of an unknown count: the branches of one sample are a sequence of their own.
+    // Branch `index` of an unknown number. The branches of each sample form a sequence.
     OpenQmcSampler newDomainDistrib(int key, int index) const {
         assert(index >= 0);
         const uint32_t domain = bn_domain_child(path_.domain, static_cast<uint32_t>(key));
         return with(static_cast<uint32_t>(index), bn_domain_child(domain, path_.index));
     }
 
-    // Branch `index` of an unknown count: the same branch of all samples of the pixel is a sequence.
+    // Branch `index` of an unknown number. Each branch forms a sequence over the samples of the pixel.
     OpenQmcSampler newDomainChain(int key, int index) const {
         return newDomain(key).newDomain(index);
     }
 
-    // Size is 1 to 4. Dimensions (0, 1) and (2, 3) are pairs for decisions with two numbers. Integers below 2^32 or `range`,
+    // Size is 1 to 4. Use dimensions (0, 1) and (2, 3) as pairs for 2-D decisions. Integers are below 2^32 or `range`,
     // floats in [0, 1).
     template <int Size>
     void drawSample(std::uint32_t sample[Size]) const {
@@ -81,7 +81,7 @@ class OpenQmcSampler {
         floats<Size>(bits, sample);
     }
 
-    // Independent numbers, others than drawSample() gives.
+    // Independent random numbers, unrelated to drawSample().
     template <int Size>
     void drawRnd(std::uint32_t rnd[Size]) const {
         const bn_uint4 v =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Puts libbn in the place of OpenQMC's SobolBnSampler: this folder comes before OpenQMC's in the list of include folders.
+// Replaces OpenQMC's SobolBnSampler by libbn. Put this folder before OpenQMC's in the include path.
 #ifndef BN_OQMC_SOBOLBN_H
 #define BN_OQMC_SOBOLBN_H
 
