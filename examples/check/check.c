@@ -16,8 +16,8 @@ const bn_sampler *sampler(void);
 void draw(int x, int y, unsigned index, int decision, float u[3]);
 
 enum { SIZE = 128, WINDOW = 16 };
-static const double AREA = 0.7853982; /* the area of a quarter disc, and so the share of samples in it */
-static double error[2][SIZE][SIZE];   /* error of the number of samples in it */
+static const double AREA = 0.7853982; /* of a quarter disc: the expected share of samples in it */
+static double error[2][SIZE][SIZE];   /* of the number of samples in it */
 static int halves[2][SIZE]
                  [SIZE]; /* samples whose u[0], or u[1], is in the same half of [0, 1) as u[2] */
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Compiles bn.c, the whole of libbn in one file, with $CC (else cc) and $AR (else ar). The folder of bn.c and bn.h is
-//! $BN_AMALGAMATION; without it scripts/amalgamate writes one, for which Python 3 and the checkout are needed.
+//! Compiles bn.c, which is libbn in one file, with $CC (default: cc) and $AR (default: ar). $BN_AMALGAMATION names the
+//! folder with bn.c and bn.h. If it is not set, scripts/amalgamate writes one, which needs Python 3 and the checkout.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ fn fail(message: &str) -> ! {
     exit(1);
 }
 
-/// Runs a command whose program may come with options, as in CC="ccache gcc".
+/// Runs a command whose program may include options, as in CC="ccache gcc".
 fn run(program: &str, arguments: &[&str]) {
     let mut words = program.split_whitespace();
     let name = words.next().unwrap_or_else(|| fail("CC and AR must not be empty"));
@@ -74,7 +74,7 @@ fn main() {
     let mut objects = Vec::new();
     for source in [folder.join("bn.c"), here.join("shim.c")] {
         let object = out.join(source.with_extension("o").file_name().expect("a file"));
-        // Results are the same bits with any options of optimisation.
+        // The results have the same bits at any optimisation level.
         run(&compiler, &["-std=c11", "-O2", "-fPIC", &include, "-c", text(&source), "-o", text(&object)]);
         objects.push(object);
     }

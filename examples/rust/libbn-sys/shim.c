@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The inline functions of bn_path.h as symbols, which Rust needs. src/lib.rs repeats their types, so
- * a change of one must not go unnoticed. */
+ * Exports the inline functions of bn_path.h as symbols for Rust. src/lib.rs repeats their types, so
+ * the assertions below catch any change. */
 #include "bn.h"
 #include <stddef.h>
 

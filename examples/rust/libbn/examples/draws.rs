@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Prints what a path of eight rays draws in some pixels, as bits: tests/install/test_rust.py compares it with tests/c/draw_hashes.txt.
+//! Prints hashes of what paths of eight rays draw; tests/install/test_rust.py compares them with tests/c/draw_hashes.txt.
 
 use libbn::{PathSampler, Sampler};
 

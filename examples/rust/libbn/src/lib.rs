@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Blue noise for path tracers: the samplers and the paths of libbn.
+//! Blue-noise random numbers for path tracers: the samplers and paths of libbn.
 //!
 //! ```
 //! use libbn::{PathSampler, Sampler};
@@ -9,7 +9,7 @@
 //!     let mut sum = 0.0;
 //!     for depth in 0..8 {
 //!         let mut ray = path.ray(depth); // ray 0 leaves the camera, ray d the d-th surface
-//!         let [u, v, s, t] = ray.draw(); // where it goes; the light that is tried where it ends
+//!         let [u, v, s, t] = ray.draw(); // its direction; the light sample at its end
 //!         sum += u * v + s * t + ray.next_1d() * ray.next_1d(); // ... your renderer
 //!     }
 //!     sum
@@ -18,8 +18,8 @@
 //! # assert_eq!(trace(&sampler, 3, 4, 5), trace(&sampler, 3, 4, 5));
 //! ```
 //!
-//! All numbers lie in [0, 1) and are those of C, bit for bit. A [`Sampler`] is a small value that never changes. Draws
-//! cannot fail, allocate nothing and take no locks. docs/paths.md of libbn goes through the decisions of a renderer.
+//! All numbers are in [0, 1) and have the same bits as in C. A [`Sampler`] is a small immutable value. Draws cannot
+//! fail, allocate nothing and take no locks. docs/paths.md of libbn goes through the decisions of a renderer.
 
 mod path;
 mod sampler;
@@ -31,19 +31,19 @@ use libbn_sys as sys;
 use std::ffi::CStr;
 use std::fmt;
 
-/// Why a sampler or a block could not be made.
+/// Why a call failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Error {
     /// A count or an extent is zero, or a block runs past the last coordinate or index.
     InvalidArgument,
-    /// Slices differ in length.
+    /// Slices have different lengths.
     SizeMismatch,
     OutOfMemory,
     /// The ranks of a mask are not a permutation.
     BadData,
     Unsupported,
-    /// Another result of bn.h.
+    /// Any other result code of bn.h.
     Other(i32),
 }
 
@@ -63,7 +63,7 @@ impl Error {
         Err(ERRORS.into_iter().find(|&(code, _)| code == result).map_or(Error::Other(result), |(_, error)| error))
     }
 
-    /// BN_ERROR_... of bn.h.
+    /// The result code, BN_ERROR_... in bn.h.
     pub fn code(self) -> i32 {
         match self {
             Error::Other(code) => code,

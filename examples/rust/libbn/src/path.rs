@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The decisions of a path: every number by what it is for, so that no two decisions share one.
+//! Random numbers for a path, requested by purpose, so that no two decisions share one.
 // SAFETY of all draws below: the sampler lives as long as `'s`.
 
 use crate::sampler::{filled, Sampler};
 use libbn_sys as sys;
 
-/// One sample of one pixel. It is a name alone: copies name the same numbers.
+/// One sample of one pixel. It is stateless: copies return the same numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct PathSampler<'s> {
     sampler: &'s Sampler<'s>,
@@ -18,32 +18,32 @@ impl<'s> PathSampler<'s> {
         PathSampler::in_stream(sampler, x, y, index, 0)
     }
 
-    /// Frames that must be independent have numbers of their own; where frames are averaged, the index goes on instead.
+    /// Streams are independent, such as frames of an animation. If you average frames, continue the index instead.
     pub fn in_stream(sampler: &'s Sampler<'s>, x: i32, y: i32, index: u32, stream: u32) -> PathSampler<'s> {
         // SAFETY: a pure function.
         PathSampler { sampler, state: unsafe { sys::bn_rs_path_start(x, y, index, stream) } }
     }
 
-    /// RaySampler 0 leaves the camera, ray d the d-th surface. Make one [`RaySampler`] for each: a second one of the same number starts
-    /// again.
+    /// Ray 0 leaves the camera; ray d leaves the d-th surface. Make one [`RaySampler`] for each: a second one returns the same
+    /// numbers again.
     pub fn ray(&self, number: u32) -> RaySampler<'s> {
         // SAFETY: a pure function.
         RaySampler { sampler: self.sampler, state: unsafe { sys::bn_rs_path_ray(&self.state, number) } }
     }
 
-    /// The light tried where ray 0 ends, if a lens has taken its pair; point k if it is split into `count`.
+    /// The light sample at the end of ray 0, if a lens uses that ray's second pair; or light sample k of `count`.
     pub fn first_light(&self, count: u32, k: u32) -> [f32; 2] {
         filled(|out| unsafe { sys::bn_rs_path_first_light(&self.sampler.state, &self.state, count, k, out) })
     }
 
-    /// The time of the path, where things move, and its wavelength.
+    /// [0]: time as a fraction of the shutter interval. [1]: position in the spectrum.
     pub fn time_wavelength(&self) -> [f32; 2] {
         filled(|out| unsafe { sys::bn_rs_path_time_wavelength(&self.sampler.state, &self.state, out) })
     }
 }
 
-/// One ray of a path. It counts what it hands out, so it moves and cannot be copied, since a copy would hand out the same
-/// numbers twice: lend it as `&mut`.
+/// One ray of a path. It is stateful, so it can be moved but not copied, because a copy would return the same numbers again: pass
+/// it as `&mut`.
 ///
 /// ```compile_fail,E0599
 /// fn twice(ray: libbn::RaySampler) -> (libbn::RaySampler, libbn::RaySampler) {
@@ -65,33 +65,33 @@ pub struct RaySampler<'s> {
 }
 
 impl<'s> RaySampler<'s> {
-    /// Where the ray goes, and the light that is tried where it ends. The same at every call.
+    /// The ray's direction, and the light sample at its end. Every call returns the same four numbers.
     pub fn draw(&self) -> [f32; 4] {
         filled(|out| unsafe { sys::bn_rs_ray_draw(&self.sampler.state, &self.state, out) })
     }
 
-    /// The first pair of them alone.
+    /// Only the first pair.
     pub fn draw_direction(&self) -> [f32; 2] {
         filled(|out| unsafe { sys::bn_rs_ray_draw_direction(&self.sampler.state, &self.state, out) })
     }
 
-    /// The second pair of them alone.
+    /// Only the second pair.
     pub fn draw_end_light(&self) -> [f32; 2] {
         filled(|out| unsafe { sys::bn_rs_ray_draw_end_light(&self.sampler.state, &self.state, out) })
     }
 
-    /// Single number `k` of the ray, from 0, by an explicit counter: what call k + 1 of [`next_1d`](RaySampler::next_1d) gives. The
-    /// same at every call, and so are its relatives. A loop and a split of the same `k` are one decision.
+    /// Single number `k` of the ray, from 0: the result of call k + 1 of [`next_1d`](RaySampler::next_1d), without advancing the
+    /// ray. The functions below do the same for pairs, fours, splits and loops.
     pub fn draw_1d(&self, k: u32) -> f32 {
         unsafe { sys::bn_rs_ray_draw_1d(&self.sampler.state, &self.state, k) }
     }
 
-    /// Pair `k`.
+    /// Pair `k` of the ray.
     pub fn draw_2d(&self, k: u32) -> [f32; 2] {
         filled(|out| unsafe { sys::bn_rs_ray_draw_2d(&self.sampler.state, &self.state, k, out) })
     }
 
-    /// Four `k`.
+    /// The `k`-th four numbers of the ray.
     pub fn draw_4d(&self, k: u32) -> [f32; 4] {
         filled(|out| unsafe { sys::bn_rs_ray_draw_4d(&self.sampler.state, &self.state, k, out) })
     }
@@ -106,7 +106,7 @@ impl<'s> RaySampler<'s> {
         LoopSampler { state: unsafe { sys::bn_rs_ray_draw_loop(&self.sampler.state, &self.state, k) } }
     }
 
-    /// The next single number. Numbers for further decisions are new at every call.
+    /// The next single number, for a further decision.
     pub fn next_1d(&mut self) -> f32 {
         unsafe { sys::bn_rs_ray_next_1d(&self.sampler.state, &mut self.state) }
     }
@@ -116,34 +116,34 @@ impl<'s> RaySampler<'s> {
         filled(|out| unsafe { sys::bn_rs_ray_next_2d(&self.sampler.state, &mut self.state, out) })
     }
 
-    /// The next four: two pairs whose effects multiply, or a number, the third, and a pair, the first two.
+    /// The next four: for two pairs that multiply, or a choice (the third) followed by a pair (the first two).
     pub fn next_4d(&mut self) -> [f32; 4] {
         filled(|out| unsafe { sys::bn_rs_ray_next_4d(&self.sampler.state, &mut self.state, out) })
     }
 
-    /// The path goes on in `count` ways, as many as in all samples of the pixel.
+    /// Splits the path into `count` branches. The count must be the same for all samples of the pixel.
     pub fn next_split(&mut self, count: u32) -> Split<'s> {
         Split { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_next_split(&mut self.state, count) } }
     }
 
-    /// It goes on in any number of ways: `first` is how many the earlier samples of the pixel took here.
+    /// Splits the path into any number of branches. `first` is the number that earlier samples of the pixel took here.
     pub fn next_split_from(&mut self, first: u32) -> Split<'s> {
         Split { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_next_split_from(&mut self.state, first) } }
     }
 
-    /// The numbers of a loop without bound, such as tracking through a medium.
+    /// Random numbers for a loop of unknown length, such as delta tracking.
     pub fn next_loop(&mut self) -> LoopSampler {
         LoopSampler { state: unsafe { sys::bn_rs_ray_next_loop(&self.sampler.state, &mut self.state) } }
     }
 
-    /// A part with a key, such as the number of a primitive that may be transparent. It draws like a ray of its own, and
-    /// does not depend on what was drawn before it. A second part of the same key starts again.
+    /// A sub-sampler of the ray, selected by a key such as a primitive's index. Draw from it as from a ray. It does not depend on
+    /// earlier draws. A second child with the same key returns the same numbers again.
     pub fn child(&self, key: u32) -> RaySampler<'s> {
         RaySampler { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_child(&self.state, key) } }
     }
 }
 
-/// A path that goes on in several ways.
+/// A path that continues in several branches.
 #[derive(Debug)]
 pub struct Split<'s> {
     sampler: &'s Sampler<'s>,
@@ -151,7 +151,7 @@ pub struct Split<'s> {
 }
 
 impl<'s> Split<'s> {
-    /// Branch k, a path of its own whose rays begin at 0. Paths may take fewer branches than `next_split` said, or more.
+    /// Branch k, itself a path, whose rays start at 0. A path may use fewer or more branches than the count of `next_split`.
     pub fn path(&self, k: u32) -> PathSampler<'s> {
         PathSampler { sampler: self.sampler, state: unsafe { sys::bn_rs_split_path(&self.state, k) } }
     }
@@ -162,7 +162,7 @@ impl<'s> Split<'s> {
     }
 }
 
-/// The numbers of a loop without bound: four of the sampler's, then a generator's. Like a [`RaySampler`], it cannot be copied.
+/// Random numbers for a loop of unknown length: four stratified, then pseudo-random ones. It cannot be copied.
 #[derive(Debug)]
 pub struct LoopSampler {
     state: sys::bn_loop,

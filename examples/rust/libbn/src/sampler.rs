@@ -7,28 +7,28 @@ use std::marker::PhantomData;
 use std::ops::Range;
 use std::ptr::{null, null_mut};
 
-/// What a draw writes to an array.
+/// The array that a draw fills in.
 pub(crate) fn filled<T: Default + Copy, const N: usize>(draw: impl FnOnce(*mut T)) -> [T; N] {
     let mut out = [T::default(); N];
     draw(out.as_mut_ptr());
     out
 }
 
-/// What to draw from; bn.h says what each is for.
+/// The sampler type; bn.h describes each.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum Type<'a> {
-    /// Progressive blue noise: the one to use.
+    /// Progressive blue noise: the recommended type.
     Blue,
     Sobol,
     White,
-    /// Tuned for one number of samples; 0 means 256.
+    /// Tuned for a number of samples per pixel; 0 means 256.
     ZOrder {
         samples_per_pixel: u32,
     },
     /// The built-in mask of 64 x 64 texels, then Sobol'.
     Mask,
-    /// A mask of yours, row by row: a permutation of 0 to width * height - 1.
+    /// A mask of your own, row-major: a permutation of 0 to width * height - 1.
     MaskOf {
         ranks: &'a [u32],
         width: u32,
@@ -36,23 +36,23 @@ pub enum Type<'a> {
     },
 }
 
-/// The name of one decision. [`crate::PathSampler`] derives them for you.
+/// Identifies one decision of a path. [`crate::PathSampler`] derives domains for you.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Domain(pub u32);
 
 impl Domain {
-    /// All domains descend from it.
+    /// The ancestor of all domains.
     pub const ROOT: Domain = Domain(0);
 
-    /// The child with a key. Keys 4 k to 4 k + 3 are a family, stratified together as far as that goes.
+    /// The child for a key. Keys 4 k to 4 k + 3 form a family, whose members are nearly stratified together.
     pub fn child(self, key: u32) -> Domain {
         // SAFETY: a pure function.
         Domain(unsafe { sys::bn_domain_child(self.0, key) })
     }
 }
 
-/// A value of at most 48 bytes, to be copied, kept and shared between threads. `'m` is how long a mask of yours lives.
+/// A plain value of at most 48 bytes: copy, store and share it between threads. `'m` is the lifetime of your mask.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler<'m> {
     pub(crate) state: sys::bn_sampler,
@@ -64,7 +64,7 @@ unsafe impl Send for Sampler<'_> {}
 unsafe impl Sync for Sampler<'_> {}
 
 impl<'m> Sampler<'m> {
-    /// Blue noise. Different seeds give independent images.
+    /// A `Blue` sampler. Different seeds give independent images.
     pub fn new(seed: u64) -> Sampler<'static> {
         // SAFETY: a pure function.
         Sampler { state: unsafe { sys::bn_rs_sampler_make(seed) }, mask: PhantomData }
@@ -95,25 +95,25 @@ impl<'m> Sampler<'m> {
         Ok(sampler)
     }
 
-    /// Sample `index` of pixel (x, y) in a domain: four numbers.
+    /// The four numbers of sample `index` of pixel (x, y) in a domain.
     pub fn sample_4d(&self, x: i32, y: i32, index: u32, domain: Domain) -> [f32; 4] {
         // SAFETY: a valid sampler, and room for four.
         filled(|out| unsafe { sys::bn_sample_4d(&self.state, x, y, index, domain.0, out) })
     }
 
-    /// One pair of them alone: the first with `pair` 0, the second with 1.
+    /// One pair of them: the first for `pair` 0, the second for `pair` 1.
     pub fn sample_2d(&self, x: i32, y: i32, index: u32, domain: Domain, pair: u32) -> [f32; 2] {
         // SAFETY: as above.
         filled(|out| unsafe { sys::bn_sample_2d(&self.state, x, y, index, domain.0, pair, out) })
     }
 
-    /// 32 bits each.
+    /// The four numbers with 32 random bits each.
     pub fn sample_4d_u32(&self, x: i32, y: i32, index: u32, domain: Domain) -> [u32; 4] {
         // SAFETY: as above.
         filled(|out| unsafe { sys::bn_sample_4d_u32(&self.state, x, y, index, domain.0, out) })
     }
 
-    /// The samples of a rectangle of pixels, faster than one by one: rows, pixels of a row, samples of a pixel.
+    /// The samples of a rectangle of pixels, faster than single draws, ordered by row, pixel and index.
     pub fn block(&self, x: Range<i32>, y: Range<i32>, index: Range<u32>, domain: Domain) -> Result<Vec<[f32; 4]>, Error> {
         let width = extent(&x)?;
         let height = extent(&y)?;
@@ -172,13 +172,13 @@ impl<'m> Sampler<'m> {
         Error::check(unsafe { sys::bn_sample_wavefront(&self.state, &wavefront) })
     }
 
-    /// The seed as shaders take it (docs/shaders.md of libbn).
+    /// The two-word seed that shaders take (docs/shaders.md of libbn).
     pub fn seed(&self) -> [u32; 2] {
         self.state.seed
     }
 }
 
-/// The tables of `Type::Blue` for shaders: constant, the same for every seed.
+/// The table of `Type::Blue` for shaders, the same for every seed.
 pub fn tables() -> &'static [u32] {
     let mut count = 0;
     // SAFETY: bn_tables() returns `count` constant words.
