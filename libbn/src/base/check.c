@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Checks of arguments. */
+ * Argument checks. */
 #include "base/check.h"
 #include "base/memory.h"
 #include <string.h>

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Checks of arguments: the same mistake gives the same result in every function. */
+ * Argument checks. The same mistake gives the same result in every function. */
 #ifndef BN_CHECK_H
 #define BN_CHECK_H
 
 #include <bn/bn.h>
 
-/* The most texels of a mask: the algorithms count them in 32-bit integers. */
+/* The maximum number of texels in a mask: the algorithms count them in 32-bit integers. */
 #define BN_MOST_TEXELS ((uint64_t)INT32_MAX)
 
-/* The product of four factors in *product; 0 when it exceeds `limit`. */
+/* Stores the product of four factors in *product. Returns 0 if it exceeds `limit`. */
 int bn_product(const uint32_t factors[4], uint64_t limit, uint64_t *product);
 
 /* Checks that `count` elements make `channels` masks of width x height x depth texels. Errors:
@@ -20,24 +20,24 @@ bn_result bn_check_extents(uint32_t width, uint32_t height, uint32_t depth, uint
 /* The rank of texel `at`, counted in memory. */
 uint32_t bn_mask_rank(const bn_mask *mask, size_t at);
 
-/* Checks that `mask` is a 2-D mask of one channel that has every rank 0 .. count - 1 once. Errors:
- * INVALID_ARGUMENT (also for NULL), OUT_OF_MEMORY as above, BAD_DATA (not a permutation). One bit of
+/* Checks that `mask` is a 2-D mask of one channel with every rank from 0 to count - 1 once. Errors:
+ * INVALID_ARGUMENT (also for NULL), OUT_OF_MEMORY as above, BAD_DATA (not a permutation). Needs one bit of
  * memory per texel. */
 bn_result bn_check_mask(const bn_mask *mask);
 
-/* Checks a mask that is to be filled in, and counts the ranks of all of its channels. Errors:
+/* Checks a mask that a function will write, and counts the ranks in all its channels. Errors:
  * INVALID_ARGUMENT (NULL, a zero extent, rank_bits other than 16 or 32 or too few), OUT_OF_MEMORY (a channel
- * of more than BN_MOST_TEXELS, or all of them beyond the address space). */
+ * with more than BN_MOST_TEXELS, or a total that exceeds the address space). */
 bn_result bn_check_new_mask(const bn_mask *mask, size_t *count);
 
-/* Fills in a mask that passed. */
+/* Writes the ranks of a mask that passed the check. */
 void bn_mask_write(const bn_mask *mask, const uint32_t *ranks, size_t count);
 
 /* One channel of a mask. */
 bn_mask bn_mask_channel(const bn_mask *mask, uint32_t channel);
 
-/* Whether low <= value <= high; false for NaN and infinities. Examines the bits, so that a compiler
- * that rules both out (-ffast-math) cannot drop the check. */
+/* Whether low <= value <= high; false for NaN and infinities. Examines the bits, so that a compiler that
+ * assumes there are none (-ffast-math) cannot drop the check. */
 int bn_in_range(double value, double low, double high);
 
 /* Whether a float is NaN, by its bits. */

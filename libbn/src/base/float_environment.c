@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The default floating-point environment, in functions that compilers do not see into: they are
- * not inlined where all of the library is one file either. */
+ * The default floating-point environment, in functions that compilers cannot see into. They are not
+ * inlined even when the whole library is one file. */
 #include "base/float_environment.h"
 #if defined(__SSE2__) || defined(_M_X64)
 #include <emmintrin.h>

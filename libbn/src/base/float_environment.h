@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Arithmetic that gives the same bits whatever the host has set: directed rounding, flush-to-zero,
- * denormals-are-zero, traps. A public function that computes with floats sets the default
- * environment, calls the function that does the work, and restores the host's environment with its
- * exception flags. The function is BN_NOINLINE, so that no computation moves out of that bracket.
- * Threads started inside inherit the default. */
+ * Makes floating-point arithmetic independent of the host's settings: directed rounding,
+ * flush-to-zero, denormals-are-zero, traps. A public function that computes with floats sets the
+ * default environment, calls the function that does the work, and restores the host's environment
+ * with its exception flags. The inner function is BN_NOINLINE, so that no computation is moved out
+ * of it. Threads started inside inherit the default environment. */
 #ifndef BN_FLOAT_ENVIRONMENT_H
 #define BN_FLOAT_ENVIRONMENT_H
 
@@ -14,7 +14,7 @@
     "On 32-bit x86, libbn needs SSE2, as x87 arithmetic gives other bits: add -msse2 -mfpmath=sse"
 #endif
 
-/* Checks for NaN look at bits, so they stay. But sums may be reordered. */
+/* NaN checks examine bits, so they still work, but sums may be reordered. */
 #if (defined(__FAST_MATH__) || defined(_M_FP_FAST)) && !defined(BN_ALLOW_FAST_MATH)
 #pragma message(                                                                                   \
     "libbn is compiled with -ffast-math: masks and dithering may have other bits than elsewhere. Add -fno-fast-math, or -DBN_ALLOW_FAST_MATH to hide this")

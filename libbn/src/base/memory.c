@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Allocation. The one file that calls malloc and free. */
+ * Allocation. Only this file calls malloc and free. */
 #include "base/memory.h"
 #include <stdlib.h>
 #include <string.h>
@@ -8,7 +8,7 @@ enum { BN_ALIGNMENT = 64 };
 
 void *bn_allocate(size_t count, size_t size) {
     if (count == 0 || size == 0 || count > (SIZE_MAX - 2 * BN_ALIGNMENT) / size) return NULL;
-    /* The address that malloc returned is kept right before the memory that is returned. */
+    /* The address that malloc returned is stored just before the returned memory. */
     char *block = malloc(count * size + BN_ALIGNMENT + sizeof(void *));
     if (block == NULL) return NULL;
     uintptr_t start = (uintptr_t)block + sizeof(void *);

@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Reads options structures of older and newer headers. */
+ * Reads options structures from older and newer headers. */
 #ifndef BN_OPTIONS_H
 #define BN_OPTIONS_H
 
 #include <bn/bn.h>
 #include <string.h>
 
-/* The largest structure that a newer header might have: a larger struct_size was never set. */
+/* The largest structure that a newer header might define. A larger struct_size is uninitialised. */
 enum { BN_OPTIONS_MOST_BYTES = 4096 };
 
-/* Copies the caller's structure over `options`, which holds the defaults. `given` may be NULL.
- * Every options structure starts with its struct_size. A smaller structure than this version's is
- * refused: there is no older version, and a size could end inside a pointer. Once a structure has
- * grown, pass its older sizes and accept those alone. Errors: INVALID_ARGUMENT (an impossible size),
- * UNSUPPORTED (the structure sets options that this library lacks). */
+/* Copies the caller's structure over `options`, which holds the defaults. `given` may be NULL. Every
+ * options structure starts with its struct_size. A structure smaller than this version's is rejected: there
+ * is no older version, and a size could end inside a pointer. Once a structure has grown, pass its older
+ * sizes and accept only those. Errors: INVALID_ARGUMENT (an impossible size), UNSUPPORTED (the structure
+ * sets options that this library lacks). */
 static inline bn_result bn_options_read(void *options, size_t size, const void *given) {
     size_t given_size;
     const unsigned char *bytes = (const unsigned char *)given;

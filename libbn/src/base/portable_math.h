@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Exponential and logarithm that give the same bits on every machine, unlike those of the C
- * library. They use only the four basic operations. The relative error is about 1e-15. */
+ * exp() and log() with the same bits on every machine, unlike the C library's. They use only the
+ * four basic operations. The relative error is about 1e-15. */
 #ifndef BN_PORTABLE_MATH_H
 #define BN_PORTABLE_MATH_H
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Teams of threads, with a barrier made of a lock and a condition: POSIX has its own barrier as an option
- * only, Windows only from version 8 on. Locks, conditions and threads are those of the system. */
+ * Teams of threads, with a barrier built from a lock and a condition variable: POSIX barriers are optional,
+ * and Windows has them only since version 8. Locks, conditions and threads are the system's. */
 #define _POSIX_C_SOURCE 200809L
-#define _DARWIN_C_SOURCE 1 /* the number of processors, on macOS */
+#define _DARWIN_C_SOURCE 1 /* for the number of CPUs on macOS */
 #include "base/threads.h"
 
 enum { BN_THREADS_MOST = 64 };
@@ -14,7 +14,7 @@ typedef struct team_member {
 
 static void member_run(team_member *member);
 
-/* ---- What the system has */
+/* ---- The system's threads */
 
 #if defined(_WIN32)
 
@@ -29,7 +29,7 @@ typedef CONDITION_VARIABLE condition;
 typedef HANDLE thread;
 #define LOCK_INITIALIZER SRWLOCK_INIT
 #define CONDITION_INITIALIZER CONDITION_VARIABLE_INIT
-#define lock_destroy(l) (void)(l) /* holds nothing that has to be given back */
+#define lock_destroy(l) (void)(l) /* has nothing to release */
 #define condition_destroy(c) (void)(c)
 #define lock_take AcquireSRWLockExclusive
 #define lock_leave ReleaseSRWLockExclusive

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * A team of threads that runs one function together, in steps. Only threads.c uses threads. */
+ * A team of threads that runs one function in steps. Only threads.c uses system threads. */
 #ifndef BN_THREADS_H
 #define BN_THREADS_H
 
@@ -10,13 +10,13 @@ typedef struct bn_team bn_team;
 /* The work of member `index` of `size`; member 0 is the calling thread. */
 typedef void (*bn_team_work)(void *user, bn_team *team, uint32_t index, uint32_t size);
 
-/* The number of processors, at least 1. */
+/* The number of CPUs, at least 1. */
 uint32_t bn_thread_count(void);
 
 /* Runs work on `threads` threads, or on as many as the system allows, and waits for all of them. */
 void bn_team_run(uint32_t threads, bn_team_work work, void *user);
 
-/* A barrier: waits until all members have called it. What they wrote before is visible to all of
+/* A barrier: waits until all members have called it. Everything they wrote before is visible to all of
  * them afterwards. */
 void bn_team_wait(bn_team *team);
 

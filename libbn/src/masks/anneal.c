@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Simulated annealing of masks (Georgiev and Fajardo, "Blue-noise dithered sampling", 2016):
- * arguments, the starting point and the choice of energy. Takes sweeps x texels trials. */
+ * arguments, initial mask and choice of energy. Takes sweeps x texels trials. */
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/memory.h"
@@ -9,10 +9,10 @@
 #include "masks/eliminate.h"
 #include <float.h>
 
-/* In sigmas: where windows end. The kernel exp(-d^2 / (4 sigma^2)) has fallen to 0.3 % there. */
+/* The window's radius in sigmas, where the kernel exp(-d^2 / (4 sigma^2)) has fallen to 0.3 %. */
 static const double BN_ANNEAL_CUTOFF = 4.8;
 
-/* In sigmas: texels of one value that are this far apart do not interact. */
+/* The distance in sigmas beyond which texels of equal value do not interact. */
 static const double BN_ANNEAL_SPARSE = 10.0 / 3;
 
 static int good_anneal_options(const bn_anneal_options *o, uint32_t channels) {
@@ -23,7 +23,7 @@ static int good_anneal_options(const bn_anneal_options *o, uint32_t channels) {
            bn_in_range(o->end_temperature, DBL_TRUE_MIN, o->start_temperature);
 }
 
-/* Progress of the initial void-and-cluster, always reported as 0. */
+/* The initial void-and-cluster always reports progress as 0. */
 static int32_t at_start(void *user, double fraction) {
     const bn_anneal_job *job = user;
     (void)fraction;
@@ -88,7 +88,7 @@ static BN_NOINLINE bn_result anneal(const bn_anneal_options *given, const bn_mas
     }
     job.logs = logs;
     result = start(&job, mask);
-    /* Without neighbours there is nothing to improve. */
+    /* A texel without neighbours cannot be improved. */
     if (result == BN_SUCCESS && job.reach[0] + job.reach[1] > 0) {
         result = channels == 1 ? bn_anneal_scalar(&job) : bn_anneal_vector(&job);
     }

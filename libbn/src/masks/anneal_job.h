@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The annealing of one channel and of two to four, and what both share. */
+ * The state and functions shared by annealing of one channel and of several channels. */
 #ifndef BN_ANNEAL_JOB_H
 #define BN_ANNEAL_JOB_H
 
@@ -25,7 +25,7 @@ typedef struct bn_anneal_job {
 bn_result bn_anneal_scalar(bn_anneal_job *job);
 bn_result bn_anneal_vector(bn_anneal_job *job);
 
-/* The temperature of a sweep, as a share of the largest gain. */
+/* The temperature of a sweep, as a fraction of the largest gain. */
 static inline double bn_anneal_temperature(const bn_anneal_job *job, uint32_t sweep) {
     const bn_anneal_options *o = job->options;
     double t = (sweep + 0.5) / o->sweeps;

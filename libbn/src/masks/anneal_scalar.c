@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Annealing of one channel by the dithering error itself.
+ * Annealing of one channel, with the dithering error itself as the energy.
  *
  * Summed over all thresholds, the squared error E_sigma^2 is a constant minus the sum over pairs of
- * W(p - q) |r_p - r_q|, where W is a Gaussian of sigma sqrt(2), the blur's autocorrelation. This
- * follows from |a - b| = a + b - 2 min(a, b). Swapping the ranks a < b of two texels changes the
- * sum by the difference of two sums of W clamp(r, a, b) over their windows, so a trial takes two
- * windows of 16-bit multiplications. Half of the trials swap with a texel of similar rank, half
- * with a texel nearby. */
+ * W(p - q) |r_p - r_q|, where W is a Gaussian of width sigma sqrt(2), the autocorrelation of the
+ * blur. This follows from |a - b| = a + b - 2 min(a, b). Swapping the ranks a < b of two texels
+ * changes the sum by the difference of two sums of W clamp(r, a, b) over their windows, so a trial
+ * costs two windows of 16-bit multiplications. Half of the trials swap with a texel of similar
+ * rank, the other half with a nearby texel. */
 #include "base/memory.h"
 #include "masks/anneal_job.h"
 #include "simd/simd.h"

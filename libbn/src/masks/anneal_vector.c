@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Annealing of two to four channels by the energy of Georgiev and Fajardo ("Blue-noise dithered
- * sampling", 2016): the sum over pairs of texels of exp(-|p - q|^2 / (4 sigma^2)) times
- * exp(-|v_p - v_q|^(channels / 2) / value_sigma^2). A trial swaps the values of one channel, or of
- * all, between two texels. It takes two windows of table lookups for each of them. */
+ * Annealing of two to four channels with the energy of Georgiev and Fajardo ("Blue-noise dithered
+ * sampling", 2016): the sum over pairs of texels of exp(-|p - q|^2 / (4 sigma^2)) times exp(-|v_p -
+ * v_q|^(channels / 2) / value_sigma^2). A trial swaps the values of one channel, or of all
+ * channels, between two texels. It costs two windows of table lookups per texel. */
 #include "base/memory.h"
 #include "masks/anneal_job.h"
 
@@ -27,9 +27,8 @@ static uint32_t entry(const int16_t *a, const int16_t *b) {
     return (uint32_t)sum >> BN_VECTOR_SHIFT;
 }
 
-/* How much the energy of p's pairs increases when its value changes from `old` to `new`. The pair
- * with `other` is left out: a swap preserves the distance within the pair, whichever channels it
- * takes. */
+/* The increase in energy of p's pairs when its value changes from `old` to `new`. The pair with
+ * `other` is left out, because a swap of any channels preserves the distance within the pair. */
 static int64_t change_vectors(const field *f, uint32_t p, uint32_t other, const int16_t *old,
                               const int16_t *new) {
     const bn_anneal_job *job = f->job;
@@ -114,7 +113,7 @@ static int run_vector_sweep(field *f, uint32_t sweep, double temperature) {
     return 1;
 }
 
-/* |v|^(channels / 2) from |v|^2, by square roots alone: they are exact on every machine. */
+/* |v|^(channels / 2) from |v|^2, using only square roots, which are exact on every machine. */
 static double power(double square, uint32_t channels) {
     double distance = sqrt(square);
     if (channels == 2) return distance;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The built-in masks. libbn/data/README.md says how they were made and how good they are. */
+ * The built-in masks. libbn/data/README.md describes how they were made and their quality. */
 #include <bn/bn.h>
 
 extern const uint16_t bn_data_mask_16[], bn_data_mask_32[], bn_data_mask_64[], bn_data_mask_128[];

@@ -1,20 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Ordered dithering with a mask (Bayer, "An optimum method for two-level rendition of
- * continuous-tone pictures", 1973; with a blue-noise mask, Ulichney 1993): one threshold per pixel
- * and channel. */
+ * Ordered dithering with a mask, one threshold per pixel and channel (Bayer, "An optimum method for
+ * two-level rendition of continuous-tone pictures", 1973; with a blue-noise mask, Ulichney 1993). */
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/memory.h"
 #include "base/options.h"
 #include <math.h>
 
-/* Named here, and not asked of bn_builtin_mask(), so that a program that dithers with it has no other
- * mask in it. */
+/* Accessed directly, not through bn_builtin_mask(), so that programs that only dither do not link the other
+ * masks. */
 extern const uint16_t bn_data_mask_64[];
 
-/* The offset of a channel in the mask, along one axis. The offsets are a low-discrepancy sequence
- * (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018), so they are far apart
- * on the torus, where the values of a blue-noise mask do not correlate. */
+/* The offset of a channel in the mask, along one axis. The offsets form a low-discrepancy sequence
+ * (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018), so they are far apart on the
+ * torus, and distant values of a blue-noise mask are uncorrelated. */
 static uint32_t channel_shift(uint32_t channel, uint32_t extent, double step) {
     double at = channel * step;
     return (uint32_t)((at - floor(at)) * extent);
@@ -44,7 +43,7 @@ static float quantise(const levels *l, float value, double threshold) {
     double fraction = scaled - low;
     if (low >= l->steps) return 1;
     if (l->srgb) {
-        /* The share of the upper level that preserves the light of the value. */
+        /* The fraction of the upper level that preserves the linear light of the value. */
         double dark = l->linear[(int)low], light = l->linear[(int)low + 1];
         fraction = (linear_of_srgb(v) - dark) / (light - dark);
     }

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Weighted sample elimination (Yuksel, 2015) of a sparse pattern, with a Gaussian: the first and the
- * last ranks of void-and-cluster.
+ * Weighted sample elimination (Yuksel, 2015) with a Gaussian, for the sparse patterns at the first
+ * and last ranks of void-and-cluster.
  *
- * Where points are further apart than the Gaussian reaches, its sums carry no information, and
- * rounding would decide which point is the "tightest cluster". So here the Gaussian widens as
- * points are removed: its sigma is 0.45 of the spacing of the remaining points, the ratio that
- * void-and-cluster has at the usual density of the initial pattern. That keeps the pattern blue at
- * every grey level down to single points. Points are sorted into cells as large as the kernel's
- * reach. Energies are integers that only decrease, so the next point comes from a bucket queue
- * whose entries are corrected when they reach the front. Time and memory are linear in the points. */
+ * Where points are farther apart than the Gaussian reaches, its sums carry no information, and
+ * rounding would decide which point is the "tightest cluster". So the Gaussian widens as points are
+ * removed: its sigma is 0.45 of the spacing of the remaining points, the same ratio as in
+ * void-and-cluster at the usual density of the initial pattern. This keeps the pattern blue at every
+ * grey level down to single points. Points are sorted into cells as large as the kernel's reach.
+ * Energies are integers that only decrease, so the next point comes from a bucket queue whose entries
+ * are corrected when they reach the front. Time and memory are linear in the number of points. */
 #include "masks/eliminate.h"
 #include "base/hash.h"
 #include "base/memory.h"
@@ -17,7 +17,7 @@
 
 static const double BN_ELIMINATE_SIGMA = 0.45; /* in spacings */
 static const double BN_ELIMINATE_REACH = 3;    /* in sigmas */
-/* The share of the points that remain when the Gaussian widens. */
+/* The fraction of points remaining when the Gaussian widens. */
 static const double BN_ELIMINATE_STAGE = 0.5;
 
 enum { BN_ELIMINATE_TABLE = 1024, BN_ELIMINATE_BUCKETS = 1024, BN_ELIMINATE_INTERVAL = 1 << 12 };
@@ -40,7 +40,7 @@ typedef struct elimination {
     int cancelled;
 } elimination;
 
-/* Reports progress now and then, with `remaining` points to order; returns whether to stop. */
+/* Reports progress at intervals, with `remaining` points to order; returns whether to stop. */
 static int elimination_cancelled(elimination *t, size_t remaining) {
     const bn_eliminate_watch *w = t->watch;
     if (t->cancelled || t->calls++ % BN_ELIMINATE_INTERVAL != 0) return t->cancelled;
@@ -86,7 +86,7 @@ static uint64_t square_along(uint32_t a, uint32_t b, uint32_t extent) {
     return (uint64_t)d * d;
 }
 
-/* A run of slots. */
+/* A range of slots. */
 typedef struct range {
     uint32_t first, last;
 } range;
@@ -95,7 +95,7 @@ typedef struct range {
  * points; otherwise it subtracts the weight from the others. Removed points are included, as
  * nothing reads their energies. */
 static void visit(elimination *t, uint32_t slot, const range *ranges, uint32_t count, int collect) {
-    /* Local copies: the compiler cannot know that stores to the energies leave them alone. */
+    /* Local copies, because stores to the energies might alias the originals. */
     const uint32_t width = t->extent[0], height = t->extent[1], depth = t->extent[2];
     const uint32_t *xs = t->x, *ys = t->y, *zs = t->z, x = xs[slot], y = ys[slot];
     const uint64_t scale = t->scale;
@@ -291,7 +291,7 @@ bn_result bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points
         begin_stage(t, seed);
         remove_points(t, left, points + t->count);
         for (size_t i = 0; i < t->count; ++i) {
-            /* Without a branch, which would be unpredictable. */
+            /* Branchless, because a branch would be unpredictable. */
             t->point[kept] = t->point[i];
             t->x[kept] = t->x[i];
             t->y[kept] = t->y[i];

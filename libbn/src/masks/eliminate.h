@@ -1,24 +1,23 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Orders the points of a sparse pattern: the first and the last ranks of a mask. */
+ * Orders the points of a sparse pattern, for the first and the last ranks of a mask. */
 #ifndef BN_ELIMINATE_H
 #define BN_ELIMINATE_H
 
 #include "base/threads.h"
 #include <bn/bn.h>
 
-/* The spacing of `points` points spread evenly over a torus. Axes narrower than the spacing do not
- * count. */
+/* The spacing of `points` points spread evenly over a torus. Axes narrower than the spacing are ignored. */
 double bn_spacing(const uint32_t extent[3], size_t points);
 
-/* The spacing from which on points are left to bn_eliminate(). `sigma` is that of void-and-cluster, in
+/* The spacing from which bn_eliminate() orders the points. `sigma` is the Gaussian of void-and-cluster, in
  * texels. */
 double bn_eliminate_spacing(double sigma);
 
-/* The largest number of points, out of `count` texels, that have at least that spacing: at least 1
- * and at most half of the texels, rounded up. */
+/* The largest number of points, out of `count` texels, with at least that spacing: at least 1, and at most
+ * half of the texels, rounded up. */
 size_t bn_eliminate_count(const uint32_t extent[3], size_t count, double spacing);
 
-/* Whom to tell of progress, which goes `from` one fraction `to` another; `progress` may be NULL. A team stops
+/* A progress callback, or NULL, and the fractions `from` and `to` between which progress runs. A team stops
  * together. */
 typedef struct bn_eliminate_watch {
     bn_progress progress;
@@ -27,14 +26,13 @@ typedef struct bn_eliminate_watch {
     bn_team *team;
 } bn_eliminate_watch;
 
-/* Orders `count` texels, given as indices into a row-major array, by removing the tightest cluster
- * again and again: on return every prefix of `points` is spread evenly. Errors: OUT_OF_MEMORY,
- * CANCELLED. */
+/* Orders `count` texels, given as indices into a row-major array, by repeatedly removing the tightest
+ * cluster. On return, every prefix of `points` is spread evenly. Errors: OUT_OF_MEMORY, CANCELLED. */
 bn_result bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t count,
                        const bn_eliminate_watch *watch);
 
-/* Reorders the first and the last ranks of a mask, as many as have at least that spacing, on up to
- * two threads. Progress goes from `from` to 1. Errors, which leave the ranks unchanged: OUT_OF_MEMORY,
+/* Reorders the first and the last ranks of a mask whose points have at least that spacing, on up to two
+ * threads. Progress goes from `from` to 1. Errors, which leave the ranks unchanged: OUT_OF_MEMORY,
  * CANCELLED. */
 bn_result bn_eliminate_ends(const uint32_t extent[3], double spacing, uint64_t seed,
                             uint32_t threads, uint32_t *ranks, size_t count, double from,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Which of a mask's ranks are so sparse that bn_eliminate() orders them, and their order. */
+ * Finds the ranks of a mask that are sparse enough for bn_eliminate(), and orders them. */
 #include "base/memory.h"
 #include "base/threads.h"
 #include "masks/eliminate.h"

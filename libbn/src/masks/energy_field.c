@@ -6,16 +6,16 @@
 #include "base/portable_math.h"
 #include <string.h>
 
-/* Where the Gaussian is cut off, in standard deviations: it has fallen below 0.4 % of the centre.
- * A larger reach changes no measure of the masks; a smaller one costs quality at sigma 1.9. */
+/* Where the Gaussian is cut off, in standard deviations: there it is below 0.4 % of its maximum. A
+ * larger reach does not change any quality measure; a smaller one reduces quality at sigma 1.9. */
 static const double BN_KERNEL_CUTOFF = 10.0 / 3;
 
 static uint32_t divide_up(uint32_t a, uint32_t b) {
     return a / b + (a % b != 0);
 }
 
-/* Tiles are stored in bands of eight rows, column by column, so that 64 consecutive ones are mostly
- * a square. */
+/* Tiles are stored in bands of eight rows, column by column, so that 64 consecutive tiles usually
+ * form a square. */
 static size_t tile_index(const bn_field *f, uint32_t tx, uint32_t ty, uint32_t z) {
     uint32_t band = ty & ~7u, rows = f->tiles[1] - band < 8 ? f->tiles[1] - band : 8;
     return ((size_t)z * f->tiles[1] + band) * f->tiles[0] + (size_t)tx * rows + (ty & 7u);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Makes energy fields, and finds texels in them. simd/field.h describes the data. */
+ * Creates energy fields and locates texels in them. simd/field.h describes the data. */
 #ifndef BN_ENERGY_FIELD_H
 #define BN_ENERGY_FIELD_H
 

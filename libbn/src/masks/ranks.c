@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Ranks of values and values of ranks.
  *
- * Floats become integers of the same order, the keys, which a radix sort orders together with their
- * positions in three passes, least significant digit first. It is stable, so equal values keep their
- * order. Takes linear time, and 16 bytes of scratch memory per value. */
+ * Floats are mapped to integer keys with the same order. A radix sort then sorts keys and positions
+ * together in three passes, least significant digit first. It is stable, so equal values keep their
+ * order. Takes linear time and 16 bytes of scratch memory per value. */
 #include "base/memory.h"
 #include <bn/bn.h>
 #include <string.h>
 
 enum { BN_DIGIT_BITS = 11, BN_DIGITS = 3, BN_DIGIT_VALUES = 1 << BN_DIGIT_BITS };
 
-/* An unsigned integer in the order of the floats. Both zeros have the key 2^31. Reads no float, so
- * that the host's floating-point environment has no effect. */
+/* An unsigned integer with the same order as the floats. Both zeros have the key 2^31. Reads only
+ * bits, so that the host's floating-point environment has no effect. */
 static inline uint32_t key_at(const float *values, size_t i) {
     uint32_t bits;
     memcpy(&bits, &values[i], sizeof bits);
@@ -24,7 +24,7 @@ static inline uint32_t digit(uint32_t key, uint32_t place) {
 }
 
 bn_result bn_ranks_from_values(const float *values, size_t count, uint32_t *ranks) {
-    /* The keys of the infinities; those of NaNs are beyond. */
+    /* The keys of the infinities. NaNs have keys outside this range. */
     const uint32_t least = 0x80000000u - 0x7f800000u, most = 0x80000000u + 0x7f800000u;
     if (values == NULL || ranks == NULL || count == 0) return BN_ERROR_INVALID_ARGUMENT;
     if (count > UINT32_MAX) return BN_ERROR_OUT_OF_MEMORY;

@@ -3,11 +3,11 @@
  *
  *     v <- keep v + sum over offsets o of w_o clip(v_p - v_(p+o), -1, 1),
  *
- * found by the evolution strategy in trainer/. Nothing is ranked between steps: the ranks of the
- * last values are the mask. Values, weights and the rounding of their products are integers of 16
- * bits, each step at a scale of its own at which no sum can overflow, so threads and instruction
- * sets cannot change a bit. A step makes one image of another, so threads need one barrier a step.
- * Takes BN_RELAX_LEARNED_PAIRS pairs per texel. */
+ * found by the evolution strategy in trainer/. Only the values after the last step are ranked.
+ * Values, weights and their rounded products are 16-bit integers, and each step has its own scale, at
+ * which no sum can overflow; so threads and instruction sets cannot change a bit. A step reads one
+ * image and writes another, so threads need one barrier per step. Costs BN_RELAX_LEARNED_PAIRS pairs
+ * per texel. */
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/hash.h"
@@ -47,7 +47,7 @@ static int16_t *row_of(const relaxation *r, int image, uint32_t y) {
     return r->image[image] + (y + (size_t)REACH) * r->stride + REACH;
 }
 
-/* Completes a row of new values: repeats it in the margins left, right, above and below. */
+/* Completes a row of new values by repeating it in the margins on all four sides. */
 static void wrap_edges(relaxation *r, int image, uint32_t y) {
     int16_t *row = row_of(r, image, y) - REACH;
     for (size_t at = REACH; at-- > 0;) row[at] = row[at + r->width];
@@ -80,8 +80,8 @@ static void move(relaxation *r, const bn_relax_learned_step *s, uint32_t pair, u
     }
 }
 
-/* Counts the values in the rows of each thread, sums the counts over smaller values and earlier
- * rows, and gives ranks in that order: that of a stable sort, whatever the number of threads. */
+/* Counts the values in each thread's rows, sums the counts over smaller values and earlier rows, and
+ * assigns ranks in that order. The result is a stable sort for any number of threads. */
 static void rank(relaxation *r, int image, bn_team *team, uint32_t index, uint32_t threads) {
     const uint32_t first = first_row(r, index, threads), last = first_row(r, index + 1, threads);
     uint32_t *mine = r->histograms + (size_t)index * VALUES;
@@ -157,7 +157,7 @@ static void fill_pairs(relaxation *r) {
             const ptrdiff_t x = s->groups[g].x, y = s->groups[g].y, stride = (ptrdiff_t)r->stride;
             const uint32_t count = images_of(&s->groups[g]);
             for (uint32_t k = 0; k < count; ++k, ++pair) {
-                /* With x and y swapped: the other four of eight, or of an axis the other two. */
+                /* Swap x and y for the other four of eight offsets, or the other two of four. */
                 const int swap = y == 0 ? k >= 2 : k >= 4;
                 const int8_t *by = sign[y == 0 ? k & 1 : k & 3];
                 r->offsets[pair] =
@@ -169,7 +169,7 @@ static void fill_pairs(relaxation *r) {
     }
 }
 
-/* With the fields of `r` up to its ranks set. */
+/* The caller has set the fields of `r` up to its ranks. */
 static bn_result make_relaxed(relaxation r, uint32_t threads) {
     bn_result result = BN_ERROR_OUT_OF_MEMORY;
     r.rows = r.height + 2 * (size_t)REACH;
@@ -202,7 +202,7 @@ static BN_NOINLINE bn_result relax(const bn_relax_options *given, const bn_mask 
     if (mask->depth != 1 || mask->channels != 1) return BN_ERROR_INVALID_ARGUMENT;
 
     uint32_t threads = o.threads != 0 ? o.threads : bn_thread_count();
-    /* More threads pay off only with several thousand texels each, because of the barriers. */
+    /* Because of the barriers, more threads pay off only with several thousand texels each. */
     const uint64_t worth = count / 8192 + 1;
     if (threads > worth) threads = (uint32_t)worth;
     if (threads > mask->height) threads = mask->height;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The learned steps of bn_relax: data/relax.json in integers, written by libbn/tools/make_relax.py.
- * GROUPS: the most of a step. PAIRS: of all steps. `limit`: 1 at the scale before the step. */
+ * GROUPS: the maximum per step. PAIRS: the total. `limit`: 1 at the scale before the step. */
 #ifndef BN_RELAX_SCHEDULE_H
 #define BN_RELAX_SCHEDULE_H
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Void-and-cluster (Ulichney, "The void-and-cluster method for dither array generation", 1993).
  *
- * Three differences from the paper. The initial pattern is made by filling largest voids, which is
- * closer to the final pattern than white noise. Phases two and three are one, since with a linear
- * filter the tightest cluster of zeros is the largest void of ones. And at both ends of the grey
+ * It differs from the paper in three ways. The initial pattern comes from filling the largest voids,
+ * which is closer to the final pattern than white noise. Phases two and three are merged, because with a
+ * linear filter the tightest cluster of zeros is the largest void of ones. At both ends of the grey
  * scale, where the minority texels are far apart, bn_eliminate() orders them. Time and memory are almost
  * linear. */
 #include "base/check.h"
@@ -39,7 +39,7 @@ static int cancelled(maker *m) {
     return m->cancelled;
 }
 
-/* Fills the largest void until `ones` texels are set. Writes their ranks unless `ranks` is NULL. */
+/* Fills largest voids until `ones` texels are set. Writes their ranks unless `ranks` is NULL. */
 static void fill(maker *m, size_t ones, uint32_t *ranks) {
     while (m->ones < ones && !cancelled(m)) {
         bn_field_texel empty = m->simd->field_find(&m->field, BN_FIELD_LOWEST);
@@ -83,7 +83,7 @@ static void empty(maker *m, size_t ones) {
     }
 }
 
-/* Sets the removed texels again: the integers of the field return to what they were. */
+/* Sets the removed texels again, which restores the field exactly. */
 static void put_back(maker *m, size_t ones) {
     for (; m->ones < ones && !cancelled(m); ++m->ones) {
         m->simd->field_change(&m->field, bn_field_at(&m->field, m->minority[m->ones]), 1,
@@ -123,7 +123,7 @@ static bn_result make(maker *m, const uint32_t extent[3]) {
     if (!m->cancelled && initial < m->count) spread(m);
     empty(m, sparse);
     if (m->cancelled) return BN_ERROR_CANCELLED;
-    /* bn_eliminate() uses the front of the list; the texels behind it are still to be put back. */
+    /* bn_eliminate() uses the front of the list; the texels after it have yet to be restored. */
     bn_result result = eliminate(m, 1, sparse);
     if (result != BN_SUCCESS) return result;
     for (size_t i = 0; i < sparse; ++i) m->ranks[m->minority[i]] = (uint32_t)i;

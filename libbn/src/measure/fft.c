@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Fast Fourier transform of any length.
  *
- * Powers of two: Stockham's self-sorting passes of radix two, n log n. Other lengths: Bluestein,
- * "A linear filtering approach to the computation of discrete Fourier transform" (1970), which
- * turns the transform into a convolution of a power-of-two length. Every pass transforms eight
+ * Powers of two use Stockham's self-sorting radix-2 passes, in O(n log n). Other lengths use
+ * Bluestein, "A linear filtering approach to the computation of discrete Fourier transform" (1970),
+ * which turns the transform into a convolution with a power-of-two length. Each pass transforms eight
  * columns side by side, so that the inner loops vectorise. */
 #include "measure/fft.h"
 #include "base/memory.h"
@@ -130,7 +130,7 @@ static int bluestein(bn_fft *fft) {
         }
     }
     int at = transform(fft);
-    /* The inverse transform is the forward one of the conjugate, conjugated. */
+    /* The inverse transform is the conjugate of the forward transform of the conjugate. */
     for (size_t k = 0; k < fft->m; ++k) {
         const double c = fft->filter_re[k], s = fft->filter_im[k];
         const double *r = fft->scratch[at] + k * BN_FFT_LANES;

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The dithering error of a mask, exactly as defined: by the discrete Fourier transform.
+ * The dithering error of a mask, computed exactly with the discrete Fourier transform.
  *
  * By Parseval's theorem, the squared error of one threshold is the sum of its pattern's power
  * spectrum times the squared transfer function, so no inverse transform is needed. Two thresholds
- * share one complex transform: as the transfer function is even, the cross terms of z = a + i b
- * cancel in the sum. 32 transforms of width x height, 32 bytes per texel. */
+ * share one complex transform: because the transfer function is even, the cross terms of z = a + i b
+ * cancel in the sum. Costs 32 transforms of width x height, and 32 bytes per texel. */
 #include "base/check.h"
 #include "base/memory.h"
 #include "measure/fft.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The power spectrum of a mask: one transform, by columns and then by rows. */
+ * The power spectrum of a mask: one transform, first along columns, then along rows. */
 #include "base/check.h"
 #include "base/memory.h"
 #include "measure/fft.h"

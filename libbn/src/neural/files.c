@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Reads whole files, without asking for their size: pipes have none, and files can grow. */
+ * Reads whole files without querying their size, because pipes have none and files can grow. */
 #include "neural/files.h"
 #include "base/memory.h"
 #include <stdio.h>

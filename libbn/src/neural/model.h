@@ -25,7 +25,7 @@ typedef struct bn_model {
 } bn_model;
 
 /* Reads metadata and shapes through ONNX Runtime. Errors: BAD_DATA (not in the format), UNSUPPORTED
- * (another version of it), RUNTIME. */
+ * (another format version), RUNTIME. */
 bn_result bn_model_read(const bn_runtime *runtime, bn_model *model);
 
 #endif

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Masks and windows by a network, after Giunchi, Sztrajman and Steed, "Fast Blue-Noise Generation
- * via Unsupervised Learning", 2022, but with one local network for all sizes.
+ * Masks and windows from a neural network, based on Giunchi, Sztrajman and Steed, "Fast Blue-Noise
+ * Generation via Unsupervised Learning", 2022, but with one local network for all sizes.
  *
- * The network turns white noise into blue noise. Each output texel depends on the noise within
- * `radius` texels, so an image can be computed in tiles: the noise of a tile and its margin is a
- * hash of the coordinates (wrapped around for a mask, not for a window), and the tiles fit together
- * without seams. Threads take the next tile as they become free. The division into tiles bounds
- * memory and does not change results. Cost: the network, also on the margins, and for a mask the
- * ranks, by the same number of threads. */
+ * The network turns white noise into blue noise. Each output texel depends on the noise within `radius`
+ * texels, so an image can be computed in tiles. The noise of a tile and its margin is a hash of the
+ * coordinates (wrapped around for a mask, not for a window), so the tiles fit together seamlessly. Each
+ * thread takes the next tile when it becomes free. Tiling bounds memory and does not change results.
+ * The cost is the network, including the margins, plus ranking for a mask. */
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/hash.h"
@@ -22,8 +21,8 @@
 #include <string.h>
 
 enum {
-    /* The largest tiles have as many texels as a square of this extent: in measurements, larger ones
-     * fall out of the cache. */
+    /* The largest tiles have as many texels as a square of this extent. Measurements show that larger
+     * tiles fall out of the cache. */
     BN_TILE_EXTENT = 256,
     BN_GPU_TILE_EXTENT = 1024,      /* a GPU is only busy with large tiles */
     BN_GPU_THREADS = 4,             /* make noise and copy results while the GPU works */
@@ -63,7 +62,7 @@ static int64_t positive_remainder(int64_t value, int64_t divisor) {
     return remainder < 0 ? remainder + divisor : remainder;
 }
 
-/* Noise of width x height texels from (x0, y0) on, repeated with the periods; 0 for none. */
+/* Noise for width x height texels from (x0, y0), repeated with the periods; 0 means none. */
 static void fill_noise(uint64_t seed, int64_t x0, int64_t y0, uint32_t width, uint32_t height,
                        uint32_t period_x, uint32_t period_y, float *noise) {
     for (uint32_t i = 0; i < height; ++i) {
@@ -107,7 +106,7 @@ static int all_finite(const float *values, size_t count) {
     return !bad;
 }
 
-/* Runs the model once on a small input, to check the radius and align that it declares. */
+/* Runs the model once on a small input to check the radius and alignment that it declares. */
 static bn_result try_model(const bn_neural *n) {
     const uint32_t align = n->model.align, extent = (16 + align - 1) / align * align;
     const uint32_t outer = extent + 2 * n->model.radius;
@@ -120,7 +119,7 @@ static bn_result try_model(const bn_neural *n) {
         const bn_tensor output = {values, n->model.channels, extent, extent};
         fill_noise(0, 0, 0, outer, outer, 0, 0, noise);
         result = bn_runtime_run(n->runtime, &input, n->model.output, &output);
-        /* The CPU runs every good model; a GPU may fail. */
+        /* A CPU can run every valid model; a GPU may fail. */
         if (result != BN_SUCCESS && n->provider == BN_PROVIDER_CPU) result = BN_ERROR_BAD_DATA;
         if (result == BN_SUCCESS && !all_finite(values, count)) result = BN_ERROR_BAD_DATA;
     }
@@ -228,22 +227,22 @@ static uint64_t round_up(uint64_t value, uint64_t to) {
     return (value + to - 1) / to * to;
 }
 
-/* The next number of tiles along an axis to try: every small one, then steps of about 1/16. */
+/* The next number of tiles along an axis to try: all small numbers, then steps of about 1/16. */
 static uint64_t next_division(uint64_t division) {
     return division + 1 + division / 16;
 }
 
-/* Chooses the size of the tiles, so that the threads together finish soonest.
+/* Chooses the tile size that minimises the total time of all threads.
  *
- * All tiles have the same size, so the time is that of one tile times the number of rounds, the
- * tiles per thread rounded up. Small tiles waste work on margins: the first layers compute the full
- * margin of `radius` texels on every side and the last ones none, on average radius / 2, so a tile
- * of w x h texels costs about (w + radius) * (h + radius), plus a fixed cost of starting it. Large
- * tiles leave threads idle in the last round, and fall out of the cache. The estimate weighs these
- * against each other: the loops try divisions of the area into `across` x `down` tiles, from one
- * tile to tiles of the smallest extent, and keep the fastest one that fits the limits on memory.
+ * All tiles have the same size, so the total time is the time of one tile times the number of rounds
+ * (the tiles per thread, rounded up). Small tiles waste work on margins: the first layers compute the
+ * full margin of `radius` texels on every side, the last ones none, on average radius / 2. So a tile of
+ * w x h texels costs about (w + radius) * (h + radius), plus a fixed cost to start it. Large tiles
+ * leave threads idle in the last round and fall out of the cache. The loops estimate the cost of
+ * dividing the area into `across` x `down` tiles, from one tile to tiles of the smallest extent, and
+ * keep the fastest division that fits the memory limits.
  *
- * A GPU runs one tile after the other, as a single thread would. */
+ * A GPU runs tiles one after another, like a single thread. */
 static void choose_tiles(image *m, uint32_t threads) {
     const bn_model *model = &m->neural->model;
     const uint64_t width = m->area_width, height = m->area_height;
@@ -277,8 +276,8 @@ static void choose_tiles(image *m, uint32_t threads) {
     }
 }
 
-/* A value of a window, in [0, 1): the share of the network's outputs that lie below it, if the
- * model has quantiles. */
+/* A value of a window, in [0, 1): if the model has quantiles, the fraction of the network's outputs
+ * below it. */
 static float window_value(const bn_model *model, float value) {
     if (model->has_quantiles) {
         const float *q = model->quantiles;
@@ -293,8 +292,8 @@ static float window_value(const bn_model *model, float value) {
     return value < 0 ? 0 : value > 1 - 0x1p-24f ? 1 - 0x1p-24f : value;
 }
 
-/* Copies the part of a tile that lies in the image, starting at column first_x and row first_y of
- * the tile: what comes before them is left to other tiles. */
+/* Copies the part of a tile that lies in the image, starting at column first_x and row first_y of the
+ * tile. Other tiles supply the texels before them. */
 static bn_result keep(image *m, const float *tile, int64_t tile_x, int64_t tile_y, int64_t first_x,
                       int64_t first_y) {
     const size_t tile_count = (size_t)m->tile_width * m->tile_height;
@@ -378,7 +377,7 @@ static bn_result fill_image(image *m) {
     choose_tiles(m, threads);
     const uint64_t tiles = (uint64_t)m->columns * m->rows;
     if (threads > tiles) threads = (uint32_t)tiles;
-    /* At least once: other threads might take all of the tiles. */
+    /* At least once, because other threads might take all the tiles. */
     if (cancelled(m, 0)) return BN_ERROR_CANCELLED;
     bn_team_run(threads, work, m);
     for (uint32_t i = 0; i < threads; ++i) {
@@ -394,8 +393,8 @@ static BN_NOINLINE bn_result eliminate_ends(const bn_neural *n, uint32_t width, 
                              (size_t)width * height, 1, NULL, NULL);
 }
 
-/* Orders the first and the last ranks of a mask, whose points lie too far apart for the network to
- * space them well. */
+/* Orders the first and last ranks of a mask, whose points are too far apart for the network to space
+ * them well. */
 static bn_result order_ends(const bn_neural *n, uint32_t width, uint32_t height, uint64_t seed,
                             uint32_t *ranks) {
     if (n->model.sparse_spacing == 0) return BN_SUCCESS;
@@ -416,7 +415,7 @@ bn_result bn_neural_mask(const bn_neural *n, const bn_mask *mask, uint64_t seed,
     const uint32_t width = mask->width, height = mask->height, channels = mask->channels;
     const size_t texels = count / channels;
     float *values = bn_allocate(count, sizeof *values);
-    /* A failure leaves the ranks of the caller unchanged. */
+    /* On failure, the caller's ranks stay unchanged. */
     uint32_t *made = bn_allocate(count, sizeof *made);
     result = BN_ERROR_OUT_OF_MEMORY;
     if (values != NULL && made != NULL) {

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The only file that uses ONNX Runtime: it finds and loads the library, and opens and runs
- * sessions.
+ * Finds and loads ONNX Runtime, and opens and runs sessions. No other file uses ONNX Runtime.
  *
- * Sessions have no threads: libbn runs the tiles of an image in parallel on threads of its own, so
- * nothing spins in the host's process, and the number of threads does not change results. Tensors
+ * Sessions are single-threaded: libbn runs the tiles of an image in parallel on its own threads, so
+ * no idle threads spin in the host's process, and the thread count does not change results. Tensors
  * are in main memory; ONNX Runtime copies them to a GPU and back. It has one reference-counted
- * environment per process, of which every network holds a reference. A library in which an
- * environment was created is never unloaded, as it may have left threads or exit handlers. */
+ * environment per process, to which every network holds a reference. Once that exists, the library
+ * is never unloaded, as it may have left threads or exit handlers. */
 #define _POSIX_C_SOURCE 200809L
 #include "neural/onnxruntime.h"
 #include "base/memory.h"
@@ -69,7 +68,7 @@ static bn_ort_get_api_base library_entry(void *handle) {
     return entry;
 }
 
-/* For example in a set-user-ID program, whose user must not choose the code that it runs. */
+/* For example a set-user-ID program, whose user must not choose the code that it runs. */
 static int has_more_rights_than_user(void) {
 #if defined(__linux__)
     if (getauxval(AT_SECURE) != 0) return 1; /* covers file capabilities too */
@@ -91,8 +90,8 @@ static const char *const library_names[] = {"libonnxruntime.so.1", "libonnxrunti
 
 static int load_named(const char *name, library *found) {
     found->was_loaded = library_is_loaded(name);
-    /* Versions from 1.29 on send telemetry before any call could switch it off. A variable that is
-     * already set is left alone: see the note on threads in neural.h. */
+    /* From version 1.29 on, telemetry is sent before any call could disable it. A variable that is
+     * already set is left unchanged; see the note on threads in neural.h. */
     if (!found->was_loaded && getenv("ORT_DISABLE_TELEMETRY") == NULL) {
         set_variable("ORT_DISABLE_TELEMETRY", "1");
     }
@@ -145,8 +144,8 @@ static int done(const bn_ort_api *api, bn_ort_status *status) {
     return 0;
 }
 
-/* The result for a session that could not be made, from its status, which is released. A CPU
- * runs every good model; a GPU may be missing, or lack an operator. */
+/* Converts the status of a session that could not be created to a result, and releases it. A CPU can
+ * run every valid model; a GPU may be missing, or lack an operator. */
 static bn_result blame(const bn_ort_api *api, bn_ort_status *status, bn_provider provider) {
     const int code = api->get_error_code(status);
     api->release_status(status);
@@ -172,10 +171,10 @@ static const bn_ort_api *get_table(bn_ort_get_api_base entry) {
     return minor < BN_ORT_OLDEST ? NULL : base->get_api((uint32_t)minor);
 }
 
-/* Adds the CUDA provider, which must run the whole model: operators left to the CPU would go
- * unnoticed. By default, it tries every algorithm on every new size of input, which takes longer
- * than the work, and lets recent GPUs round inputs to ten bits (TF32), so that windows would not
- * agree. Older versions do not know the option against that. */
+/* Adds the CUDA provider, which must run the whole model: otherwise operators could silently fall
+ * back to the CPU. By default, it tries every algorithm for each new input size, which takes longer
+ * than the inference, and lets recent GPUs round inputs to ten bits (TF32), so that windows would not
+ * agree. Older versions lack the option to disable TF32. */
 static int add_cuda(const bn_ort_api *api, bn_ort_session_options *options) {
     static const char *const keys[] = {"cudnn_conv_algo_search", "use_tf32"};
     static const char *const values[] = {"HEURISTIC", "0"};
@@ -244,7 +243,7 @@ bn_result bn_runtime_open(const char *library_path, bn_provider provider, const 
         r->env = NULL;
         goto failed;
     }
-    /* A host that loaded the library itself decides about its telemetry. */
+    /* If the host loaded the library itself, telemetry is the host's decision. */
     if (!found.was_loaded && !done(api, api->disable_telemetry_events(r->env))) goto failed;
     if (!done(api, api->create_cpu_memory_info(BN_ORT_ARENA_ALLOCATOR, BN_ORT_MEMORY_DEFAULT,
                                                &r->memory))) {
@@ -268,7 +267,7 @@ void bn_runtime_close(bn_runtime *r) {
     bn_free(r);
 }
 
-/* Copies a text that the runtime allocated, and frees it; NULL becomes an empty one. */
+/* Copies a string that the runtime allocated, and frees it; NULL becomes an empty string. */
 static bn_result take_text(const bn_runtime *r, bn_ort_allocator *allocator, char *from,
                            char to[BN_RUNTIME_TEXT_SIZE]) {
     const size_t length = from != NULL ? strlen(from) : 0;

@@ -2,9 +2,9 @@
  * Declares the part of ONNX Runtime's C API that libbn calls, so that building does not need its
  * headers.
  *
- * The API is a table of function pointers that only grows at the end, so the index of an entry is
- * the same in every version. The gaps are entries that libbn does not call. test_onnxruntime_api
- * compares the offsets with the real header if it finds one. */
+ * The API is a table of function pointers that only grows at its end, so an entry has the same index
+ * in every version. The gaps are entries that libbn does not call. test_onnxruntime_api compares the
+ * offsets with the real header if it finds one. */
 #ifndef BN_ONNXRUNTIME_API_H
 #define BN_ONNXRUNTIME_API_H
 
@@ -39,7 +39,7 @@ enum {
     BN_ORT_FLOAT = 1,
     BN_ORT_ARENA_ALLOCATOR = 1,
     BN_ORT_MEMORY_DEFAULT = 0,
-    BN_ORT_INVALID_PROTOBUF = 7, /* codes of statuses that blame the model */
+    BN_ORT_INVALID_PROTOBUF = 7, /* status codes that mean a bad model */
     BN_ORT_NOT_IMPLEMENTED = 9,
     BN_ORT_INVALID_GRAPH = 10
 };

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The sampler type MASK. The mask gives the first sample of every pixel, with one lookup per dimension, each
- * at a different shift. The other samples come from an Owen-scrambled Sobol' (0, 2)-sequence that
- * begins at zero, with the mask's value added as a digital shift (XOR), which preserves the nets of a
- * pixel. The usual Cranley-Patterson rotation (1976) destroys them, and is worse than no mask from
- * about 4 samples on. */
+ * The sampler type MASK. The mask supplies the first sample of every pixel, with one lookup per dimension,
+ * each at a different shift. The other samples come from an Owen-scrambled Sobol' (0, 2)-sequence that
+ * starts at zero, with the mask's value added as a digital shift (XOR), which preserves the nets of a
+ * pixel. The usual Cranley-Patterson rotation (1976) destroys them, and is worse than no mask from about 4
+ * samples on. */
 #include "sampler/types.h"
 
-/* Named here, and not asked of bn_builtin_mask(), so that a program that draws has no other mask in
- * it. */
+/* Accessed directly, not through bn_builtin_mask(), so that programs that draw do not link the other
+ * masks. */
 extern const uint16_t bn_data_mask_64[];
 
 enum { BN_MASK_KEY_X = 0x51ed270b, BN_MASK_KEY_Y = 0x3c6ef372 };
@@ -17,7 +17,7 @@ static uint32_t wrap(int32_t coordinate, uint32_t shift, uint32_t extent) {
     return (uint32_t)(sum < 0 ? sum + extent : sum);
 }
 
-/* The value of the texel that a lookup reads, in 32 digits. */
+/* The value of the texel that a lookup reads, as 32 binary digits. */
 static uint32_t mask_lookup(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t key) {
     uint32_t w = sampler->mask_width, h = sampler->mask_height;
     uint32_t shift_x = (uint32_t)((uint64_t)key * w >> 32);

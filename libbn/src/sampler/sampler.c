@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Samplers, and their draws one by one. BLUE, SOBOL and WHITE have their text in bn_draw.glsl. */
+ * Samplers and single draws. bn_draw.glsl implements BLUE, SOBOL and WHITE. */
 #include "base/check.h"
 #include "sampler/types.h"
 
@@ -34,7 +34,7 @@ const bn_sampler_row bn_sampler_types[] = {
 
 enum { TYPES = sizeof bn_sampler_types / sizeof *bn_sampler_types };
 
-/* ---- Draws. The inline ones call these for all types but BLUE. */
+/* ---- Draws. The inline draws call these for all types but BLUE. */
 
 void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                       uint32_t domain, uint32_t out[4]) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Blocks of draws. BLUE shares the work that depends on the pixel alone among its indices. SOBOL and
- * WHITE have little to share, and are drawn as lanes of a wavefront where that is faster. */
+ * Blocks of draws. BLUE does the work that depends only on the pixel once for all indices. SOBOL and
+ * WHITE have little to share, so they are drawn as lanes of a wavefront where that is faster. */
 #include "sampler/types.h"
 
 static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t first,
@@ -18,7 +18,7 @@ static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t
     }
 }
 
-/* Lanes for bn_sample_wavefront(), as many at a time as the arrays hold. */
+/* Lanes for bn_sample_wavefront(), in groups as large as the arrays. */
 typedef struct lane_buffer {
     size_t count;
     int32_t x[256], y[256];

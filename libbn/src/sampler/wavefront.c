@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Draws for the lanes of wavefronts. simd/draws.h draws several at a time. */
+ * Draws for the lanes of wavefronts. simd/draws.h draws several lanes at a time. */
 #include "base/options.h"
 #include "sampler/types.h"
 #include <bn/bn_path.h>
@@ -36,7 +36,7 @@ static void draw_any(const bn_sampler *sampler, uint32_t pair, uint32_t dimensio
 
 enum { PART = 256 };
 
-/* The lanes `first` to `first + count - 1`. `own` has room for what has no array. */
+/* The lanes `first` to `first + count - 1`. `own` replaces arrays that are not given. */
 static bn_draw_lanes part_of(const bn_wavefront *w, size_t first, size_t count,
                              uint32_t own[2][PART]) {
     bn_draw_lanes part = {count, w->x + first, w->y + first, own[0], own[1]};
@@ -51,7 +51,7 @@ static bn_draw_lanes part_of(const bn_wavefront *w, size_t first, size_t count,
     return part;
 }
 
-/* How many of the dimensions lie side by side, if these are all that are wanted; else 0. */
+/* The number of requested dimensions, if all of them are adjacent in memory; otherwise 0. */
 static uint32_t side_by_side(float *const out[], uint32_t dimensions, size_t stride) {
     uint32_t count = 0;
     while (count < dimensions && out[count] != NULL && out[count] == out[0] + count) ++count;

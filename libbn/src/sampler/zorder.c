@@ -3,10 +3,10 @@
  * Error via Hierarchical Ordering of Pixels", 2020. Along a Morton curve with scrambled digits, the
  * pixels of a 4096 x 4096 tile own consecutive blocks of 2^k points of one Owen-scrambled Sobol'
  * sequence. Indices from 2^k on continue a pixel's block, scrambled differently in each pixel. The
- * second pair of a domain is the first with the index mapped by the matrix of an SZ sequence (Ahmed
- * et al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025), so that all four numbers are
- * stratified together. Each domain has a curve and orders of its own: numbers of different domains
- * are independent, as those of different dimensions are in the method's paper. */
+ * second pair of a domain is the first with its index mapped by the matrix of an SZ sequence (Ahmed et
+ * al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025), so that all four numbers are stratified
+ * together. Each domain has its own curve and sample orders, so domains are independent, like the
+ * dimensions in the paper. */
 #include "sampler/types.h"
 
 enum { BN_MORTON_BITS = 12 };
@@ -30,11 +30,11 @@ static uint64_t times_x64(uint64_t digits) {
     return lower << 1 | (upper ^ lower);
 }
 
-/* The digits of the second pair from those of the first: the upper triangular matrix with entries
- * binomial(j, i) x^(j - i) over the field of four, which factors into one step for each bit of j,
- * as in bn_sobol_second(). An odd `form` adds the second of each two binary digits to the first.
- * That only renames the digits in base 4, and makes the four cross pairs of dimensions equally good
- * over both forms. */
+/* Maps the digits of the first pair to the second: multiplies by the upper triangular matrix with
+ * entries binomial(j, i) x^(j - i) over the field of four, which factors into one step per bit of j, as
+ * in bn_sobol_second(). An odd `form` adds the second of each two binary digits to the first. This only
+ * renames the digits in base 4, and makes the four cross pairs of dimensions equally good over both
+ * forms. */
 static uint64_t second_pair64(uint64_t digits, uint32_t form) {
     digits ^= (times_x64(digits) << 2) & 0xccccccccccccccccu;
     digits ^= (times_x64(times_x64(digits)) << 4) & 0xf0f0f0f0f0f0f0f0u;
@@ -45,8 +45,8 @@ static uint64_t second_pair64(uint64_t digits, uint32_t form) {
 }
 
 /* A coordinate from sample 2^k on. `first` is the coordinate within the block, `shifted` holds all
- * digits, and `later` those that come from indices beyond the block. From the first of these on,
- * the scrambling is not that of the block but one that differs in each pixel. */
+ * digits, and `later` the digits from indices beyond the block. From the first of these digits on, a
+ * scrambling that differs in each pixel replaces the block's scrambling. */
 static uint32_t continued(uint32_t first, uint32_t shifted, uint32_t later, uint32_t key) {
     uint32_t below = later | (later >> 1), leading;
     below |= below >> 2;
@@ -67,8 +67,8 @@ static uint32_t morton_spread(uint32_t v) {
     return (v | v << 1) & 0x55555555u;
 }
 
-/* One dimension: the Owen scrambling of the whole image, continued by that of the pixel where the
- * digits that come from indices beyond the block begin. */
+/* One dimension: the Owen scrambling of the whole image, continued by the pixel's scrambling from the
+ * first digit that comes from indices beyond the block. */
 static uint32_t zorder_scramble(uint64_t block_digits, uint64_t later, uint32_t image_key,
                                 uint32_t pixel_key) {
     uint32_t first = bn_owen((uint32_t)(block_digits >> 32), image_key);

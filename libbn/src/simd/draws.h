@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of BLUE, SOBOL and WHITE for many lanes at once: the text that shaders and bn_draw.h
- * share, compiled with vectors for numbers. */
+ * The draws of BLUE, SOBOL and WHITE for many lanes at once: bn_draw.glsl, compiled with vectors in
+ * place of numbers. */
 #include "simd/simd.h"
 #include "simd/vec_draws.h"
 #include <bn/bn_device.h>
@@ -18,7 +18,7 @@ BN_INLINE uint32_t word_at(const uint32_t *words, uint32_t at) {
 BN_INLINE bn_uint4 row_at(const uint32_t *words, bn_u32v at);
 BN_INLINE bn_uint2 half_row_at(const uint32_t *words, bn_u32v at);
 
-/* Vectors in the place of numbers, which bn_device.h has. */
+/* Vectors in place of the scalars of bn_device.h. */
 #undef BN_UINT
 #undef BN_FUNCTION
 #undef BN_WORD
@@ -48,11 +48,11 @@ BN_INLINE bn_uint2 half_row_at(const uint32_t *words, bn_u32v at) {
     return (bn_uint2){v[0], v[1]};
 }
 
-/* Dimensions to draw: a pair, by its number, dimension 0, or three or four. */
+/* The dimensions to draw: pair 0 or 1, dimension 0, or three or four dimensions. */
 enum { ONE = 2, WIDE };
 
-/* Draws a multiple of BN_U32_LANES lanes. `type` and `form` are constants, so that what they do not
- * need falls away. */
+/* Draws a multiple of BN_U32_LANES lanes. `type` and `form` are constants, so that unused code is
+ * removed. */
 BN_INLINE void draw_loop(const bn_sampler *sampler, int32_t type, int form, uint32_t dimensions,
                          const bn_draw_lanes *lanes, float *out) {
     const uint32_t *words = bn_tables_7;

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The energy of a binary pattern on a torus, kept up to date with its extremes: the data that the
- * kernels work on. masks/energy_field.h makes it.
+ * The energy of a binary pattern on a torus, with its extremes, updated with every change: the data
+ * of the kernels. masks/energy_field.h creates it.
  *
- * Energies are fixed-point integers. The kernel's sum is below 2^30, and a texel that is set has
- * 2^30 added to its energy, so the lowest value is the largest void and the highest one the
- * tightest cluster. Texels are stored in tiles of 64 (8 x 8, or 64 x 1 when there is only one
- * axis), 256 contiguous bytes each. One pass over the tiles under the kernel adds it and finds
- * their new extremes. Above the tiles is a tree of extremes, each over 64 of the level below. A
- * change takes time proportional to the kernel's area, a search 64 values per level. */
+ * Energies are fixed-point integers. The kernel's sum is below 2^30, and a texel that is set has 2^30
+ * added to its energy, so the lowest value is the largest void and the highest value the tightest
+ * cluster. Texels are stored in tiles of 64 (8 x 8, or 64 x 1 if there is only one axis), 256
+ * contiguous bytes each. One pass over the tiles under the kernel adds it and finds their new
+ * extremes. Above the tiles is a tree of extremes, each over 64 of the level below. A change takes
+ * time proportional to the kernel's area; a search reads 64 values per level. */
 #ifndef BN_SIMD_FIELD_H
 #define BN_SIMD_FIELD_H
 

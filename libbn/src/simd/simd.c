@@ -11,8 +11,8 @@ extern const bn_simd bn_simd_scalar, bn_simd_avx2, bn_simd_neon;
 
 #if defined(BN_SIMD_X86)
 
-/* Whether the CPU has AVX2 and the system saves its registers. __builtin_cpu_supports() finds nothing in
- * programs that "zig cc" has linked. */
+/* Whether the CPU has AVX2 and the system saves its registers. __builtin_cpu_supports() detects nothing
+ * in programs linked by "zig cc". */
 static int has_avx2(void) {
     const unsigned vectors = 0x06; /* in XCR0 */
     unsigned a, b, c, d, saved, upper;
@@ -35,8 +35,8 @@ static const bn_simd *choose(void) {
     return &bn_simd_scalar;
 }
 
-/* Chosen once, because CPUID takes microseconds in a virtual machine. Threads that come at the same time
- * all find the same. */
+/* Chosen once, because CPUID takes microseconds in a virtual machine. Concurrent threads all get the same
+ * result. */
 const bn_simd *bn_simd_get(void) {
 #if defined(__GNUC__)
     static const bn_simd *chosen;

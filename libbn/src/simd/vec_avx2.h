@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The vector types of kernels.h for AVX2; vec.h says what each function does. */
+ * The vector types of kernels.h for AVX2; vec.h describes the functions. */
 #include <immintrin.h>
 
 /* A function of two vectors from an instruction. */

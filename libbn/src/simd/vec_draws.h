@@ -2,8 +2,8 @@
  * The vector type of draws.h for AVX2: bn_u32v, BN_U32_LANES unsigned numbers. It is a
  * vector of GCC and Clang, whose operators work lane by lane and accept plain numbers on one side.
  *
- * Almost all tables are read without gathers, which are slow on some processors, and on others since
- * the microcode against CVE-2022-40982: each lane loads four words in a row, and the rows are
+ * Almost all tables are read without gathers, which are slow on some CPUs, and on others since the
+ * microcode fix for CVE-2022-40982. Instead, each lane loads four consecutive words, and the rows are
  * transposed in registers. */
 #ifndef BN_VEC_DRAWS_H
 #define BN_VEC_DRAWS_H

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The vector types of kernels.h for NEON, in pairs of registers; vec.h says what each function
- * does. */
+ * The vector types of kernels.h for NEON, in pairs of registers; vec.h describes the functions. */
 #include <arm_neon.h>
 #define BN_SIMD_NAME "neon"
 #define BN_SIMD_TABLE bn_simd_neon

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The vector types of kernels.h in plain C, as arrays; vec.h says what each function does. */
+ * The vector types of kernels.h in plain C, as arrays; vec.h describes the functions. */
 #include <string.h>
 
 #define BN_SIMD_NAME "scalar"
 #define BN_SIMD_TABLE bn_simd_scalar
 #define BN_I32_LANES 8
 
-/* A function of two vectors from what it does to a lane. */
+/* A function of two vectors, defined by its operation on one lane. */
 #define BN_BINARY(name, type, lanes, lane)                                                         \
     static inline type name(type x, type y) {                                                      \
         for (int i = 0; i < (lanes); ++i) x.v[i] = lane;                                           \
