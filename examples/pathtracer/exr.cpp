@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR images. Files are encoded in memory: the library's own file streams do not report an
-// error in the last write.
+// OpenEXR images. Files are encoded in memory, because the library's own file streams do not report
+// an error in the last write.
 #include "film.h"
 
 #include <ImfChannelList.h>

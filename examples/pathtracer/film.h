@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The accumulated samples of each pixel, from which an image's layers are made. Values are means in
-// double precision, stored with their sample counts, so pixels may have different counts and get more
-// samples later, and films with different samples can be merged.
+// The accumulated samples of each pixel, from which the layers of an image are computed. Values are means
+// in double precision, stored with their sample counts. So pixels may have different counts and receive
+// more samples later, and films with different samples can be merged.
 #pragma once
 
 #include <csignal>
@@ -39,7 +39,7 @@ auto &film_pixel(FilmOrConst &film, int x, int y) {
     return film.pixels[row * width(film.crop) + x - film.crop.x0];
 }
 
-// The film of another crop: pixels of both keep their samples, others have none.
+// The film of another crop. Pixels in both crops keep their samples; others have none.
 Film film_with_crop(const Film &film, const Crop &crop);
 
 // Adds a sample to a pixel (Welford, "Note on a Method for Calculating Corrected Sums of Squares
@@ -63,17 +63,17 @@ Image film_image(const Film &film);
 // The unbiased variance of a single sample of radiance; 0 with fewer than two samples.
 glm::dvec3 film_variance(const FilmPixel &pixel);
 
-// The exposure in stops that maps the geometric mean of the image's luminance to middle grey, 0.18,
-// rounded to a quarter of a stop. Only pixels that mostly show a surface count, unless there are
-// hardly any. Means are over 16x16 pixels, so noise and black shadows hardly change it.
+// The exposure in stops that maps the geometric mean of the image's luminance to middle grey (0.18),
+// rounded to a quarter of a stop. Only pixels that mostly show a surface count, unless there are very
+// few. Luminance is averaged over 16x16 pixels, so that noise and black shadows have little effect.
 float auto_exposure(const Film &film);
 
-// One line that warns about an image without visible surfaces or light, and says what to do;
-// otherwise empty. `extent` says where the scene is.
+// A one-line warning, with advice, if the image has no visible surfaces or light; otherwise empty.
+// `extent` describes the bounds of the scene.
 std::string film_warning(const Film &film, const std::string &extent);
 
-// ---- Adaptive sampling (--noise): where an image has enough samples. README.md says why it works in
-// blocks of 8x8 pixels, which lie on the whole image's grid, and looks at them at powers of two.
+// ---- Adaptive sampling (--noise): where an image has enough samples. It tests blocks of 8x8 pixels, on
+// the grid of the whole image, at powers of two; README.md explains why.
 
 constexpr int BLOCK_SIZE = 8; // pixels per side; blocks at the image's edges may be smaller
 
@@ -83,10 +83,10 @@ struct NoiseSettings {
     float exposure = 0;    // of the display, in stops
 };
 
-// The part of the image that consists of whole blocks around a crop.
+// A crop extended to whole blocks.
 Crop whole_blocks(const Crop &crop, int full_width, int full_height);
 
-// ---- Rendering on all cores, in passes over the whole image, so that an interrupt leaves an image of
+// ---- Rendering on all cores, in passes over the whole image, so that an interrupt leaves an image with
 // fewer samples
 
 struct RenderSettings {
@@ -101,16 +101,16 @@ struct RenderTotals {
     PathCounters counters;
 };
 
-// Fills a film, which may hold samples already, with fewer where blocks are done. Reports progress, a
-// fraction, a few times per second. Returns false soon after `interrupted` becomes non-zero: pixels then
-// have different numbers of samples. The film does not depend on the number of threads or the crop.
+// Adds samples to a film, which may already hold some; blocks that are done get fewer. Reports progress
+// as a fraction, a few times per second. Returns false soon after `interrupted` becomes non-zero; pixels
+// then have different sample counts. The result does not depend on the number of threads or the crop.
 bool render_frame(const Integrator &integrator, const RenderSettings &settings, Film &film,
                   RenderTotals &totals,
                   const std::function<void(double, const RenderTotals &)> &progress,
                   const volatile std::sig_atomic_t &interrupted);
 
-// ---- OpenEXR images: layers in one part, 32 bits per channel, ZIP; the data window is the crop, and
-// attributes are texts.
+// ---- OpenEXR images: layers in one part, 32 bits per channel, ZIP compression; the data window is the
+// crop, and attributes are strings.
 //
 //     R, G, B         mean radiance          A           fraction of camera rays that hit a surface
 //     albedo.R, G, B  mean; 0 for misses     normal.X, Y, Z   mean, in world space; 0 for misses
@@ -118,10 +118,10 @@ bool render_frame(const Integrator &integrator, const RenderSettings &settings, 
 //     count           samples taken (the only integer channel)
 //     variance.R, G, B  of single samples, unbiased; 0 below two samples
 
-// The most pixels of a film held in memory: 7 GiB.
+// The maximum number of pixels of a film in memory (7 GiB).
 constexpr uint64_t MAX_PIXELS = 1u << 26;
 
-// What an image cost and holds: attributes in which its parts differ.
+// The statistics of an image: attributes that differ between its parts.
 struct ImageStatistics {
     uint32_t spp = 0;                          // the highest count of any pixel
     uint64_t first_sample = 0, end_sample = 0; // all sample numbers are below the latter
@@ -131,8 +131,8 @@ struct ImageStatistics {
     unsigned threads = 0;
 };
 
-// The header of a file that this program wrote. Settings, which parts of one image share, are what
-// decided its samples.
+// The header of a file that this program wrote. Parts of one image share the settings, which determine
+// its samples.
 struct ExrHead {
     int full_width = 0, full_height = 0;
     Crop crop = {};
@@ -143,9 +143,9 @@ struct ExrHead {
 // The bytes of an EXR file of the film; the size and the crop are the film's. Throws Error.
 std::string exr_encode(const Film &film, const ExrHead &head);
 
-// Reads the channels R, G and B of any EXR file that has them, as Rec. 709. Throws Error.
+// Reads the channels R, G and B of any EXR file that has them, converted to Rec. 709. Throws Error.
 Image exr_read(const std::string &path);
 
-// These read files made by exr_encode. They throw Error for any other file.
+// Read files that exr_encode wrote. Throw Error for any other file.
 ExrHead exr_read_head(const std::string &path);
 Film exr_read_film(const std::string &path);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads glTF 2.0 into a scene. JSON for Modern C++ parses the text; every index, offset and size is
-// checked here before it is used, and memory is what --max-memory allows. Transforms are composed
-// and applied in double, and the scene is moved to the origin, so that geometry far from it keeps
-// its precision. The walk over nodes is iterative; a node reached twice is an error: no tree.
+// Reads glTF 2.0 into a scene. JSON for Modern C++ parses the text. Every index, offset and size is
+// checked here before it is used, and --max-memory limits memory. Transforms are composed and
+// applied in double precision, and the scene is moved to the origin, so that distant geometry keeps
+// its precision. Nodes are visited iteratively; reaching a node twice is an error.
 #include <array>
 #include <charconv>
 #include <cmath>

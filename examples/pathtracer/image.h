@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images: linear RGB, or the part of one inside a crop; PNG; textures with 8 bits per channel.
+// Images: linear RGB, whole or cropped; PNG; textures with 8 bits per channel.
 #pragma once
 
 #include <cstddef>
@@ -50,11 +50,11 @@ struct Texture {
     std::vector<uint8_t> rgba; // height rows of width texels, top row first
 };
 
-// Decodes the bytes of an image file. Throws Error, its text to follow the image's name.
+// Decodes the bytes of an image file. Throws Error with a message that continues the image's name.
 Texture texture_decode(const std::vector<unsigned char> &bytes);
 
 // The colour at uv: (0, 0) is the top left corner of the image, (1, 1) the bottom right.
 glm::vec4 texture_at(const Texture &texture, Vec2 uv);
 
-// The mean of all texels: above zero if any of them is.
+// The mean of all texels: above zero if any texel is.
 Vec3 texture_mean(const Texture &texture);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A unidirectional path tracer (Kajiya, "The Rendering Equation", 1986) with next event estimation.
-// Light is found both by sampling points on lights and by scattered rays that hit lights; the power
-// heuristic combines the two (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte
-// Carlo Rendering", 1995). Paths end by Russian roulette or after max_depth bounces. The pixel filter is
-// a box: splatting would correlate neighbours and spoil the blue noise.
+// A unidirectional path tracer (Kajiya, "The Rendering Equation", 1986) with next event estimation. The
+// power heuristic combines light sampling and BSDF sampling (Veach and Guibas, "Optimally Combining
+// Sampling Techniques for Monte Carlo Rendering", 1995). Paths end by Russian roulette or after
+// max_depth bounces. The pixel filter is a box, because splatting would correlate neighbours and
+// destroy the blue noise.
 #include "integrator.h"
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The path integrator: the value of one sample of one pixel.
+// The path integrator, which computes one sample of one pixel.
 #pragma once
 
 #include <cstdint>
@@ -38,7 +38,7 @@ struct PathSample {
     float depth;         // along the camera's axis, from its lens
 };
 
-// The MIS weight of a sample of density pdf > 0.
+// The MIS weight of a sample with density pdf > 0.
 inline float power_heuristic(float pdf, float other_pdf) {
     const float ratio = other_pdf / pdf;
     return 1 / (1 + ratio * ratio);

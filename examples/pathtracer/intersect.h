@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ray intersection. All Embree calls of the program are behind this header.
+// Ray intersection. This header hides all calls to Embree.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ void geometry_thread_begin();
 // through the backs of single-sided surfaces.
 bool intersect(const Geometry &geometry, const Ray &ray, bool seen_by_camera, Hit &hit);
 
-// Whether anything blocks the segment between two points at this time.
+// Whether anything blocks the segment between two points at the given time.
 bool occluded(const Geometry &geometry, Vec3 from, Vec3 to, float time);
 
 // Moves a point off its surface, along the unit normal, by a few times its rounding error, so that

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The environment is sampled by brightness: a row, then a column in it, then uniformly over the texel's
-// solid angle, over which radiance is constant, so that the pdf matches it exactly. The mean is
-// subtracted from each texel's luminance: scattered rays find what is no brighter than most of the sky
-// (Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling",
-// 2019).
+// The environment is sampled by brightness: first a row, then a column, then uniformly over the texel's
+// solid angle, over which radiance is constant, so that the pdf matches exactly. The mean is subtracted
+// from each texel's luminance, because scattered rays find the darker parts of the sky (Karlik et al.,
+// "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", 2019).
 #include "light.h"
 
 #include <cmath>

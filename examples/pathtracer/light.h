@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lights: parallelograms and triangles that emit from the front (the side of the normal) or from
-// both sides; the environment; and punctual lights, which no ray can hit. Densities are per
-// steradian as seen from the lit point, like those of materials; for punctual lights they are 1.
+// Lights: parallelograms and triangles that emit from the front (the side of the normal) or from both
+// sides; the environment; and punctual lights, which no ray can hit. Densities are per steradian at the
+// lit point, as for materials; for punctual lights they are 1.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 // ---- Choosing one of n items with probability proportional to its weight, by inversion. Unlike an
 // alias table, inversion is monotonic: stratified numbers stay stratified and blue noise stays blue.
-// Draws and the limits between items are multiples of 2^-24, so the stated probabilities are exact.
+// Draws and the limits between items are multiples of 2^-24, so the returned probabilities are exact.
 
 constexpr float DRAW_STEP = 1.0f / (1 << 24);
 
@@ -38,7 +38,7 @@ inline void distribution_build(const double *weights, size_t count, float *limit
         const auto steps = uint32_t(share * shared) + uint32_t(before);
         limits[i + 1] = float(steps) * DRAW_STEP;
     }
-    // Rounding may leave a step over. It must not go to trailing items of weight zero.
+    // Rounding may leave one step over, which must not go to trailing items of weight zero.
     size_t last = count;
     while (last > 1 && !(weights[last - 1] > 0)) --last;
     for (size_t i = last; i <= count; ++i) limits[i] = 1;
@@ -53,14 +53,14 @@ struct Choice {
 inline Choice distribution_choose(const float *limits, size_t count, float u) {
     const float *above = std::upper_bound(limits + 1, limits + count, u);
     const float low = above[-1], width = *above - low;
-    // The middle of the step, so that items only a few steps wide are not always hit at their start.
+    // The centre of the step, so that samples of very narrow items are not all at their start.
     const float rest = std::min((u - low + 0.5f * DRAW_STEP) / width, 1 - DRAW_STEP);
     return {size_t(above - 1 - limits), rest, width};
 }
 
 // ---- The environment
 
-// Row 0 is straight up (+y), the middle of a row is +z and its left is +x, as in OpenEXR's
+// Row 0 is straight up (+y); the centre of a row is +z, with +x to its left, as in OpenEXR's
 // latitude-longitude maps. Radiance is constant over each texel.
 struct Environment {
     int width, height;
@@ -71,20 +71,20 @@ struct Environment {
     float irradiance; // of luminance above the mean; 0: too uniform to be worth sampling
 };
 
-// Negative values become 0. Throws Error, which says where, if a texel is not finite, unless `clamp`
-// makes it as bright as half floats get, or black if it is not a number.
+// Negative values become 0. Throws Error with the position if a texel is not finite; with `clamp`,
+// infinity becomes the largest half float and NaN black.
 Environment environment_create(int width, int height, std::vector<Vec3> texels, bool clamp = false);
 
 // A clear sky with a sun, wider than the real one, and ground below.
 Environment environment_sky(Vec3 to_sun);
 
-// Reads a latitude-longitude EXR file, or makes "sky" or "none", which is black. Throws Error.
+// Reads a latitude-longitude EXR file, or makes "sky" or "none" (black). Throws Error.
 Environment environment_read(const std::string &path, bool clamp = false);
 
 Vec3 environment_radiance(const Environment &environment, Vec3 direction);
 
-// The density per steradian with which environment_sample chooses a direction: 0 where it is darker than
-// the mean, so combine it with scattered rays.
+// The density per steradian with which environment_sample chooses a direction. It is 0 where the
+// environment is darker than the mean, so combine it with scattered rays.
 float environment_pdf(const Environment &environment, Vec3 direction);
 
 struct EnvironmentSample {
@@ -142,14 +142,14 @@ struct LightSample {
     Vec2 place; // TRIANGLE: barycentric weights of its second and third vertices
 };
 
-// The fraction of its intensity that a spot emits at this cosine to its axis.
+// The fraction of its intensity that a spotlight emits at this cosine to its axis.
 inline float spot_share(const Light &light, float cosine) {
     const float range = std::max(light.cosine_inner - light.cosine_outer, 1e-3f);
     const float t = std::clamp((cosine - light.cosine_outer) / range, 0.0f, 1.0f);
     return t * t;
 }
 
-// Samples a point uniformly on the light's area, or a direction by the environment's radiance.
+// Samples a point uniformly over the light's area, or a direction with environment_sample.
 inline LightSample light_sample(const Light &light, Vec3 lit_point, Vec2 u) {
     if (light.kind == Light::ENVIRONMENT) {
         const EnvironmentSample s = environment_sample(*light.environment, u);
@@ -185,12 +185,12 @@ inline float light_pdf(const Light &light, float distance, float cosine) {
     return distance * distance / (std::abs(cosine) * light.area);
 }
 
-// ---- Choosing a light for a point, by a bound of what each brings there: its power over the squared
-// distance, times bounds of both cosines (Conty Estevez and Kulla, "Importance Sampling of Many
-// Lights with Adaptive Tree Splitting", 2018). At each node of a tree one number chooses one of up to
-// eight children, and what is left of it is stratified still.
+// ---- Choosing a light for a point, by a bound on its contribution: power over squared distance, times
+// bounds on both cosines (Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive
+// Tree Splitting", 2018). At each node of a tree, one number chooses one of up to eight children; its
+// remainder is still stratified.
 
-// A lit point, and the side of it that can be lit, if it is one side alone.
+// A lit point, and the side that can be lit, if there is only one.
 struct Receiver {
     Vec3 point = {0, 0, 0}, normal = {0, 0, 0};
     bool one_side = false;
@@ -218,11 +218,11 @@ struct LightChoice {
     float probability;
 };
 
-// Chooses by u in [0, 1), which becomes what is left of it, in [0, 1) again.
+// Chooses a light with u in [0, 1), which becomes its remainder, again in [0, 1).
 LightChoice light_choose(const LightTree &tree, const Receiver &receiver, float &u);
 
 // The probability with which light_choose chooses this light.
 float light_probability(const LightTree &tree, const Receiver &receiver, uint32_t light);
 
-// How brightly a light can shine at unit distance, as luminance; 0 for one that never does.
+// The maximum luminance of a light at unit distance; 0 for a light that never shines.
 float light_power(const Light &light);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program: rendering and merging, step by step. Everything that can fail early comes before the
-// first ray. Each pixel of an image that was stopped holds its first samples, some pixels more than
-// others: the counts alone say which samples are missing, so no other state is kept.
+// The program: rendering and merging, step by step. Everything that can fail early is done before the
+// first ray. In an interrupted image, each pixel holds its first samples, some pixels more than others.
+// The counts tell which samples are missing, so no other state is needed.
 #include <fcntl.h>
 #include <sys/resource.h>
 #include <unistd.h>

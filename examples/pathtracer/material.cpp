@@ -2,10 +2,10 @@
 // GGX conductors, dielectrics, and the metallic-roughness material of glTF.
 //
 //
-// A wide lobe adds back the light that scatters more than once (Kulla and Conty, "Revisiting
-// Physically Based Shading at Imageworks", 2017): the loss in direction o times the loss in direction
-// i, tabulated at start-up. Rough materials are sampled as the mixture of both lobes, the wide one
-// with the probability of the loss. The Fresnel term of conductors is Schlick's.
+// A wide lobe adds back multiple scattering (Kulla and Conty, "Revisiting Physically Based Shading at
+// Imageworks", 2017): the energy loss in direction o times the loss in direction i, tabulated at
+// start-up. Rough materials are sampled as a mixture of both lobes, with the loss as the probability of
+// the wide lobe. Conductors use Schlick's Fresnel term.
 #include "material.h"
 
 #include "light.h"

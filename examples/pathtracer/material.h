@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surface scattering: value (eval and pdf) and sample, with a case for each kind of material.
+// Surface scattering: value (eval and pdf) and sample, with a case for each material type.
 //
 // Directions are unit vectors pointing away from the surface, in a local frame whose +z is the normal
-// on the side of `wo`, which points back along the path; `wi` points to where light comes from. `front`
-// says whether `wo` is on the front. Densities are per steradian. Paths carry radiance over the squared
-// index of refraction, which is constant along a refracted ray: lights look as bright inside glass.
+// on the side of `wo`, which points back along the path; `wi` points to where light comes from.
+// `front`: `wo` is on the front. Densities are per steradian. Paths carry radiance divided by the
+// squared index of refraction, which refraction preserves, so lights look equally bright inside glass.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 
 #include "math.h"
 
-// How much light a rough dielectric's microfacets keep in single scattering, reflected or
-// transmitted, from the front [0] and from the back [1].
+// The share of light that a rough dielectric's microfacets reflect or transmit in single scattering, from
+// the front [0] and from the back [1].
 struct DielectricEnergy {
     static constexpr int SIZE = 32;
     using Table = std::array<float, SIZE>;
@@ -48,12 +48,12 @@ struct Material {
     std::shared_ptr<const DielectricEnergy> energy; // DIELECTRIC, rough: see material_prepare
 };
 
-// Below this roughness a surface is a mirror: float directions are too coarse for its microfacets.
+// Below this roughness, surfaces are mirrors: float directions are too coarse for microfacets.
 constexpr float SMOOTH = 0.01f;
 // An index of refraction this close to 1 does not refract.
 constexpr float SAME_IOR = 1e-3f;
 
-// Call this once for each material before use: it builds the tables of rough dielectrics.
+// Call this once for each material before use. It builds the tables of rough dielectrics.
 void material_prepare(Material &material);
 
 // Whether the material scatters only into discrete directions: the value is 0, samples are smooth.
@@ -76,7 +76,7 @@ struct MaterialValue {
     float pdf;
 };
 
-// The same two functions for every kind but DIFFUSE.
+// The same two functions for every type except DIFFUSE.
 MaterialValue specular_value(const Material &m, bool front, Vec3 wo, Vec3 wi);
 MaterialSample specular_sample(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe);
 
@@ -86,8 +86,8 @@ inline MaterialValue material_value(const Material &m, bool front, Vec3 wo, Vec3
     return {flat * m.albedo, flat};
 }
 
-// u.x chooses the lobe and is then stretched again. Rough glass needs `lobe` instead, as its Fresnel
-// term depends on the facet that u chose.
+// u.x chooses the lobe and is then rescaled. Rough glass uses `lobe` instead, because its Fresnel term
+// depends on the facet that u chose.
 inline MaterialSample material_sample(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe) {
     if (m.kind != Material::DIFFUSE) return specular_sample(m, front, wo, u, lobe);
     const Vec3 wi = square_to_cosine_hemisphere(u);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors, which are GLM's, orthonormal frames and maps from the unit square.
+// Vectors (from GLM), orthonormal frames and maps from the unit square.
 //
-// The maps decide how much of a sampler's quality survives: the concentric one to the disc (Shirley
-// and Chiu, "A Low Distortion Map Between Disk and Square", 1997) has no seam between neighbours.
+// The choice of map decides how much of a sampler's quality survives. The concentric map to the disc
+// (Shirley and Chiu, "A Low Distortion Map Between Disk and Square", 1997) is continuous.
 #pragma once
 
 #include <algorithm>
@@ -37,7 +37,7 @@ bool is_finite(glm::tvec3<Number> v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// The unit vector along v, however short or long; `fallback` if v is zero or not finite.
+// The unit vector along v, for any length of v; `fallback` if v is zero or not finite.
 inline Vec3 normalize_or(Vec3 v, Vec3 fallback) {
     const float squared = dot(v, v);
     if (squared > 1e-30f && squared < 1e30f) return (1 / std::sqrt(squared)) * v;
@@ -47,8 +47,8 @@ inline Vec3 normalize_or(Vec3 v, Vec3 fallback) {
     return normalize(v / largest);
 }
 
-// Tangent, bitangent and a unit normal as columns: `frame * v` leads to the world, `v * frame` back
-// (Duff et al., "Building an Orthonormal Basis, Revisited", 2017).
+// Tangent, bitangent and unit normal as columns: `frame * v` is v in world space, and `v * frame` is
+// the inverse (Duff et al., "Building an Orthonormal Basis, Revisited", 2017).
 inline glm::mat3 frame_around(Vec3 n) {
     const float sign = std::copysign(1.0f, n.z);
     const float a = -1 / (sign + n.z);
@@ -56,14 +56,14 @@ inline glm::mat3 frame_around(Vec3 n) {
     return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
 }
 
-// Of an angle in [-pi/4, pi/4], to the last bits of a float.
+// For an angle in [-pi/4, pi/4], accurate to the last bits of a float.
 inline void small_sin_cos(float angle, float &sine, float &cosine) {
     const float s = angle * angle;
     sine = angle * (1 + s * (-1.0f / 6 + s * (1.0f / 120 + s * (-1.0f / 5040))));
     cosine = 1 + s * (-0.5f + s * (1.0f / 24 + s * (-1.0f / 720 + s * (1.0f / 40320))));
 }
 
-// Preserves area.
+// The concentric map. Preserves area.
 inline Vec2 square_to_disc(Vec2 u) {
     const float a = 2 * u.x - 1, b = 2 * u.y - 1;
     float sine, cosine;
@@ -76,14 +76,14 @@ inline Vec2 square_to_disc(Vec2 u) {
     return {b * sine, b * cosine};
 }
 
-// To barycentric coordinates, preserving area (Heitz, "A Low-Distortion Map Between Triangle and
+// Maps to barycentric coordinates. Preserves area (Heitz, "A Low-Distortion Map Between Triangle and
 // Square", 2019).
 inline Vec2 square_to_triangle(Vec2 u) {
     if (u.y > u.x) return {0.5f * u.x, u.y - 0.5f * u.x};
     return {u.x - 0.5f * u.y, 0.5f * u.y};
 }
 
-// Directions around +z with density cosine / pi per steradian.
+// Samples directions around +z with density cosine / pi per steradian.
 inline Vec3 square_to_cosine_hemisphere(Vec2 u) {
     const Vec2 d = square_to_disc(u);
     return {d.x, d.y, std::sqrt(std::max(0.0f, 1 - d.x * d.x - d.y * d.y))};

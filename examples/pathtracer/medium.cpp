@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Walks through a medium: from block to block, and within each by exponential steps.
+// Tracking through a medium, from block to block, with exponential steps within each block.
 #include "medium.h"
 
 #include <limits>

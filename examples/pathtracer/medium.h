@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// A medium such as fog: a box of particles whose density varies from place to place. They scatter
-// and absorb light, the same at every wavelength but for the colour of what they scatter.
+// A heterogeneous medium such as fog: a box of particles that scatter and absorb light. Density is the
+// same at every wavelength; only the colour of the scattered light varies.
 //
 //
-// Density is extinction: the mean number of particles that a ray meets per unit of length. A walk goes
-// along the ray as if the density were a larger one that is constant in each block of cells, and sorts
-// out what it met there. medium_free_flight decides by chance whether a meeting is real (Woodcock et
-// al., "Techniques Used in the GEM Code for Monte Carlo Neutronics Calculations", 1965).
-// medium_transmittance multiplies by the share that is not real (Novak, Selle and Jarosz, "Residual
-// Ratio Tracking for Estimating Attenuation in Participating Media", 2014). Both are unbiased.
+// Density is extinction: the mean number of collisions of a ray per unit of length. Tracking uses a
+// majorant that is constant in each block of cells. medium_free_flight is delta tracking, which accepts
+// or rejects each collision at random (Woodcock et al., "Techniques Used in the GEM Code for Monte
+// Carlo Neutronics Calculations", 1965). medium_transmittance is ratio tracking, which multiplies by
+// the probability of rejection (Novak, Selle and Jarosz, "Residual Ratio Tracking for Estimating
+// Attenuation in Participating Media", 2014). Both are unbiased.
 #pragma once
 
 #include <bn/bn.hpp>
@@ -33,22 +33,22 @@ struct Medium {
     Material material;         // how particles scatter: PHASE
 };
 
-// A box of size.x x size.y x size.z cells of density(point) >= 0. `albedo` is the share of light that
-// particles scatter, `anisotropy` in (-1, 1) the mean cosine by which they turn it.
+// A box of size.x x size.y x size.z cells with density(point) >= 0. `albedo` is the single-scattering
+// albedo, `anisotropy` in (-1, 1) the mean cosine of the scattering angle.
 Medium medium_create(Vec3 low, Vec3 high, glm::ivec3 size, Vec3 albedo, float anisotropy,
                      const std::function<float(Vec3)> &density);
 
 float medium_density(const Medium &medium, Vec3 point);
 
-// How far a ray flies to a particle, or infinity if it comes as far as `end` first.
+// The distance to a ray's next collision, or infinity if it reaches `end` first.
 float medium_free_flight(const Medium &medium, const Ray &ray, float end, bn::LoopSampler &numbers);
 
-// An estimate of the share of light that passes along a ray as far as `end`.
+// An estimate of the transmittance along a ray up to `end`.
 float medium_transmittance(const Medium &medium, const Ray &ray, float end,
                            bn::LoopSampler &numbers);
 
 // ---- The phase function of Henyey and Greenstein ("Diffuse Radiation in the Galaxy", 1941), for
-// materials of kind PHASE: `wi` in a frame whose +z points back along the ray.
+// materials of type PHASE; `wi` is in a frame whose +z points back along the ray.
 
 // Its value, which is also the density of phase_sample.
 float phase_pdf(float anisotropy, Vec3 wi);

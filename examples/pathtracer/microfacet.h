@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What rough materials share: the GGX distribution of microfacets with Smith's height-correlated
+// Shared by rough materials: the GGX distribution of microfacets with Smith's height-correlated
 // shadowing and masking (Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
 // 2007; Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", 2014),
-// Fresnel's equations, and how much light single scattering keeps. Directions are local, with the
-// normal along +z; alpha is in (0, 1]. Masking and shadowing include the division by their cosines, so
-// nothing divides by a vanishing cosine.
+// Fresnel's equations, and tables of the energy that single scattering preserves. Directions are local,
+// with the normal along +z; alpha is in (0, 1]. Masking and shadowing include the division by their
+// cosines, so that no division by a vanishing cosine occurs.
 #pragma once
 
 #include "material.h"
@@ -16,17 +16,17 @@ inline float ggx_density(float alpha, Vec3 h) {
     return 1 / (PI * squared * t * t);
 }
 
-// Twice Smith's function of one direction: |z| + sqrt(z^2 + (alpha sine)^2).
+// The denominator of Smith's G1 for one direction: |z| + sqrt(z^2 + (alpha sine)^2).
 inline float ggx_smith(float alpha, Vec3 w) {
     return std::abs(w.z) + std::sqrt(w.z * w.z + alpha * alpha * (w.x * w.x + w.y * w.y));
 }
 
-// Masking of one direction over its cosine: G1(w) / |w.z|.
+// Masking of one direction, divided by its cosine: G1(w) / |w.z|.
 inline float ggx_masking(float alpha, Vec3 w) {
     return 2 / ggx_smith(alpha, w);
 }
 
-// Shadowing and masking of two directions over their cosines: G2(o, i) / (|o.z| |i.z|).
+// Shadowing and masking of two directions, divided by their cosines: G2(o, i) / (|o.z| |i.z|).
 inline float ggx_shadowing(float alpha, Vec3 o, Vec3 i) {
     const float zo = std::abs(o.z), zi = std::abs(i.z);
     return 2 / (zi * (ggx_smith(alpha, o) - zo) + zo * (ggx_smith(alpha, i) - zi));
@@ -72,20 +72,20 @@ inline bool refract(Vec3 o, Vec3 h, float eta, Vec3 &wi) {
     return true;
 }
 
-// What Schlick's formula adds at this cosine to a reflectance of 0.
+// Schlick's Fresnel term at this cosine, for a reflectance of 0 at normal incidence.
 inline float schlick_edge(float cosine) {
     const float c = 1 - std::min(std::max(cosine, 0.0f), 1.0f);
     return c * c * c * c * c;
 }
 
-// ---- How much light microfacets keep in single scattering, by the square root of the cosine, because
-// it changes most at small cosines.
+// ---- Tables of the energy that microfacets preserve in single scattering, indexed by the square root
+// of the cosine, because it changes most at small cosines.
 
 using EnergyTable = DielectricEnergy::Table;
 constexpr int ENERGY_SIZE = DielectricEnergy::SIZE;
 constexpr float LEAST_LOSS = 1e-3f; // mean over the hemisphere; less is ignored
 
-// Looks up a table, linearly, at `position`, the root of a cosine.
+// Looks up a table with linear interpolation at `position`, the square root of a cosine.
 inline float interpolate(const EnergyTable &table, float position) {
     const float at = std::min(std::max(position, 0.0f), 1.0f) * (ENERGY_SIZE - 1);
     const auto below = size_t(std::min(int(at), ENERGY_SIZE - 2));
@@ -96,7 +96,7 @@ inline float interpolate(const EnergyTable &table, float position) {
 struct ConductorTable {
     std::array<EnergyTable, ENERGY_SIZE> energy; // [roughness][root of cosine]
     EnergyTable mean_loss;                       // [roughness]
-    // `energy` with Schlick's Fresnel term at a reflectance of 0 instead, and its mean.
+    // Like `energy`, but with Schlick's Fresnel term for a reflectance of 0, and its mean.
     std::array<EnergyTable, ENERGY_SIZE> edge;
     EnergyTable mean_edge;
 };

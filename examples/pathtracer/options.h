@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options, in one table: the command line, --help, the attributes of an EXR and --resume follow
-// from it. Values are texts that were checked; main.cpp asks for them as numbers.
+// The options, in one table from which the command line, --help, the EXR attributes and --resume are
+// derived. Values are strings that have been checked; main.cpp gets them as numbers.
 #pragma once
 
 #include <charconv>
@@ -17,14 +17,14 @@ class Options {
     // Reads a command line. Throws Error.
     Options(int argc, const char *const *argv);
 
-    // The options that decide samples. EXR files have them as attributes, named without the dashes.
+    // The options that determine the samples: EXR attributes, named without the dashes.
     static const std::vector<std::string> &settings();
     static std::string help();
 
     bool given(const std::string &name) const { return given_.count(name) > 0; }
     const std::string &text(const std::string &name) const { return values_.at(name); }
     bool flag(const std::string &name) const { return text(name) == "1"; }
-    // 0 if the option is neither given nor has a default.
+    // 0 if the option is not given and has no default.
     template <typename Number>
     Number number(const std::string &name) const {
         Number value{};
@@ -36,7 +36,7 @@ class Options {
 
     // Sets an option that was not given. Throws Error if the option does not take this value.
     void set(const std::string &name, const std::string &value);
-    // Checks options against each other; call it once a resumed image's are known. Throws Error.
+    // Checks that the options, including those of a resumed image, are consistent. Throws Error.
     void check() const;
 
     std::vector<std::string> merge; // parts to merge instead of rendering

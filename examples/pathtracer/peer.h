@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samplers that are not libbn's behind the interface of bn::PathSampler and bn::RaySampler, for comparison. A
-// renderer needs nothing of this.
+// Other samplers behind the interface of bn::PathSampler and bn::RaySampler, for comparison. A renderer
+// does not need this file.
 #pragma once
 
 #include <bn/bn.hpp>
@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <memory>
 
-// Draws by a key for each decision. Either half of a 4-D draw may be a decision by itself: the second
+// Draws by a key for each decision. Either half of a 4-D draw may also be a decision of its own; the second
 // then has key + 1.
 class PeerSampler {
   public:
@@ -23,7 +23,7 @@ class PeerSampler {
     virtual void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
                       float *u) const = 0;
     // The first two numbers of part k of a sample that is split into `count` parts. The parts of all
-    // samples are one sequence, as with libbn's samplers, unless the peer has a way of its own.
+    // samples form one sequence, as in libbn, unless the sampler has its own method.
     virtual void draw_split(int32_t x, int32_t y, uint32_t index, uint32_t key, uint32_t count,
                             uint32_t k, float *u) const {
         draw(x, y, index * count + k, key, 2, u);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samplers that are not libbn's, for comparison.
+// Samplers from other projects, for comparison.
 #include "sampler.h"
 
 #if __has_include(<boost/random/sobol.hpp>)

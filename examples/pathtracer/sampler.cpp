@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Creating a sampler from its name on the command line.
+// Creates a sampler from its name on the command line.
 #include "sampler.h"
 
 #include "files.h"

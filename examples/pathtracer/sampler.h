@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the path tracer uses libbn. Read this first when putting the library into a renderer.
+// How the path tracer uses libbn. Read this first when you integrate the library into a renderer.
 //
-// The integrator draws from a bn::PathSampler, whose layout and manual is bn/bn_path.h. Its decisions take
+// The integrator draws from a bn::PathSampler, which bn/bn_path.h documents. Its decisions use
 //
 //     ray 0            draw()     position in the pixel, and light where it ends or the lens
 //     ray d            draw()     direction off surface d, and light where it ends
@@ -11,8 +11,8 @@
 //     first_light()    in place of ray 0's, if the lens has taken that or it is split
 //     time_wavelength() of the whole path, where things move
 //
-// Nothing is stored between samples: threads, tiles and crops cannot change an image. docs/paths.md
-// has the reasons, examples/pathtracer/README.md what the rest of the path tracer does for the noise.
+// No state is kept between samples, so threads, tiles and crops cannot change an image. docs/paths.md gives
+// the reasons; README.md lists what else the path tracer does to keep noise blue.
 #pragma once
 
 #include <bn/bn.hpp>
@@ -39,10 +39,10 @@ struct SamplerEntry {
     PeerPointer (*peer)(uint64_t seed) = nullptr; // creates a sampler that is not libbn's
 };
 
-// libbn's samplers, sobol-global in a build with Boost, then OpenQMC's in one with that.
+// libbn's samplers, then sobol-global if built with Boost, and OpenQMC's samplers if built with OpenQMC.
 const std::vector<SamplerEntry> &sampler_entries();
 
-// Of these, those that are not libbn's: in peers.cpp.
+// The samplers that are not from libbn, in peers.cpp.
 std::vector<SamplerEntry> peer_entries();
 
 // The sampler of this name. `declared_spp` is for "zorder"; 0: unknown. Throws Error that lists the
@@ -50,7 +50,7 @@ std::vector<SamplerEntry> peer_entries();
 SamplerPointer sampler_create(const std::string &name, uint64_t seed = 0,
                               uint32_t declared_spp = 0);
 
-// What visit(path) returns for sample `index` of a pixel. The path is a bn::PathSampler or PeerPath.
+// Returns visit(path) for sample `index` of a pixel. The path is a bn::PathSampler or PeerPath.
 template <typename Visit>
 auto with_path(const Sampler &sampler, int32_t x, int32_t y, uint32_t index, Visit visit) {
     if (sampler.peer) return visit(PeerPath(*sampler.peer, x, y, index));

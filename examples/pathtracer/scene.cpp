@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preparing any scene for rendering, and what varies over its surfaces.
+// Prepares scenes for rendering, and evaluates the properties that vary over their surfaces.
 #include "scene.h"
 
 #include <cmath>

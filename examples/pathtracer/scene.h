@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes: plain arrays of surfaces, materials and lights, whether built in code or read from a file.
+// Scenes: plain arrays of surfaces, materials and lights, built in code or read from a file.
 #pragma once
 
 #include <cstdint>
@@ -44,7 +44,7 @@ struct SurfaceMaps {
     TextureUse cut_out;            // alpha
     Vec3 emission_factor = {0, 0, 0};
     float normal_scale = 1;
-    // Cut out where alpha times the texture's and the vertices' is below the cut-off.
+    // Cut out where the product of alpha, texture alpha and vertex alpha is below the cut-off.
     float alpha = 1, alpha_cutoff = 0;
     bool vertex_colours = false; // times Material::albedo, and their fourth component times alpha
 };
@@ -60,7 +60,7 @@ struct NamedCamera {
     std::string name; // may be empty
 };
 
-// Arrays "per vertex" hold one element per vertex, or none.
+// Arrays marked "per vertex" hold one element per vertex, or are empty.
 struct Scene {
     Camera camera{};                  // the one to render with
     std::vector<NamedCamera> cameras; // defined by the scene; none if `camera` is made up
@@ -100,7 +100,7 @@ struct Bounds {
     Vec3 low, high;
 };
 
-// Of the vertices; from infinity to -infinity if there are none.
+// The bounds of the vertices; from infinity to -infinity if there are none.
 Bounds scene_bounds(const Scene &scene);
 
 // Prepares any scene for rendering: drops triangles without area and lights without power, turns
@@ -109,10 +109,10 @@ void scene_finish(Scene &scene);
 
 // ---- At a hit
 
-// Normals on the side of `wo`: the geometric one, and for shading the interpolated vertex normal, bent
-// by a normal map, if the scene has these. For reflecting materials it reflects `wo` above the surface;
-// for diffuse ones `wo` is on its front. Where vertex normals point to the back of the triangle, they
-// say where the front of a surface with two sides is; others keep their own.
+// Normals on the side of `wo`: the geometric normal, and the shading normal, interpolated from vertex
+// normals and perturbed by a normal map if the scene has these. For reflecting materials, the shading
+// normal reflects `wo` above the surface; for diffuse materials, `wo` is on its front. Vertex normals that
+// point to the triangle's back define the front of a two-sided surface; others keep theirs.
 struct ShadingNormals {
     Vec3 geometric, shading;
     bool front; // `wo` is on the front
@@ -122,7 +122,7 @@ ShadingNormals shading_normals(const Scene &scene, SurfacePoint point, Vec3 norm
 // The material at a point; material.maps must not be -1.
 Material material_at(const Scene &scene, const Material &material, SurfacePoint point);
 
-// The emission at a point of a material with maps: none where it is cut out.
+// The emission at a point of a material with maps: zero where it is cut out.
 Vec3 emission_at(const Scene &scene, SurfacePoint point);
 
 bool is_cut_out(const Scene &scene, SurfacePoint point);
@@ -138,8 +138,8 @@ struct SceneEntry {
 // The built-in scenes, in the order of --list.
 const std::vector<SceneEntry> &scene_entries();
 
-// Which camera to render with. Points are in the coordinates of the scene's file. Unset fields keep the
-// values of the scene's camera.
+// The camera to render with. Points are in the scene file's coordinates. Unset fields keep the values of
+// the scene's camera.
 struct CameraChoice {
     std::optional<uint32_t> number; // of the scene's cameras; the first unless given
     std::optional<Point3d> eye, target;
@@ -156,12 +156,12 @@ struct SceneOptions {
     InputRecord *record = nullptr; // gets the files of the scene
 };
 
-// Builds a scene by name, or reads it from a .gltf or .glb file, and finishes it. Throws Error that
-// lists the known scenes, or says what is wrong with the file or the camera.
+// Builds a scene by name, or reads it from a .gltf or .glb file, and finishes it. Throws Error with a list
+// of the known scenes, or with the problem in the file or the camera.
 Scene scene_build(const std::string &name, const SceneOptions &options);
 
-// gltf.cpp: whether a name ends in .gltf or .glb, in upper or lower case; and reading such a file,
-// after which scene_finish must still be called. Throws Error.
+// In gltf.cpp: whether a name ends in .gltf or .glb, in upper or lower case, and a reader for these files.
+// Call scene_finish after it. Throws Error.
 bool is_scene_file(const std::string &name);
 Scene scene_file_read(const std::string &path, const SceneOptions &options);
 
@@ -171,13 +171,13 @@ uint32_t add_diffuse(Scene &scene, Vec3 albedo);
 uint32_t add_conductor(Scene &scene, Vec3 albedo, float roughness);
 uint32_t add_dielectric(Scene &scene, float ior, float roughness, Vec3 passed = {1, 1, 1});
 
-// A quadrilateral, its corners counter-clockwise as seen from its front. It need not be flat.
+// A quadrilateral with its corners counter-clockwise as seen from its front. It need not be flat.
 void add_quad(Scene &scene, Surface surface, Vec3 a, Vec3 b, Vec3 c, Vec3 d);
 void add_quad(Scene &scene, uint32_t material, Vec3 a, Vec3 b, Vec3 c, Vec3 d);
 
-// A parallelogram light. It emits to the side from which a, b, c are counter-clockwise.
+// A parallelogram light that emits to the side from which a, b, c are counter-clockwise.
 void add_light(Scene &scene, uint32_t material, Vec3 radiance, Vec3 a, Vec3 b, Vec3 c);
-// From its centre and a point that it faces; its upper edge is horizontal.
+// The same from its centre and a point that it faces; its upper edge is horizontal.
 void add_light_towards(Scene &scene, uint32_t material, Vec3 radiance, Vec3 middle, Vec3 target,
                        float width, float height);
 
@@ -198,11 +198,11 @@ void add_bar(Scene &scene, uint32_t material, Vec3 a, Vec3 b, float radius, int 
 void add_profile(Scene &scene, uint32_t material, float x0, float x1,
                  const std::vector<Vec2> &profile);
 
-// A sheet that curves up behind everything: from `top` along a quarter of a circle to `front`.
+// A backdrop that curves up behind everything: from `top` along a quarter of a circle to `front`.
 void add_backdrop(Scene &scene, uint32_t material, float half_width, Vec2 top, Vec2 centre,
                   float radius, Vec2 front);
 
-// Lets everything added since vertex number `first` move: `end` is where a point ends.
+// Animates everything added since vertex `first`: `end` maps a point to its final position.
 void add_motion(Scene &scene, size_t first, const std::function<Vec3(Vec3)> &end);
 
 // The scenes of scene_entries().

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Building blocks for scenes in code, and the scenes made of them. y is up.
+// Building blocks for scenes in code, and the built-in scenes made from them. y is up.
 #include "scene.h"
 
 namespace {
