@@ -36,12 +36,12 @@ const Row ROWS[] = {
     {"--target", "x,y,z", "", POINT, -MAX_COORDINATE, MAX_COORDINATE, false,
      "point that the camera looks at"},
     {"--fov", "DEGREES", "", REAL, MIN_FOV, 180 - MIN_FOV, false,
-     "vertical angle of view; these three default to those of the scene's camera"},
+     "vertical angle of view; the default for these three is the scene's camera"},
     {"--sampler", "NAME", "blue", TEXT, 0, 0, true, "the sampler (default blue); see --list"},
     {"--spp", "N", "16", WHOLE, 1, MAX_SPP, false, "samples per pixel (default 16)"},
     {"--noise", "LEVEL", "0", REAL, 0, 1, true,
      "take fewer samples where the estimated relative error as displayed is below LEVEL,\n"
-     "such as 0.05; --spp is then the most (default 1024)"},
+     "such as 0.05; --spp is then the maximum (default 1024)"},
     {"--min-spp", "N", "16", WHOLE, 2, MAX_SPP, true,
      "samples per pixel before --noise may stop a block (default 16)"},
     {"--declare", "N", "0", WHOLE, 0, MAX_INDEX, true,
@@ -54,22 +54,22 @@ const Row ROWS[] = {
     {"--crop", "x0,y0,x1,y1", "", REGION, 0, MAX_EXTENT, false,
      "render only the pixels x0 <= x < x1, y0 <= y < y1; (0,0) is the top left"},
     {"--max-depth", "N", "8", WHOLE, 0, 1024, true,
-     "bounces, off surfaces and in fog (default 8); 0 shows only light that is seen directly"},
+     "maximum bounces, off surfaces and in fog (default 8); 0 shows only directly visible light"},
     {"--light-samples", "N", "", WHOLE, 1, 256, true,
      "light samples at the first surface of each path (default: set by the scene)"},
     {"--env", "FILE", "", TEXT, 0, 0, true,
      "replace the scene's environment by a latitude-longitude EXR, \"sky\" or \"none\""},
-    {"--clamp", "", "0", FLAG, 0, 0, true, "bound texels of --env that are not finite"},
+    {"--clamp", "", "0", FLAG, 0, 0, true, "clamp texels of --env that are not finite"},
     {"--photometric", "", "0", FLAG, 0, 0, true,
      "the file's punctual lights are in candela and lux: divide them by 683"},
     {"--allow-outside", "", "0", FLAG, 0, 0, false,
-     "let a scene, or the image of --resume, name files outside its folder"},
+     "let a scene, or the image of --resume, refer to files outside its folder"},
     {"--threads", "N", "", WHOLE, 1, 1024, false, "number of threads (default: number of cores)"},
     {"--max-memory", "GIB", "", REAL, 0, 1e6, false,
-     "end with an error before the program takes more memory than this (default:\n"
-     "half of the machine's; 0: no bound)"},
+     "fail before the program uses more memory than this (default: half of the\n"
+     "machine's memory; 0: no limit)"},
     {"--resume", "a.exr", "", TEXT, 0, 0, false,
-     "continue this image, with its settings, to --spp N samples in each pixel"},
+     "continue this image, with its settings, to --spp N samples per pixel"},
     {"--exposure", "EV|auto", "", STOPS, -64, 64, false,
      "exposure of the preview in stops; auto maps the average to middle grey\n"
      "(default: auto for files, 0 for built-in scenes)"},
@@ -80,8 +80,8 @@ const Row ROWS[] = {
     {"--list-cameras", "", "0", FLAG, 0, 0, false,
      "list the cameras of --scene as --eye, --target, --fov"},
     {"--list-inputs", "", "0", FLAG, 0, 0, false,
-     "list the files of --scene and --env, and all that the scene names, each with\n"
-     "its CRC-32 and size"},
+     "list the files of --scene and --env, and all files that the scene uses, with\n"
+     "their CRC-32 and size"},
     {"--help", "", "0", FLAG, 0, 0, false, "print this text"},
 };
 

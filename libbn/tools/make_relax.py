@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the integers of bn_relax into libbn/src/masks/relax_schedule.h, from the schedule in libbn/data/relax.json.
+"""Converts the schedule in libbn/data/relax.json to the integers of libbn/src/masks/relax_schedule.h, for bn_relax.
 
-The file lists steps v <- keep v + sum over offsets o of w_o clip(v_p - v_(p+o), -1, 1). A step has one weight for each
-group of offsets [y, x]; the symmetries of the square map the offsets of a group to each other. Each step gets the finest
-scale at which no value can exceed 16 bits. `--check` writes nothing, and fails if the header is not up to date.
+The schedule lists steps v <- keep v + sum over offsets o of w_o clip(v_p - v_(p+o), -1, 1). A step has one weight for
+each group of offsets [y, x]; the symmetries of the square map the offsets of a group to each other. Each step gets the
+finest scale at which no value can exceed 16 bits. `--check` writes nothing, and fails if the header is out of date.
 """
 
 import argparse
@@ -34,12 +34,12 @@ def corner(group):
 
 
 def rounded(product):
-    """At most this much comes out when the kernel rounds a product of 16-bit numbers to its upper half."""
+    """The largest result when the kernel rounds a product of 16-bit numbers to its upper half."""
     return (abs(product) + (1 << 14)) >> 15
 
 
 def integers(step, scale, most, to_scale):
-    """The step from one scale to another: shift, keep, weights, and the largest value after it."""
+    """A step from one scale to another: shift, keep, weights, and the largest value after it."""
     shift = (MOST // scale).bit_length() - 1
     ratio = to_scale * 2**15 / scale
     keep = round(step["keep"] * ratio)
@@ -73,7 +73,7 @@ def row(step):
 
 
 def header(schedule, text):
-    """The text of the header with the numbers of a schedule in place of those that it has."""
+    """The text of the header, with its numbers replaced by a schedule's."""
     steps = quantise(schedule)
     offsets = [offset for _, _, _, groups in steps for x, y, _ in groups for offset in images(x, y)]
     for name, number in (("STEPS", len(steps)), ("GROUPS", max(len(groups) for _, _, _, groups in steps)),
@@ -85,7 +85,7 @@ def header(schedule, text):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--check", action="store_true", help="write nothing; fail if the header is not up to date")
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if the header is out of date")
     check, before = parser.parse_args().check, HEADER.read_text(encoding="utf-8")
     text = header(json.loads((LIBBN / "data" / "relax.json").read_text(encoding="utf-8")), before)
     if not check:

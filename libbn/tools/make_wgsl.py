@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the WGSL form of the draws, paths and choices from their GLSL text.
+"""Translates the GLSL code of the draws, paths and choices to WGSL.
 
-WGSL has no preprocessor, so it cannot include bn_draw.glsl and its relatives as the other languages do. This translates
-them line by line, as clang-format lays them out, below the first comment of each WGSL file, which it keeps.
+WGSL has no preprocessor, so it cannot include bn_draw.glsl and its relatives as the other languages do. This program
+translates them line by line, relying on clang-format's layout, and keeps the first comment of each WGSL file.
 """
 
 import argparse
@@ -16,7 +16,7 @@ COLUMNS = 100
 SOURCES = {"bn_draw.glsl": ["bn_draw.wgsl"], "bn_path.glsl": ["bn_path.wgsl"],
            "bn_choose.glsl": ["bn_choose.wgsl", "bn_choose_cdf.wgsl"]}
 
-# What the texts find defined, as they would in bn_draw.hlsl or bn_choose.h.
+# The macros that count as defined, as in bn_draw.hlsl or bn_choose.h.
 DEFINED = {"BN_FUNCTION", "BN_TABLE", "BN_ANY", "BN_REVERSE_BITS", "bn_uint4", "BN_FLOAT4", "BN_CHOOSE_U", "BN_CHOOSE_LIMIT"}
 TYPES = {"BN_UINT": "u32", "BN_FLOAT2": "vec2f", "BN_FLOAT4": "vec4f", "bn_uint2": "vec2u", "bn_uint4": "vec4u",
          "float": "f32", "BN_BOOL": "bool", "bn_blue_pixel": "bn_blue_pixel", "bn_path": "bn_path", "bn_ray": "bn_ray",
@@ -30,7 +30,7 @@ REPLACEMENTS = {
     r"\(([^()?]+) \? ([^()]+) : ([^()]+)\)": r"select(\3, \2, \1)",
     r"(?<==|n) ([^=?;]+) \? ([^?]+) : ([^;]+);": r" select(\3, \2, \1);"}
 
-# WGSL has no order between bit operations and others: these need parentheses.
+# WGSL defines no precedence between bit operations and others, so these need parentheses.
 NESTED = r"\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\)"
 OPERAND = rf"(?:[\w.]+(?:{NESTED}|\[[^]]*\])?|{NESTED})"
 OPERATION = rf"{OPERAND} (?:<<|>>|/|\*) {OPERAND}"
@@ -38,7 +38,7 @@ MIXED = re.compile(rf"(?<= [&|^] )({OPERATION})|({OPERATION})(?= [&|^] )")
 
 
 def preprocess(text: str) -> str:
-    """Resolves conditions, turns constants into WGSL's, and uses the functions that macros only rename."""
+    """Resolves conditions, converts constants, and replaces macros that only rename functions."""
     kept, conditions, functions = [], [], {}
     for line in text.split("\n"):
         name, rest = re.match(r"(?:#(\w+))?\s*(.*)", line).groups()
@@ -73,7 +73,7 @@ def wrap(line: str) -> str:
 
 
 def variables(line: str, assigned: set) -> str:
-    """A declaration of one or several variables, WGSL's `let` for those that are not assigned to later."""
+    """A declaration of one or several variables, with `let` for variables that are not assigned later."""
     found = re.match(rf"( *)({'|'.join(TYPES)}) (\w+(?: = .*)?;)( /\*.*)?$", line)
     if not found:
         return line
@@ -87,7 +87,7 @@ def variables(line: str, assigned: set) -> str:
 
 
 def function(head: str, body: str) -> str:
-    """`head` is all before the brace, `body` what is between the braces, both with GLSL's types."""
+    """`head` is the text before the brace, `body` the text between the braces, both with GLSL types."""
     kind, name, listed = re.match(r"(\w+) (\w+)\((.*)\)", head).groups()
     assigned = set(re.findall(r"^ *(?:for \()?(\w+)(?:\.\w+)* [-+*^&|<>]*= ", body, re.M))
     parameters, first = [], []
@@ -105,7 +105,7 @@ def function(head: str, body: str) -> str:
 
 
 def structure(found: re.Match) -> str:
-    """Each member on a line, with its type behind it."""
+    """One member per line, with its type after it."""
     lines = []
     for kind, names, comment in re.findall(r"^ *(\w+) (.*?);(?: +(/\*.*))?$", found[2], re.M):
         lines += [f"    {name}: {TYPES[kind]}," for name in names.split(", ")]
@@ -114,7 +114,7 @@ def structure(found: re.Match) -> str:
 
 
 def translate(name: str) -> dict:
-    """The WGSL files of a GLSL file, {name: text}."""
+    """The WGSL files made from a GLSL file, {name: text}."""
     text = preprocess((INCLUDE / name).read_text(encoding="utf-8")).split("*/", maxsplit=1)[1]
     # A statement on one line, except a comment, and what is conditional in braces.
     text = re.sub(r"(?<=\()\n +", "", text)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The samplers on a scene of the user: scripts/demo, and meshes as glTF: scripts/to-gltf."""
+"""Samplers on the user's own scene (scripts/demo), and conversion of meshes to glTF (scripts/to-gltf)."""

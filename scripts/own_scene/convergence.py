@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How samplers converge on one scene, including your own: `scripts/demo my.gltf`; without a scene, on the Cornell box
+"""Shows how samplers converge on a scene of your own, `scripts/demo my.gltf`, or on the Cornell box.
 
-Renders a reference and progressive runs of each sampler, and measures the error at every count and seed. Writes report.html with a
-slider that compares two images, enlarged parts, error images and their spectra, and plots of error against samples and time; the
-figures are in convergence.csv, and every image of the first seed is there as EXR and PNG. References and results are kept in
+Renders a reference and progressive runs of each sampler, and measures the error at every sample count and seed. Writes report.html
+(a slider to compare two images, enlarged crops, error images and their spectra, and plots of error against samples and time),
+convergence.csv with all figures, and every image of the first seed as EXR and PNG. References and results are cached in
 ~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
 """
 
@@ -228,14 +228,14 @@ def parse_options(arguments):
     parser.prog, parser.description = "scripts/demo", __doc__
     parser.add_argument("scene", nargs="?", help="a built-in scene (pathtracer --list), a .gltf or .glb file, or a mesh, which scripts/to-gltf converts")
     parser.add_argument("--samplers", type=names_of("sampler", OWN), default=SAMPLERS, metavar="A,B,...",
-                        help=f"samplers out of {', '.join(OWN)} (default {','.join(SAMPLERS)})")
+                        help=f"samplers from {', '.join(OWN)} (default {','.join(SAMPLERS)})")
     parser.number("--spp", 64, "largest number of samples per pixel")
     parser.add_argument("--size", type=parse_size, default=(256, 256), metavar="WxH", help="image size (default 256x256)")
-    parser.number("--seeds", 5, "seeds over which medians are taken")
+    parser.number("--seeds", 5, "number of seeds for the medians")
     parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="exposure of the images, in stops")
     parser.number("--reference-spp", 2048, f"samples per pixel of the reference, a multiple of {REFERENCE_PARTS}")
-    parser.number("--jobs", 2, "runs at a time, one thread each")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default out/demo, or out/demo/SCENE)")
+    parser.number("--jobs", 2, "parallel runs, one thread each")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default out/demo or out/demo/SCENE)")
     parser.hidden("--pathtracer", "build/examples/pathtracer/pathtracer")
     arguments, more = split_more(arguments)
     options = parser.parse_args(arguments)

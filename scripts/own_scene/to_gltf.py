@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Converts OBJ, PLY, STL, OFF and other meshes to GLB, which the path tracer reads.
 
-trimesh reads the file; materials of an MTL become glTF's. One line says what the file has and the GLB lacks.
+trimesh reads the file; MTL materials become glTF materials. One line lists what could not be converted.
 """
 
 import argparse
@@ -23,7 +23,7 @@ OPTIONS = re.compile(r"^(?:-\w+(?:\s+(?:[-+.\deE]+|on|off))*\s+)+")  # before th
 
 
 def resolver_of(trimesh, path, lost):
-    """Finds the files that a mesh names, with what Windows programs write, and notes those that are missing."""
+    """Finds the files that a mesh refers to, also with Windows paths, and records missing files."""
 
     class Resolver(trimesh.resolvers.FilePathResolver):
         def get(self, name):
@@ -198,7 +198,7 @@ def convert(path, output):
 
 
 def scene_for(path, folder, program):
-    """A file that the path tracer reads: this one, or its conversion in the folder, which a line names."""
+    """A file that the path tracer reads: this one, or its conversion in the folder, which is printed."""
     path = Path(path)
     if path.suffix.lower() in GLTF or not path.is_file():
         return str(path)
@@ -211,7 +211,7 @@ def scene_for(path, folder, program):
 def run(arguments):
     parser = argparse.ArgumentParser(prog="scripts/to-gltf", description=__doc__.splitlines()[0])
     parser.add_argument("file", type=Path, help="a mesh in a format that trimesh reads")
-    parser.add_argument("-o", dest="output", type=Path, metavar="OUT.glb", help="the GLB (default: FILE with the ending .glb)")
+    parser.add_argument("-o", dest="output", type=Path, metavar="OUT.glb", help="the GLB (default: FILE with the suffix .glb)")
     options = parser.parse_args(arguments)
     if not options.file.is_file():
         raise CommandError(f"there is no file {options.file}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line of scripts/farm: splits an image, has its parts rendered, and merges them."""
+"""The command line of scripts/farm: splits an image into parts, renders them on workers, and merges them."""
 
 import argparse
 import os
@@ -15,9 +15,9 @@ from pathlib import Path
 from . import cluster, worker
 from .parts import FarmError, PartsFolder, names_of, split
 
-# Options of the path tracer that make no sense for a part.
+# Options of the path tracer that do not apply to a part.
 REFUSED = ("--merge", "--resume", "--noise", "--min-spp", "--list", "--list-cameras", "--list-inputs")
-# They concern the whole image.
+# Options that apply to the whole image.
 FOR_MERGING = ("--exposure",)
 FILES = ("--scene", "--env")
 MAX_PARTS = 20000  # whose names fit a command line
@@ -25,7 +25,7 @@ MAX_PIXELS, MAX_SPP = 1 << 26, 1 << 24  # of the path tracer
 
 
 def numbers(pattern, what, fits=lambda *_: True):
-    """The type of an option: a whole number, or a tuple of several."""
+    """The type of an option: a whole number, or a tuple of numbers."""
 
     def read(text):
         match = re.fullmatch(pattern, text)
@@ -53,25 +53,25 @@ class Parser(argparse.ArgumentParser):
 def parse(arguments):
     parser = Parser(
         prog="farm", usage="scripts/farm [options] [options of the path tracer] -o out.exr", allow_abbrev=False,
-        description="Renders one image on the workers of a Dask cluster, by default one on this machine, and merges it. All "
+        description="Renders one image on the workers of a Dask cluster, by default a local one, and merges the parts. All "
         "other options go to the path tracer (pathtracer --help). The first run installs Dask (scripts/requirements-farm.txt) "
         "into .venv.",
-        epilog="Finished parts are kept in out.exr.parts until the image is complete: after an interruption the same command "
-        "goes on.")
+        epilog="Finished parts are kept in out.exr.parts until the image is complete. To resume after an interruption, run the "
+        "same command again.")
     add = parser.add_argument
     add("--scheduler", metavar="ADDRESS", help="the scheduler of a running cluster, for example tcp://10.0.0.1:8786; every worker "
         "needs this build of the path tracer (see examples/pathtracer/README.md)")
-    add("--workers", type=natural, metavar="N", help="workers on this machine (default: one per core)")
-    add("--threads", type=natural, default=1, metavar="N", help="threads of each task (default 1)")
-    add("--tile", type=extents, default=(128, 128), metavar="WxH", help="pixels of a task, at most (default 128x128)")
-    add("--samples-per-task", type=natural, metavar="N", help="samples per pixel of a task, at most (default: all; fewer are "
-        "merged to a millionth, not to the bit)")
+    add("--workers", type=natural, metavar="N", help="local workers (default: one per core)")
+    add("--threads", type=natural, default=1, metavar="N", help="threads per task (default 1)")
+    add("--tile", type=extents, default=(128, 128), metavar="WxH", help="maximum size of a task in pixels (default 128x128)")
+    add("--samples-per-task", type=natural, metavar="N", help="maximum samples per pixel of a task (default: all; if "
+        "samples are split, merging rounds to about a millionth)")
     add("--spp", type=spp, default=16, metavar="N", help="samples per pixel (default 16)")
     add("--first-sample", type=index, default=0, metavar="N", help="index of the first sample of each pixel (default 0)")
     add("--size", type=extents, default=(512, 512), metavar="WxH", help="size of the image in pixels (default 512x512)")
     add("--crop", type=region, metavar="x0,y0,x1,y1", help="render only this region")
     add("--quiet", action="store_true", help="print only errors")
-    add("-o", dest="output", type=Path, required=True, metavar="out.exr", help="the image; out.png beside it is a preview")
+    add("-o", dest="output", type=Path, required=True, metavar="out.exr", help="the image; a preview is written to out.png beside it")
     add("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"), help=argparse.SUPPRESS)
     options, others = parser.parse_known_args(arguments)
     if options.output.suffix != ".exr":
@@ -90,7 +90,7 @@ def parse(arguments):
 
 
 def sort_out(others):
-    """Splits the path tracer's options into those of all parts and those for merging."""
+    """Splits the path tracer's options into options for all parts and options for merging."""
     parts, merging, i = [], [], 0
     while i < len(others):
         words = others[i:i + (2 if others[i] in (*FILES, *FOR_MERGING) else 1)]

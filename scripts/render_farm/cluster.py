@@ -18,7 +18,7 @@ ATTEMPTS = 3  # of a part: its worker may die, or fail
 
 
 class Sent:
-    """A function of worker.py that is pickled whole, so that schedulers and workers need no file of this folder."""
+    """A function of worker.py, pickled by value, so that schedulers and workers do not need this folder."""
 
     def __init__(self, function):
         self.function = function
@@ -33,14 +33,14 @@ class Sent:
 
 
 def _quiet():
-    """Errors are one line of this program; Dask would log each lost connection."""
+    """Silences Dask, which would log every lost connection; this program reports errors in one line."""
     for name in ("distributed", "tornado", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 @contextlib.contextmanager
 def connect(address, workers):
-    """A client of the cluster at `address`, or of one with so many processes on this machine."""
+    """A client of the cluster at `address`, or of a local cluster with this many processes."""
     try:
         import cloudpickle
         import dask
@@ -74,12 +74,12 @@ def connect(address, workers):
 
 
 def workers(client):
-    """Their addresses."""
+    """The addresses of the workers."""
     return set(client.scheduler_info(n_workers=-1)["workers"])
 
 
 def check_workers(client, program, wanted, inputs):
-    """Raises FarmError unless all workers have the Python, Dask, program and files of this machine."""
+    """Raises FarmError unless all workers have the same Python, Dask, program and files as this machine."""
     versions = client.get_versions()
     here = versions["client"]
     for address, there in versions["workers"].items():
@@ -95,8 +95,8 @@ def check_workers(client, program, wanted, inputs):
 
 
 def render(client, program, wanted, inputs, tasks):
-    """Yields (part, bytes of its EXR) for tasks = {part: arguments}, in the order in which they are done, (None, None) each
-    second in which none is, and (address, None) of each worker that is gone. Its tasks run elsewhere."""
+    """Yields (part, bytes of its EXR) for tasks = {part: arguments}, in order of completion. Also yields (None, None) after each
+    second without a result, and (address, None) for each lost worker, whose tasks run elsewhere."""
     from distributed.scheduler import KilledWorker
 
     results, run = queue.SimpleQueue(), uuid.uuid4().hex

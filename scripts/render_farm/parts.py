@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Splitting an image into parts, and keeping the finished ones in a folder until all are there."""
+"""Splits an image into parts, and keeps finished parts in a folder until all of them are done."""
 
 import contextlib
 import json
@@ -55,7 +55,7 @@ def names_of(listed):
 
 @contextlib.contextmanager
 def silent():
-    """Libraries in C print nothing to the standard error."""
+    """Stops C libraries from printing to standard error."""
     kept, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(nothing, 2)
@@ -67,7 +67,7 @@ def silent():
 
 
 def complaint(path, part, inputs):
-    """What keeps the EXR from being the part, rendered from these files, or None."""
+    """Why the EXR is not this part, rendered from these files, or None."""
     import OpenEXR  # scripts/farm --help works without it
 
     try:
@@ -89,7 +89,7 @@ def complaint(path, part, inputs):
 
 
 class PartsFolder:
-    """The finished parts of one image, in a folder beside it. `inputs` is what pathtracer --list-inputs says."""
+    """The finished parts of one image, in a folder beside it. `inputs` is the output of pathtracer --list-inputs."""
 
     def __init__(self, output, settings, inputs):
         self.path, self.inputs = Path(f"{output}.parts"), inputs
@@ -114,7 +114,7 @@ class PartsFolder:
         return (self.path / part.file_name).is_file()
 
     def remove_damaged(self, parts):
-        """Removes the files of `parts` that are not whole, and returns (file, what is wrong with it) of each."""
+        """Removes damaged files of `parts`, and returns (file, problem) for each of them."""
         found = []
         for part in parts:
             path = self.path / part.file_name

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What runs on workers. Dask sends these functions with each task, so a worker needs no file of this folder.
+"""The functions that run on workers. Dask sends them with each task, so workers do not need this folder.
 
-They use the standard library alone, and nothing else of this package.
+They use only the standard library, and nothing else from this package.
 """
 
 import hashlib
@@ -17,12 +17,12 @@ class WorkerError(Exception):
 
 
 def program_here(program):
-    """The path tracer on this machine: $BN_PATHTRACER, else the same path as on the machine that asks."""
+    """The path tracer on this machine: $BN_PATHTRACER, or the same path as on the client."""
     return os.environ.get("BN_PATHTRACER") or program
 
 
 def _remembered(make, path):
-    """make(path), once for each state of the file in each worker."""
+    """make(path), called once per worker and version of the file."""
     status = os.stat(path)
     try:
         from distributed import get_worker
@@ -43,7 +43,7 @@ def _sha256(path):
 
 
 def _libraries(program):
-    """The libraries of a program whose arithmetic ends up in its images."""
+    """The libraries of a program whose arithmetic affects its images."""
     try:
         listed = subprocess.run(["ldd", program], capture_output=True, text=True, check=False).stdout
     except OSError:
@@ -67,7 +67,7 @@ def fingerprint(program, inputs):
 
 
 def complaint(program, wanted, inputs):
-    """What this machine has otherwise than `wanted`, of program, libraries and inputs, or an empty string."""
+    """How this machine's program, libraries and inputs differ from `wanted`, or an empty string."""
     try:
         found = fingerprint(program, inputs)
     except WorkerError as error:

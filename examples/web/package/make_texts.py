@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes texts.js, what index.js and the page in the folder above are made of: the shader texts of libbn and of this folder,
-and the words of a sampler's table.
+"""Writes texts.js for index.js and the page in the parent folder: the shader sources of libbn and of this folder, and the
+sampler's table.
 
 Needs the Python package: .venv/bin/python examples/web/package/make_texts.py. `--check` writes nothing, and fails if texts.js is
-not up to date.
+out of date.
 """
 
 import argparse
@@ -24,7 +24,7 @@ NAMES = {f"{name}_{language}".upper(): folder / f"{name}.{language}" for languag
 
 
 def quoted(path):
-    """A shader's lines as JavaScript strings, without its line about the licence, which is that of the file they go to."""
+    """A shader's lines as JavaScript strings, without its licence line, because texts.js states the licence."""
     lines = re.sub(r"\A/\* SPDX-[^\n]*\n \* ", "/* ", path.read_text(encoding="utf-8")).split("\n")
     return ",\n".join(f"    {json.dumps(line)}" for line in lines)
 
@@ -35,10 +35,10 @@ def texts():
     rows = ",\n".join(f'    "{words[at:at + COLUMNS]}"' for at in range(0, len(words), COLUMNS))
     return f"""\
 // SPDX-License-Identifier: Apache-2.0 AND CC0-1.0
-// Made by make_texts.py. Neither a module nor without effect, so that a page on disk, which cannot load modules, can load it.
+// Made by make_texts.py. A plain script with a global, so that pages opened from disk, which cannot load modules, can load it.
 globalThis.LIBBN_TEXTS = {{
 {shaders}
-  // What bn_tables() returns, little-endian, in base64, CC0-1.0.
+  // The result of bn_tables(), little-endian, in base64, CC0-1.0.
   WORDS: [
 {rows},
   ].join(""),
@@ -48,7 +48,7 @@ globalThis.LIBBN_TEXTS = {{
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--check", action="store_true", help="write nothing; fail if texts.js is not up to date")
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if texts.js is out of date")
     text = texts()
     if not parser.parse_args().check:
         beside = TEXTS.with_suffix(".new")

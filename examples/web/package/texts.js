@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0 AND CC0-1.0
-// Made by make_texts.py. Neither a module nor without effect, so that a page on disk, which cannot load modules, can load it.
+// Made by make_texts.py. A plain script with a global, so that pages opened from disk, which cannot load modules, can load it.
 globalThis.LIBBN_TEXTS = {
   // bn_draw.glsl, Apache-2.0.
   BN_DRAW_GLSL: [
@@ -1542,7 +1542,7 @@ globalThis.LIBBN_TEXTS = {
     "}",
     "",
   ].join("\n"),
-  // What bn_tables() returns, little-endian, in base64, CC0-1.0.
+  // The result of bn_tables(), little-endian, in base64, CC0-1.0.
   WORDS: [
     "DAsPBw0IDAYEDQAPBQ4DDQYJCQQHCgsGDgAFAw8BBAIFDgwIBA8NCQwEAAwNBQINCgoHCAsJBQkCAgMCAAMCAQUICQwHCQgPCAAAAQsDAwAFDgUJBgwGCwkD",
     "AAMKAQECDgcCBw0EAwULDwkOCg0KDQkNAw8IDwIOAAAICQEDCgoCBQADAwYDAgoLDg8LCA8MDAEIAg0CCwMECgcIBQsGCQcABQoGAgYJDwkIBw4KCQUHCgwD",
