@@ -1,31 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /**
- * The numbers that your renderer gives to decisions with a place in the layout of paths. Leave out those that it does not have;
- * all other numbers are keys of their own.
+ * The effect numbers of the decisions that have a role in the layout of paths. Leave out decisions that your renderer does not
+ * have. All other effect numbers are independent keys.
  */
 export interface Effects {
   /** `rand2`: the position in the pixel. */
   pixel?: number;
-  /** `rand2`, or `rand3` for a lens of several blades. */
+  /** `rand2`, or `rand3` for a lens with several blades. */
   lens?: number;
-  /** `rand2`: where the path goes on. */
+  /** `rand2`: the direction in which the path continues. */
   direction?: number;
-  /** `rand2`: a point on a light. `rand3`: which light, then the point. */
+  /** `rand2`: a point on a light. `rand3`: the light, then the point. */
   light?: number;
-  /** `rand2`: a direction to the environment, in paths that ask either it or a light. */
+  /** `rand2`: a direction to the environment, in paths that sample either it or a light. */
   environment?: number;
-  /** `rand1`: which of the two. Needs `light`. */
+  /** `rand1`: the choice between the two. Needs `light`. */
   choice?: number;
 }
 
-/** The GLSL ES 3.00 module, to be put behind `#version` and in front of yours. Its table is the uniform `bn_table`, a texture. */
+/** The GLSL ES 3.00 module. Put it after `#version` and before your code. Its table is the uniform `bn_table`, a texture. */
 export function glsl(options?: { effects?: Effects }): string;
 
-/** The WGSL module, to be put in front of yours or behind it. */
+/** The WGSL module. Put it before or after your code. */
 export function wgsl(options?: {
   effects?: Effects;
-  /** Where the table lies: in a storage buffer (default), or in a texture, where a stage has no buffer left. */
+  /** Where the table is: in a storage buffer (default), or in a texture, for stages with no buffer left. */
   table?: "buffer" | "texture";
   /** Default 0. */
   group?: number;
@@ -33,13 +33,13 @@ export function wgsl(options?: {
   binding?: number;
 }): string;
 
-/** The contents of the buffer: the same for all seeds, frames and pixels. */
+/** The contents of the buffer, the same for all seeds, frames and pixels. */
 export function tableWords(): Uint32Array;
 
-/** The contents of the texture, R32UI (`r32uint`), TABLE_WIDTH x TABLE_HEIGHT texels, row by row. */
+/** The contents of the texture, R32UI (`r32uint`), TABLE_WIDTH x TABLE_HEIGHT texels, row-major. */
 export function tableTexels(): Uint32Array;
 
-/** Two words for `rngSeed` in the shader, from an integer, modulo 2^64. Seeds give independent images. */
+/** Two words for `rngSeed` in the shader, from an integer modulo 2^64. Seeds give independent images. */
 export function seedWords(seed?: number | bigint): Uint32Array;
 
 export const TABLE_WIDTH: 64;

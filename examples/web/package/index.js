@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blue noise for path tracers in the browser: the texts of a WGSL and a GLSL module, and the table that they read. README.md
-// is the manual.
+// Blue noise for path tracers in the browser: the source of a WGSL and a GLSL module, and the table that they read.
+// README.md documents it.
 import "./texts.js";
 
 const {BN_DRAW_GLSL, BN_DRAW_WGSL, BN_PATH_GLSL, BN_PATH_WGSL, RANDOM_GLSL, RANDOM_WGSL, WORDS} = globalThis.LIBBN_TEXTS;
@@ -11,7 +11,7 @@ const ROLES = ["pixel", "lens", "direction", "light", "environment", "choice"];
 export const TABLE_WIDTH = 64;
 export const TABLE_HEIGHT = 186;
 
-// The number of an effect for each role.
+// The effect number for each role.
 function effectNumbers(effects) {
   for (const [role, effect] of Object.entries(effects)) {
     if (!ROLES.includes(role)) throw new TypeError(`effects: no role "${role}"; there are ${ROLES.join(", ")}`);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The random numbers of a path tracer in a shader, by the decision that they are for: over bn_draw.glsl
- * and bn_path.glsl, which come before this text. GLSL ES 3.00 and GLSL 3.30. random.wgsl is the same.
+ * Random numbers for a path tracer in a shader, requested by decision. Needs bn_draw.glsl and bn_path.glsl before it.
+ * GLSL ES 3.00 and GLSL 3.30; random.wgsl is the same in WGSL.
  *
  *     rngInit(uvec2(gl_FragCoord.xy), sampleNumber, 0u);
  *     vec2 jitter = rand2(PIXEL);
@@ -9,18 +9,18 @@
  *         rngNextBounce();
  *     }
  *
- * `effect` is a number below 2^32 - 1 that names the decision. The same effect at the same bounce gives the same
- * numbers again, whatever was drawn before it; so use each for one decision, with one of the four
- * functions. An effect draws from bn_ray_child_domain() of the ray that ends at the bounce, unless a
- * macro gives it a place in the layout of bn_path.h:
+ * `effect` is a number below 2^32 - 1 that identifies the decision. The same effect at the same bounce always gives
+ * the same numbers, so use each effect for one decision, with one of the four functions. An effect draws from
+ * bn_ray_child_domain() of the ray that ends at the bounce, unless a macro gives it a role in the layout of
+ * bn_path.h:
  *
  *     BN_EFFECT_PIXEL        rand2: the position in the pixel, at bounce 0
- *     BN_EFFECT_LENS         rand2: the lens, at bounce 0; rand3: the same and a number. If there is one,
- *                            the first light moves to the domain of the camera
- *     BN_EFFECT_DIRECTION    rand2: where the path goes on
- *     BN_EFFECT_LIGHT        rand2: a point on a light; rand3: which light, then the point
- *     BN_EFFECT_ENVIRONMENT  rand2: the same numbers as BN_EFFECT_LIGHT, for paths that choose one of both
- *     BN_EFFECT_CHOICE       rand1: that choice, in one domain with rand3(BN_EFFECT_LIGHT) */
+ *     BN_EFFECT_LENS         rand2: the lens, at bounce 0; rand3: the same plus one number. With a lens,
+ *                            the first light moves to the camera's domain
+ *     BN_EFFECT_DIRECTION    rand2: the direction in which the path continues
+ *     BN_EFFECT_LIGHT        rand2: a point on a light; rand3: the light, then the point
+ *     BN_EFFECT_ENVIRONMENT  rand2: the same numbers as BN_EFFECT_LIGHT, for paths that sample one of the two
+ *     BN_EFFECT_CHOICE       rand1: the choice of one, in the same domain as rand3(BN_EFFECT_LIGHT) */
 
 #define BN_NO_EFFECT 0xffffffffu
 #ifndef BN_EFFECT_PIXEL
@@ -42,16 +42,16 @@
 #define BN_EFFECT_CHOICE BN_NO_EFFECT
 #endif
 
-uvec2 bn_rng_seed = uvec2(0x7b1dcdafu, 0xe220a839u); /* of 0 */
+uvec2 bn_rng_seed = uvec2(0x7b1dcdafu, 0xe220a839u); /* seed 0 */
 bn_path bn_rng_path;
 uint bn_rng_bounce;
 
-/* Seeds give independent images: what seedWords() of index.js or bn_sampler_seed() returns. */
+/* The seed comes from seedWords() of index.js or from bn_sampler_seed(). Seeds give independent images. */
 void rngSeed(uvec2 seed) {
     bn_rng_seed = seed;
 }
 
-/* Begins sample pathIndex of a pixel: at bounce 0, or where a later pass goes on with it. */
+/* Starts sample pathIndex of a pixel at bounce 0, or at the bounce where a later pass continues it. */
 void rngInit(uvec2 pixel, uint pathIndex, uint bounceIndex) {
     bn_rng_path = bn_path_start(pixel.x, pixel.y, pathIndex, 0u);
     bn_rng_bounce = bounceIndex;

@@ -1,25 +1,25 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The random numbers of a path tracer in a shader, by the decision that they are for: over bn_draw.wgsl
- * and bn_path.wgsl, in any order. random.glsl is the same in GLSL, and says what the effects are.
+ * Random numbers for a path tracer in a shader, requested by decision. Needs bn_draw.wgsl and bn_path.wgsl, in any
+ * order. random.glsl is the same in GLSL, and documents the effects.
  *
  *     rngInit(pixel, sampleNumber, 0u);
  *     let jitter = rand2(PIXEL);
  *
- * The six effects with a place in the layout of bn_path.h are constants that are declared elsewhere;
- * BN_NO_EFFECT stands for those that a renderer does not have. */
+ * The six effects with a role in the layout of bn_path.h are constants declared elsewhere; BN_NO_EFFECT marks an
+ * effect that a renderer does not have. */
 
 const BN_NO_EFFECT = 0xffffffffu;
 
-var<private> bn_rng_seed = vec2u(0x7b1dcdafu, 0xe220a839u); /* of 0 */
+var<private> bn_rng_seed = vec2u(0x7b1dcdafu, 0xe220a839u); /* seed 0 */
 var<private> bn_rng_path: bn_path;
 var<private> bn_rng_bounce: u32;
 
-/* Seeds give independent images: what seedWords() of index.js or bn_sampler_seed() returns. */
+/* The seed comes from seedWords() of index.js or from bn_sampler_seed(). Seeds give independent images. */
 fn rngSeed(seed: vec2u) {
     bn_rng_seed = seed;
 }
 
-/* Begins sample pathIndex of a pixel: at bounce 0, or where a later pass goes on with it. */
+/* Starts sample pathIndex of a pixel at bounce 0, or at the bounce where a later pass continues it. */
 fn rngInit(pixel: vec2u, pathIndex: u32, bounceIndex: u32) {
     bn_rng_path = bn_path_start(pixel.x, pixel.y, pathIndex, 0u);
     bn_rng_bounce = bounceIndex;
