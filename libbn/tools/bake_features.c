@@ -350,11 +350,11 @@ static label_integrand bump_make(bake_random *r, int pair) {
     return bump;
 }
 
-/* A share of the full number for a small effort, never more. */
-static int fewer(const bake_options *options, int full, int least) {
-    double effort = options->effort < 1 ? options->effort : 1;
-    int n = (int)(full * effort);
-    return n > least ? n : least;
+/* A multiple of `unit`: the full number, or for a small effort a share of it. */
+static int fewer(const bake_options *options, int full, int unit) {
+    const double effort = options->effort < 1 ? options->effort : 1;
+    const int n = (int)(full * effort) / unit * unit;
+    return n > unit ? n : unit;
 }
 
 /* Projects `count` rows, which are freed. */
@@ -379,12 +379,12 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
     static const double single_weight[] = {1.5, 1.5, 1.5, 1.5, 1.4, 1.2, 1.2, .5, .4};
     /* Steps: of the dimensions in a set, this many in each. */
     static const struct {
-        int dimensions, full, least;
+        int dimensions, full;
         const double *weight;
-    } kinds[] = {[FEATURES_STEP_X] = {1, 48, 8, step_weight},
-                 [FEATURES_STEP_Y] = {2, 48, 8, step_weight},
-                 [FEATURES_AXES] = {15, 20, 4, axes_weight},
-                 [FEATURES_SINGLES] = {15, 48, 8, single_weight}};
+    } kinds[] = {[FEATURES_STEP_X] = {1, 48, step_weight},
+                 [FEATURES_STEP_Y] = {2, 48, step_weight},
+                 [FEATURES_AXES] = {15, 20, axes_weight},
+                 [FEATURES_SINGLES] = {15, 48, single_weight}};
     enum { MOST = 160 };
     static label_integrand list[MOST];
     static sample_pair pairs[2];
@@ -393,8 +393,8 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
     bake_random r = bake_random_make(options->seed, 5, (uint64_t)(member * 16 + what));
     memset(list, 0, sizeof list);
     if (what == FEATURES_OWN) {
-        const int planes = fewer(options, 112, 8), both = fewer(options, 160, 8);
-        const int bumps = fewer(options, 32, 8);
+        const int planes = fewer(options, 112, 2), both = fewer(options, 160, 2);
+        const int bumps = fewer(options, 32, 2);
         m.stride = (2 * planes + both + 2 * bumps) * (LEVELS + PARTIALS);
         m.rows = bake_allocate((size_t)PIXELS * m.stride, sizeof *m.rows);
         for (int kind = 1; kind <= 3; ++kind) {
@@ -413,7 +413,7 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
             add_integrands(&m, pairs, list, bumps, PARTIALS, bump_weight, &r);
         }
     } else {
-        const int n = fewer(options, kinds[what].full, kinds[what].least);
+        const int n = fewer(options, kinds[what].full, 2);
         const int dimensions = what == FEATURES_AXES && member == 0 ? 12 : kinds[what].dimensions;
         m.stride = __builtin_popcount((unsigned)dimensions) * n * LEVELS;
         m.rows = bake_allocate((size_t)PIXELS * m.stride, sizeof *m.rows);
@@ -427,7 +427,7 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
         }
     }
     const int most = what == FEATURES_OWN ? 336 : 80;
-    make_features(f, &m, PIXELS, 1, fewer(options, most, 32) / LANES * LANES);
+    make_features(f, &m, PIXELS, 1, fewer(options, most, LANES));
 }
 
 enum { PLACES = BLOCKS * 16 * 16 };
@@ -440,7 +440,7 @@ void bake_features_of_two(bake_features *f, const bake_table *table, const bake_
     static const double weight[COLUMNS] = {1.1, 1.2, 1.2, 1.1, 1, 1, 1, .5, .4, .4, .3, .3, .3, .3};
     static half_plane plane[2][MOST];
     static sample_pair pairs[2];
-    int n = fewer(options, MOST, 5) / 5 * 5;
+    int n = fewer(options, MOST, 5);
     uint64_t *bits[2];
     bake_random r = bake_random_make(options->seed, 6, (uint64_t)(first * MEMBERS + second));
     for (int side = 0; side < 2; ++side) {
@@ -478,7 +478,7 @@ void bake_features_of_two(bake_features *f, const bake_table *table, const bake_
         }
     }
     weigh(&m, PLACES, 0, COLUMNS, weight);
-    make_features(f, &m, PLACES, 5, fewer(options, 112, 32) / LANES * LANES);
+    make_features(f, &m, PLACES, 5, fewer(options, 112, LANES));
     free(bits[0]);
     free(bits[1]);
 }
