@@ -32,9 +32,12 @@ struct bn_ort_session {
     int cuda;
 };
 
-struct bn_ort_type_info {
+struct bn_ort_model_metadata {
     const bn_ort_session *session;
-    int is_input;
+};
+
+struct bn_ort_type_info {
+    int64_t channels;
 };
 
 struct bn_ort_session_options {
@@ -75,18 +78,15 @@ static bn_ort_status *create(void **object, size_t size) {
 }
 
 static int get_error_code(const bn_ort_status *status) {
-    (void)status;
     return state.error_code;
 }
 
 static bn_ort_status *create_env(int level, const char *name, bn_ort_env **env) {
-    (void)name;
     state.log_level = level;
     return create((void **)env, 1);
 }
 
 static bn_ort_status *disable_telemetry(const bn_ort_env *env) {
-    (void)env;
     ++state.telemetry_disabled;
     return called();
 }
@@ -96,8 +96,6 @@ static bn_ort_status *create_options(bn_ort_session_options **options) {
 }
 
 static bn_ort_status *set_number(bn_ort_session_options *options, int value) {
-    (void)options;
-    (void)value;
     return called();
 }
 
@@ -142,25 +140,28 @@ static bn_ort_status *give_text(const char *text, char **copy) {
 
 static bn_ort_status *get_metadata(const bn_ort_session *session,
                                    bn_ort_model_metadata **metadata) {
-    bn_ort_status *status = create((void **)metadata, sizeof session);
-    if (status == NULL) memcpy(*metadata, &session, sizeof session);
+    bn_ort_status *status = create((void **)metadata, sizeof **metadata);
+    if (status == NULL) (*metadata)->session = session;
     return status;
 }
 
 static bn_ort_status *look_up_metadata(const bn_ort_model_metadata *metadata,
                                        bn_ort_allocator *allocator, const char *key, char **value) {
-    const bn_ort_session *session;
+    const fake_model *model = &metadata->session->model;
+    const struct {
+        const char *key;
+        int value;
+    } entries[] = {{"bn.version", 1},
+                   {"bn.receptive_radius", model->radius},
+                   {"bn.align", model->align},
+                   {model->spacing != 0 ? "bn.sparse_spacing" : "", model->spacing}};
     char number[16];
-    memcpy(&session, metadata, sizeof session);
-    (void)allocator;
-    const int found = strcmp(key, "bn.version") == 0            ? 1
-                      : strcmp(key, "bn.receptive_radius") == 0 ? session->model.radius
-                      : strcmp(key, "bn.align") == 0            ? session->model.align
-                      : strcmp(key, "bn.sparse_spacing") == 0 && session->model.spacing != 0
-                          ? session->model.spacing
-                          : -1;
-    snprintf(number, sizeof number, "%d", found);
-    return give_text(found < 0 ? NULL : number, value);
+    for (int i = 0; i < 4; ++i) {
+        if (strcmp(key, entries[i].key) != 0) continue;
+        snprintf(number, sizeof number, "%d", entries[i].value);
+        return give_text(number, value);
+    }
+    return give_text(NULL, value);
 }
 
 static bn_ort_status *get_allocator(bn_ort_allocator **allocator) {
@@ -169,47 +170,28 @@ static bn_ort_status *get_allocator(bn_ort_allocator **allocator) {
 }
 
 static bn_ort_status *give_back(bn_ort_allocator *allocator, void *memory) {
-    (void)allocator;
     forget(memory);
     return called();
 }
 
 static bn_ort_status *count_values(const bn_ort_session *session, size_t *count) {
-    (void)session;
     *count = 1;
     return called();
 }
 
-static bn_ort_status *input_name(const bn_ort_session *session, size_t index,
-                                 bn_ort_allocator *allocator, char **name) {
-    (void)allocator;
-    (void)session;
-    return index == 0 ? give_text("noise", name) : make(1);
-}
-
-static bn_ort_status *output_name(const bn_ort_session *session, size_t index,
-                                  bn_ort_allocator *allocator, char **name) {
-    (void)allocator;
-    (void)session;
-    return index == 0 ? give_text("mask", name) : make(1);
-}
-
-static bn_ort_status *describe(const bn_ort_session *session, int is_input,
-                               bn_ort_type_info **type) {
-    bn_ort_status *status = create((void **)type, sizeof **type);
-    if (status == NULL) **type = (bn_ort_type_info){session, is_input};
-    return status;
-}
-
-static bn_ort_status *input_type(const bn_ort_session *session, size_t index,
-                                 bn_ort_type_info **type) {
-    return index == 0 ? describe(session, 1, type) : make(1);
-}
-
-static bn_ort_status *output_type(const bn_ort_session *session, size_t index,
-                                  bn_ort_type_info **type) {
-    return index == 0 ? describe(session, 0, type) : make(1);
-}
+#define VALUE(side, called_, channels_)                                                            \
+    static bn_ort_status *side##_name(const bn_ort_session *session, size_t index,                 \
+                                      bn_ort_allocator *allocator, char **name) {                  \
+        return give_text(called_, name);                                                           \
+    }                                                                                              \
+    static bn_ort_status *side##_type(const bn_ort_session *session, size_t index,                 \
+                                      bn_ort_type_info **type) {                                   \
+        bn_ort_status *status = create((void **)type, sizeof **type);                              \
+        if (status == NULL) (*type)->channels = channels_;                                         \
+        return status;                                                                             \
+    }
+VALUE(input, "noise", 1)
+VALUE(output, "mask", session->model.channels)
 
 static bn_ort_status *as_tensor(const bn_ort_type_info *type, const bn_ort_tensor_info **tensor) {
     *tensor = (const bn_ort_tensor_info *)(const void *)type;
@@ -217,13 +199,11 @@ static bn_ort_status *as_tensor(const bn_ort_type_info *type, const bn_ort_tenso
 }
 
 static bn_ort_status *get_element(const bn_ort_tensor_info *tensor, int *element) {
-    (void)tensor;
     *element = BN_ORT_FLOAT;
     return called();
 }
 
 static bn_ort_status *count_axes(const bn_ort_tensor_info *tensor, size_t *count) {
-    (void)tensor;
     *count = 4;
     return called();
 }
@@ -231,16 +211,15 @@ static bn_ort_status *count_axes(const bn_ort_tensor_info *tensor, size_t *count
 static bn_ort_status *get_extents(const bn_ort_tensor_info *tensor, int64_t *extents,
                                   size_t count) {
     const bn_ort_type_info *type = (const bn_ort_type_info *)(const void *)tensor;
-    for (size_t i = 0; i < count; ++i) extents[i] = -1;
+    for (size_t i = 2; i < count; ++i) extents[i] = -1;
     extents[0] = 1;
-    extents[1] = type->is_input ? 1 : type->session->model.channels;
+    extents[1] = type->channels;
     return called();
 }
 
 static bn_ort_status *create_session(const bn_ort_env *env, const void *model, size_t size,
                                      const bn_ort_session_options *options,
                                      bn_ort_session **session) {
-    (void)env;
     if (options->cuda && state.lacks_gpu) return make(1);
     bn_ort_status *status = create((void **)session, sizeof **session);
     if (status == NULL) {
@@ -254,15 +233,12 @@ static bn_ort_status *create_session(const bn_ort_env *env, const void *model, s
 }
 
 static bn_ort_status *create_memory(int allocator, int type, bn_ort_memory_info **memory) {
-    (void)allocator;
-    (void)type;
     return create((void **)memory, 1);
 }
 
 static bn_ort_status *create_tensor(const bn_ort_memory_info *memory, void *data, size_t data_size,
                                     const int64_t *shape, size_t shape_count, int element,
                                     bn_ort_value **value) {
-    (void)memory;
     size_t size = sizeof(float);
     for (size_t i = 0; i < shape_count; ++i) size *= (size_t)shape[i];
     if (shape_count != 4 || element != BN_ORT_FLOAT || size != data_size) return make(1);
@@ -296,7 +272,6 @@ static bn_ort_status *run(bn_ort_session *session, const bn_ort_run_options *opt
     const bn_ort_value *in = inputs[0];
     bn_ort_value *out = outputs[0];
     const int64_t channels = out->shape[1], height = out->shape[2], width = out->shape[3];
-    (void)options;
     bn_ort_status *status = called();
     if (status != NULL) return status;
     if (input_count != 1 || output_count != 1 || strcmp(input_names[0], "noise") != 0 ||

@@ -10,39 +10,48 @@
 #include <math.h>
 #include <stddef.h>
 
-enum { MOST = 64 };
-static uint32_t ranks[MOST];
-static float values[MOST], outputs[MOST];
+enum { MOST = 64, LARGE = 512 * 512 };
+static uint32_t ranks[LARGE];
+static float values[MOST], outputs[LARGE];
+static double error;
 
 /* The functions that make a mask, and those that read one. */
 enum { VOID_AND_CLUSTER, RELAX, ANNEAL, ANNEAL_FROM, ERROR, SPECTRUM, DITHER, SAMPLER };
 enum { FUNCTIONS = SAMPLER + 1, FIRST_THAT_READS = ANNEAL_FROM };
 
-static bn_result call_on(int function, const bn_mask *mask, size_t count) {
+static bn_result call_with_progress(int function, const bn_mask *mask, size_t count,
+                                    bn_progress progress, void *user) {
+    bn_relax_options relax = bn_relax_options_default();
     bn_anneal_options anneal = bn_anneal_options_default();
     bn_dither_options dither = bn_dither_options_default();
     bn_sampler sampler;
-    double error;
-    anneal.sweeps = 1;
+    relax.threads = 3;
+    anneal.sigma = 0.5; /* a small window, for speed */
+    anneal.far_weight = 0;
+    anneal.sweeps = 2;
     anneal.start_from_ranks = function == ANNEAL_FROM;
     dither.mask = mask;
     switch (function) {
     case VOID_AND_CLUSTER:
-        return bn_void_and_cluster(NULL, mask, NULL, NULL);
+        return bn_void_and_cluster(NULL, mask, progress, user);
     case RELAX:
-        return bn_relax(NULL, mask, NULL, NULL);
+        return bn_relax(&relax, mask, progress, user);
     case ANNEAL:
     case ANNEAL_FROM:
-        return bn_anneal(&anneal, mask, NULL, NULL);
+        return bn_anneal(&anneal, mask, progress, user);
     case ERROR:
-        return bn_mask_error(mask, 1, &error, NULL, NULL);
+        return bn_mask_error(mask, 1, &error, progress, user);
     case SPECTRUM:
-        return bn_power_spectrum(mask, outputs, count, NULL, NULL);
+        return bn_power_spectrum(mask, outputs, count, progress, user);
     case DITHER:
         return bn_dither(&dither, values, 2, 2, 1, outputs, 4);
     default:
         return bn_sampler_init_mask(&sampler, mask, 0);
     }
+}
+
+static bn_result call_on(int function, const bn_mask *mask, size_t count) {
+    return call_with_progress(function, mask, count, NULL, NULL);
 }
 
 static bn_result call(int function, const uint32_t *of, uint32_t width, uint32_t height,
@@ -129,7 +138,7 @@ static void test_numbers(void) {
         {ANNEAL, offsetof(bn_anneal_options, start_temperature), 0, 5},
         {ANNEAL, offsetof(bn_anneal_options, end_temperature), 0, 5},
     };
-    double error = -7;
+    error = -7;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
         const int function = cases[i].function;
         const bn_result invalid = BN_ERROR_INVALID_ARGUMENT;
@@ -258,74 +267,39 @@ static void test_struct_sizes(void) {
 #endif
 }
 
-/* ---- Progress */
-
-static bn_result call_with_progress(int function, watch *w, uint32_t *mask, double *error,
-                                    float *power) {
-    enum { WIDTH = 128, HEIGHT = 120, COUNT = WIDTH * HEIGHT };
-    static uint32_t read[COUNT];
-    const bn_mask measured = bn_mask_u32(read, WIDTH, HEIGHT);
-    bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
-    bn_relax_options r = bn_relax_options_default();
-    bn_anneal_options a = bn_anneal_options_default();
-    bn_mask made = bn_mask_u32(mask, WIDTH, HEIGHT);
-    r.threads = 3;
-    a.sigma = 0.5; /* a small window, for speed */
-    a.far_weight = 0;
-    a.sweeps = 2;
-    switch (function) {
-    case VOID_AND_CLUSTER:
-        return bn_void_and_cluster(&v, &made, watch_progress, w);
-    case RELAX:
-        return bn_relax(&r, &made, watch_progress, w);
-    case ANNEAL:
-        return bn_anneal(&a, &made, watch_progress, w);
-    case ANNEAL_FROM: /* vectors */
-        made.height = HEIGHT / 2;
-        made.channels = 2;
-        return bn_anneal(&a, &made, watch_progress, w);
-    default:
-        fill_white(read, COUNT, 2);
-        return function == ERROR ? bn_mask_error(&measured, 1, error, watch_progress, w)
-                                 : bn_power_spectrum(&measured, power, COUNT, watch_progress, w);
-    }
-}
-
 /* Progress never goes back, is told often, and cancels at any call, which leaves the outputs. */
 static void test_progress(void) {
-    enum { COUNT = 128 * 120 };
-    static uint32_t mask[COUNT];
-    static float power[COUNT];
-    for (int function = VOID_AND_CLUSTER; function <= SPECTRUM; ++function) {
+    static const struct {
+        int function;
+        uint32_t width, height, channels;
+        int least_calls;
+    } cases[] = {{VOID_AND_CLUSTER, 128, 120, 1, 3},
+                 {RELAX, 128, 120, 1, 20}, /* a call for each of the steps */
+                 {RELAX, 512, 512, 1, 24}, /* which orders many first and last ranks */
+                 {ANNEAL, 128, 120, 1, 3},
+                 {ANNEAL, 128, 60, 2, 3},
+                 {ERROR, 128, 120, 1, 3},
+                 {SPECTRUM, 128, 120, 1, 3}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        const size_t count = (size_t)cases[i].width * cases[i].height;
+        const int function = cases[i].function, makes = function < FIRST_THAT_READS;
+        bn_mask mask = bn_mask_u32(ranks, cases[i].width, cases[i].height);
         watch all = {0};
-        double error;
-        CHECK(call_with_progress(function, &all, mask, &error, power) == BN_SUCCESS);
-        CHECK(all.calls >= 3 && all.backwards == 0);
+        mask.channels = cases[i].channels;
+        fill_white(ranks, count, 2);
+        CHECK(call_with_progress(function, &mask, count, watch_progress, &all) == BN_SUCCESS);
+        CHECK(all.calls >= cases[i].least_calls && all.backwards == 0);
         /* Relaxation treats odd and even steps differently. */
-        const int step = function == RELAX ? 1 : 1 + all.calls / 4;
-        for (int at = 1; at <= all.calls; at += step) {
+        for (int at = 1; at <= all.calls; at += all.calls < 40 ? 1 : 1 + all.calls / 4) {
             watch w = {.cancel_at = at};
-            error = power[0] = power[COUNT - 1] = -7;
-            memset(mask, 0x5a, sizeof mask);
-            CHECK(call_with_progress(function, &w, mask, &error, power) == BN_ERROR_CANCELLED);
-            CHECK(w.calls == at && count_touched(mask, COUNT) == 0);
-            CHECK(error == -7 && power[0] == -7 && power[COUNT - 1] == -7);
+            error = outputs[0] = outputs[count - 1] = -7;
+            if (makes) memset(ranks, 0x5a, sizeof ranks);
+            CHECK(call_with_progress(function, &mask, count, watch_progress, &w) ==
+                  BN_ERROR_CANCELLED);
+            CHECK(w.calls == at && (!makes || count_touched(ranks, LARGE) == 0));
+            CHECK(error == -7 && outputs[0] == -7 && outputs[count - 1] == -7);
         }
     }
-}
-
-/* Most of the time of a large relaxation goes to its first and last ranks: that part reports and stops, too. */
-static void test_progress_of_relaxed_ends(void) {
-    enum { SIZE = 512 };
-    static uint32_t mask[SIZE * SIZE];
-    const bn_mask made = bn_mask_u32(mask, SIZE, SIZE);
-    watch all = {0};
-    CHECK(bn_relax(NULL, &made, watch_progress, &all) == BN_SUCCESS);
-    CHECK(all.backwards == 0 && all.calls >= 20 + 4); /* a call for each of the steps */
-    memset(mask, 0x5a, sizeof mask);
-    watch last = {.cancel_at = all.calls};
-    CHECK(bn_relax(NULL, &made, watch_progress, &last) == BN_ERROR_CANCELLED);
-    CHECK(count_touched(mask, SIZE * SIZE) == 0);
 }
 
 /* far_sigma and far_weight are for one channel, far_sigma only with a weight. */
@@ -349,7 +323,6 @@ int main(void) {
     test_rank_bits();
     test_strings();
     test_progress();
-    test_progress_of_relaxed_ends();
     test_unused_far_sigma();
     test_struct_sizes();
     return check_result();

@@ -77,14 +77,6 @@ static bn_result init_sampler(const bn_mask *given) {
     return result;
 }
 
-/* The first call of a callback that `cancel_at` counts to cancels. */
-static int cancel_at;
-
-static int32_t progress(void *user, double fraction) {
-    (void)user, (void)fraction;
-    return cancel_at > 0 && --cancel_at == 0;
-}
-
 static bn_result call(int function) {
     bn_anneal_options anneal = bn_anneal_options_default();
     bn_relax_options relax = bn_relax_options_default();
@@ -96,14 +88,14 @@ static bn_result call(int function) {
     dither.mask = &value;
     switch (function) {
     case 0:
-        return bn_void_and_cluster(NULL, &made, progress, NULL);
+        return bn_void_and_cluster(NULL, &made, NULL, NULL);
     case 1:
-        return bn_anneal(&anneal, &made, progress, NULL);
+        return bn_anneal(&anneal, &made, NULL, NULL);
     case 2:
         made.channels = 2;
-        return bn_anneal(&anneal, &made, progress, NULL);
+        return bn_anneal(&anneal, &made, NULL, NULL);
     case 3:
-        return bn_relax(&relax, &made, progress, NULL);
+        return bn_relax(&relax, &made, NULL, NULL);
     case 4:
         return bn_ranks_from_values(values, TEXELS, ranks);
     case 5:
@@ -129,28 +121,8 @@ static bn_result call(int function) {
     }
 }
 
-/* A computation that is cancelled, whenever it asks, frees what it had. */
-static void test_cancelling(void) {
-    for (int function = 0; function < 4; ++function) {
-        int at = 0;
-        bn_result result;
-        fail_at = 0;
-        do {
-            cancel_at = ++at;
-            living = 0;
-            counting = 1;
-            result = call(function);
-            counting = 0;
-            CHECK(living == 0);
-        } while (result == BN_ERROR_CANCELLED);
-        CHECK(result == BN_SUCCESS && at > 1);
-        cancel_at = 0;
-    }
-}
-
 int main(void) {
     fill_white(mask, TEXELS, 1);
-    test_cancelling();
     for (uint32_t i = 0; i < MANY; ++i) many_values[i] = (float)(i * 2654435761u >> 8);
     for (int function = 0; call(function) != NO_MORE; ++function) {
         int failures = 0;

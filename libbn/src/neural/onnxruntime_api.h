@@ -3,8 +3,7 @@
  * headers.
  *
  * The API is a table of function pointers that only grows at its end, so an entry has the same index
- * in every version. The gaps are entries that libbn does not call. test_onnxruntime_api compares the
- * offsets with the real header if it finds one. */
+ * in every version. The gaps are entries that libbn does not call. */
 #ifndef BN_ONNXRUNTIME_API_H
 #define BN_ONNXRUNTIME_API_H
 
@@ -145,6 +144,9 @@ typedef struct bn_ort_api {
     bn_ort_gap gap_207[1];
     void(BN_ORT_CALL *release_cuda_provider_options)(bn_ort_cuda_options *cuda);
 } bn_ort_api;
+
+_Static_assert(offsetof(bn_ort_api, release_cuda_provider_options) == 208 * sizeof(bn_ort_gap),
+               "an entry or a gap is missing");
 
 /* The result of OrtGetApiBase(), the one exported function of the library. */
 typedef struct bn_ort_api_base {
