@@ -188,13 +188,13 @@ fs::path SceneFolder::resolve(const std::string &name) const {
     return path;
 }
 
-std::vector<unsigned char> SceneFolder::load(const fs::path &path, const fs::path &name) {
+std::vector<unsigned char> SceneFolder::load(const fs::path &path, const fs::path &name) const {
     std::vector<unsigned char> bytes = read_file(path);
     if (record_) record_->add(name, bytes);
     return bytes;
 }
 
-std::vector<unsigned char> SceneFolder::read(const std::string &name) {
+std::vector<unsigned char> SceneFolder::read(const std::string &name) const {
     const fs::path path = resolve(name);
     // As the scene's own path is written.
     return load(path, scene_.parent_path() / path.lexically_relative(folder_));

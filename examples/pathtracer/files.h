@@ -65,12 +65,12 @@ class SceneFolder {
     std::filesystem::path resolve(const std::string &name) const;
     bool has(const std::string &name) const { return std::filesystem::exists(resolve(name)); }
     // The bytes of the scene file, and of another file. Throw Error.
-    std::vector<unsigned char> read_scene() { return load(scene_, scene_); }
-    std::vector<unsigned char> read(const std::string &name);
+    std::vector<unsigned char> read_scene() const { return load(scene_, scene_); }
+    std::vector<unsigned char> read(const std::string &name) const;
 
   private:
     std::vector<unsigned char> load(const std::filesystem::path &path,
-                                    const std::filesystem::path &name);
+                                    const std::filesystem::path &name) const;
 
     std::filesystem::path scene_, folder_;
     bool allow_outside_;

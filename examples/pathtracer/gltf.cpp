@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads glTF 2.0 into a scene. JSON for Modern C++ parses the text. Every index, offset and size is
-// checked here before it is used, and --max-memory limits memory. Transforms are composed and
-// applied in double precision, and the scene is moved to the origin, so that distant geometry keeps
-// its precision. Nodes are visited iteratively; reaching a node twice is an error.
+// Reads glTF 2.0 into a scene. JSON for Modern C++ parses the text and checks the types of values.
+// Every index, offset and size is checked here before it is used, and --max-memory limits memory.
+// Transforms are composed and applied in double precision, and the scene is moved to the origin, so
+// that distant geometry keeps its precision. Nodes are visited iteratively; reaching a node twice is
+// an error.
+#include <strings.h>
+
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -23,6 +26,7 @@ namespace {
 
 using Json = nlohmann::json;
 using Bytes = std::vector<unsigned char>;
+using Transform = glm::dmat4x3; // without the last row, which is 0, 0, 0, 1
 
 constexpr size_t MAX_ELEMENTS = size_t{1} << 26; // vertices, or elements of an array
 constexpr float LUMENS_PER_WATT = 683;           // at 555 nm; glTF exporters use it for all light
@@ -32,62 +36,50 @@ constexpr double MAX_COORDINATE = 1e15;          // doubles resolve an eighth th
 // a float, so images are right; a hundred times as far, Embree ends the program.
 constexpr float MAX_REACH = 1e10f;
 
-// ---- JSON: what is missing, or of another type, has a default
+// ---- JSON: what is missing has a default, and what has another type is refused
 
+// An empty object if there is none.
 const Json &member(const Json &of, const char *name) {
-    static const Json none;
-    const auto found = of.is_object() ? of.find(name) : of.end();
+    static const Json none = Json::object();
+    const auto found = of.find(name);
     return found == of.end() ? none : *found;
-}
-
-double number(const Json &of, const char *name, double otherwise) {
-    const Json &value = member(of, name);
-    return value.is_number() ? value.get<double>() : otherwise;
-}
-
-std::string text(const Json &of, const char *name) {
-    const Json &value = member(of, name);
-    return value.is_string() ? value.get<std::string>() : "";
-}
-
-// Exactly `count` numbers; empty otherwise.
-std::vector<double> numbers(const Json &of, const char *name, size_t count) {
-    std::vector<double> values;
-    for (const Json &value : member(of, name))
-        if (value.is_number()) values.push_back(value.get<double>());
-    return values.size() == count ? values : std::vector<double>{};
-}
-
-// An index into a list of the file, -1 if there is none.
-int64_t index(const Json &of, const char *name) {
-    const double value = number(of, name, -1);
-    return value >= 0 && value < 4e9 ? int64_t(value) : -1;
-}
-
-// A size or an offset.
-size_t size_in(const Json &of, const char *name) {
-    const double value = number(of, name, 0);
-    if (!(value >= 0 && value < 1e18)) throw Error("has an impossible ", name);
-    return size_t(value);
-}
-
-bool flag(const Json &of, const char *name) {
-    const Json &value = member(of, name);
-    return value.is_boolean() && value.get<bool>();
 }
 
 const Json &extension(const Json &of, const char *name) {
     return member(member(of, "extensions"), name);
 }
 
-// A number of a file, clamped; what is not a number becomes `low`.
-float bounded(double value, double low = 0, double high = 1) {
-    return float(value > low ? std::min(value, high) : low);
+// An index, an offset, a size or a constant of OpenGL.
+int64_t integer(const Json &of, const char *name, int64_t otherwise = -1) {
+    if (!of.contains(name)) return otherwise;
+    const auto value = of[name].get<double>();
+    if (!(value >= 0 && value < 1e18)) throw Error("has an impossible ", name);
+    return int64_t(value);
 }
 
-Vec3 colour(const std::vector<double> &c, double high = 1) {
-    if (c.size() < 3) return Vec3(1);
-    return {bounded(c[0], 0, high), bounded(c[1], 0, high), bounded(c[2], 0, high)};
+size_t size_in(const Json &of, const char *name) {
+    return size_t(integer(of, name, 0));
+}
+
+// A vector or a matrix of doubles.
+template <typename Numbers>
+Numbers numbers(const Json &of, const char *name, Numbers otherwise) {
+    const Json &values = member(of, name);
+    for (size_t i = 0; i < sizeof otherwise / sizeof(double) && !values.empty(); ++i)
+        value_ptr(otherwise)[i] = values.at(i);
+    return otherwise;
+}
+
+float bounded(double value, double low = 0, double high = 1) {
+    return float(std::clamp(value, low, high));
+}
+
+// Throws Error if there is none of that number.
+const Json &element(const Json &of, const char *list, int64_t number) {
+    const Json &elements = member(of, list);
+    if (number < 0 || size_t(number) >= elements.size())
+        throw Error("refers to ", list, "[", number, "], and has ", elements.size());
+    return elements.at(size_t(number));
 }
 
 // ---- The file
@@ -121,16 +113,13 @@ std::string percent_decoded(const std::string &uri) {
     return name;
 }
 
-// Whether a URI holds data. Schemes have no case.
 bool holds_data(const std::string &uri) {
-    std::string scheme = uri.substr(std::min(uri.find_first_not_of(' '), uri.size()), 5);
-    for (char &c : scheme) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return scheme == "data:";
+    return strncasecmp(uri.c_str(), "data:", 5) == 0;
 }
 
 // Names a buffer or an image in messages.
 std::string name_of(const char *what, const Json &source, int64_t number) {
-    const std::string uri = text(source, "uri"), name = text(source, "name");
+    const std::string uri = source.value("uri", ""), name = source.value("name", "");
     if (!uri.empty() && !holds_data(uri)) return joined(what, " ", printable(percent_decoded(uri)));
     return joined(what, " ", number, name.empty() ? "" : " ", printable(name));
 }
@@ -153,57 +142,50 @@ bool is_known(const std::string &name) {
 }
 
 struct File {
-    SceneFolder &folder;
+    SceneFolder folder;
     Bytes bytes; // of the scene file
     Json json = {};
     Span chunk = {};                       // the binary chunk of a .glb
     std::map<int64_t, Bytes> buffers = {}; // those that were read
 
-    explicit File(SceneFolder &scene_folder) : folder(scene_folder), bytes(folder.read_scene()) {
+    File(const std::string &path, const SceneOptions &options)
+        : folder(path, options.allow_outside, options.record), bytes(folder.read_scene()) {
         Span all = {bytes.data(), bytes.size(), 0};
         if (all.size >= 4 && std::memcmp(all.data, "glTF", 4) == 0) all = glb_text();
         json = Json::parse(all.data, all.data + all.size);
         const Json &asset = member(json, "asset");
-        const std::string version = text(asset, "version"), least = text(asset, "minVersion");
+        const std::string version = asset.value("version", ""),
+                          least = asset.value("minVersion", "");
         if (version.compare(0, 2, "2.") != 0 || (!least.empty() && least != "2.0"))
             throw Error("is glTF ", printable(least.empty() ? version : least),
                         "; version 2.0 is read");
         for (const Json &required : member(json, "extensionsRequired"))
-            if (required.is_string() && !is_known(required))
+            if (!is_known(required))
                 throw Error("requires the extension ", printable(required),
                             ", which cannot be read");
     }
 
-    // The JSON of a .glb.
+    // The JSON of a .glb, its first chunk. The second one may be binary.
     Span glb_text() {
         const auto word = [&](size_t at) {
-            return bytes[at] | size_t{bytes[at + 1]} << 8 | size_t{bytes[at + 2]} << 16 |
-                   size_t{bytes[at + 3]} << 24;
+            uint32_t value;
+            std::memcpy(&value, &bytes[at], sizeof value);
+            return size_t{value};
         };
         if (bytes.size() < 20) throw Error("is cut short: it ends within its header");
         if (word(4) != 2) throw Error("is not of glTF version 2");
         const size_t size = word(8);
         if (size < 20 || size > bytes.size())
             throw Error("is cut short: its header says it has ", size, " bytes");
-        std::vector<Span> chunks;
-        for (size_t at = 12; at + 8 <= size; at += 8 + chunks.back().size) {
+        const auto chunk_at = [&](size_t at) {
             if (word(at) > size - at - 8) throw Error("is cut short: a chunk goes beyond its end");
-            chunks.push_back({bytes.data() + at + 8, word(at), word(at + 4)});
-        }
-        for (const Span &c : chunks)
-            if (c.stride == 0x004e4942 && !chunk.data) chunk = c; // "BIN"
-        return chunks[0];
-    }
-
-    // An element of a list of the file. Throws Error if the index is out of range.
-    const Json &at(const char *list, int64_t index, const char *what) const {
-        return element(member(json, list), index, what);
-    }
-    static const Json &element(const Json &elements, int64_t index, const char *what) {
-        const size_t count = elements.is_array() ? elements.size() : 0;
-        if (index < 0 || size_t(index) >= count)
-            throw Error("refers to ", what, " ", index, ", and has ", count);
-        return elements[size_t(index)];
+            return Span{bytes.data() + at + 8, word(at), 0};
+        };
+        const Span text = chunk_at(12);
+        const size_t second = 20 + text.size;
+        if (second + 8 <= size && std::memcmp(&bytes[second + 4], "BIN", 4) == 0)
+            chunk = chunk_at(second);
+        return text;
     }
 
     // The bytes that a URI holds, or of the file that it names.
@@ -215,8 +197,8 @@ struct File {
     }
 
     Span buffer(int64_t number) {
-        const Json &source = at("buffers", number, "buffer");
-        const std::string uri = text(source, "uri"), name = name_of("buffer", source, number);
+        const Json &source = element(json, "buffers", number);
+        const std::string uri = source.value("uri", ""), name = name_of("buffer", source, number);
         Span found = chunk;
         if (!uri.empty()) {
             const auto [known, is_new] = buffers.try_emplace(number);
@@ -233,9 +215,10 @@ struct File {
         return {found.data, wanted, 0};
     }
 
-    Span view(int64_t number, const char *what) {
-        const Json &source = at("bufferViews", number, "buffer view");
-        const Span whole = buffer(index(source, "buffer"));
+    // The buffer view that an accessor or an image refers to.
+    Span view(const Json &of, const char *what) {
+        const Json &source = element(json, "bufferViews", integer(of, "bufferView"));
+        const Span whole = buffer(integer(source, "buffer"));
         const size_t offset = size_in(source, "byteOffset"), size = size_in(source, "byteLength");
         if (offset > whole.size || size > whole.size - offset)
             throw Error("is cut short: the buffer view of ", what,
@@ -248,79 +231,69 @@ struct File {
 
 using Elements = std::vector<glm::dvec4>;
 
-size_t size_of_type(int64_t type, const char *what) {
-    if (type < 5120 || type > 5126 || type == 5124)
-        throw Error(what, " have a number type that glTF does not have");
-    return type < 5122 ? 1 : type < 5125 ? 2 : 4;
+// Calls visit with a number of a component type.
+template <typename Visit>
+void with_number(int64_t type, const char *what, const Visit &visit) {
+    if (type == 5120) return visit(int8_t{});
+    if (type == 5121) return visit(uint8_t{});
+    if (type == 5122) return visit(int16_t{});
+    if (type == 5123) return visit(uint16_t{});
+    if (type == 5125) return visit(uint32_t{});
+    if (type == 5126) return visit(float{});
+    throw Error(what, " have a number type that glTF does not have");
 }
 
-// A number of a component type; normalized integers become [0, 1] or [-1, 1].
-double decoded(const unsigned char *at, int64_t type, bool normalized) {
-    const auto read = [&](auto number) {
-        std::memcpy(&number, at, sizeof number);
-        const double limit = normalized ? std::numeric_limits<decltype(number)>::max() : 1;
-        return std::max(double(number) / limit, normalized ? -1 : -HUGE_VAL);
-    };
-    if (type == 5120) return read(int8_t{});
-    if (type == 5121) return read(uint8_t{});
-    if (type == 5122) return read(int16_t{});
-    if (type == 5123) return read(uint16_t{});
-    if (type == 5125) return read(uint32_t{});
-    float value;
-    std::memcpy(&value, at, sizeof value);
-    return double(value);
+// The elements in a buffer view, zeros without one. They have the accessor's types; normalized integers
+// become [0, 1] or [-1, 1]. Single numbers are indices, unsigned in the file.
+Elements stored(File &file, const Json &source, const Json &accessor, size_t width, size_t count,
+                const char *what) {
+    Elements elements(count, {0, 0, 0, width < 4 ? 1 : 0});
+    if (!source.contains("bufferView")) return elements;
+    const Span from = file.view(source, what);
+    const size_t offset = size_in(source, "byteOffset");
+    with_number(integer(accessor, "componentType"), what, [&](auto number) {
+        using Number = decltype(number);
+        if (width == 1 && !std::is_unsigned_v<Number>)
+            throw Error("has ", what, " that are not unsigned integers");
+        const size_t size = width * sizeof number, stride = from.stride ? from.stride : size;
+        if (stride < size) throw Error(what, " overlap each other in their buffer");
+        if (count > 0 && (offset > from.size || size > from.size - offset ||
+                          (count - 1) > (from.size - offset - size) / stride))
+            throw Error(what, " run past the end of their buffer view");
+        const bool normalized = std::is_integral_v<Number> && accessor.value("normalized", false);
+        const double limit = normalized ? std::numeric_limits<Number>::max() : 1;
+        for (size_t i = 0; i < count; ++i)
+            for (size_t c = 0; c < width; ++c) {
+                std::memcpy(&number, from.data + offset + i * stride + c * sizeof number,
+                            sizeof number);
+                elements[i][int(c)] = std::max(double(number) / limit, normalized ? -1 : -HUGE_VAL);
+            }
+    });
+    return elements;
 }
 
-// Stores `count` elements of a buffer view, at the places given if there are any.
-void copy_elements(File &file, const Json &source, int64_t type, bool normalized, int width,
-                   size_t count, const char *what, Elements &to, const Elements *places = nullptr) {
-    const Span from = file.view(index(source, "bufferView"), what);
-    const size_t offset = size_in(source, "byteOffset"), each = size_of_type(type, what),
-                 size = each * size_t(width), stride = from.stride == 0 ? size : from.stride;
-    if (stride < size) throw Error(what, " overlap each other in their buffer");
-    if (count > 0 && (offset > from.size || size > from.size - offset ||
-                      (count - 1) > (from.size - offset - size) / stride))
-        throw Error(what, " run past the end of their buffer view");
-    for (size_t i = 0; i < count; ++i) {
-        const size_t place = places ? size_t((*places)[i].x) : i;
-        if (place >= to.size())
-            throw Error("has an index out of range: ", place, " of ", to.size());
-        for (int c = 0; c < width; ++c)
-            to[place][c] =
-                decoded(from.data + offset + i * stride + size_t(c) * each, type, normalized);
-    }
-}
-
-// The elements of an accessor of one of these types. Indices are unsigned integers in the file.
+// The elements of an accessor of one of these types.
 Elements elements(File &file, int64_t number, const std::set<std::string> &types,
                   const char *what) {
-    const auto check_indices = [&](int64_t type) {
-        if (type != 5121 && type != 5123 && type != 5125)
-            throw Error("has ", what, " that are not unsigned integers");
-        return type;
-    };
-    const Json &accessor = file.at("accessors", number, "accessor");
+    const Json &accessor = element(file.json, "accessors", number);
     const size_t count = size_in(accessor, "count");
     if (count > MAX_ELEMENTS) throw Error("has ", count, " ", what, "; at most 2^26 are read");
-    const std::string kind = text(accessor, "type");
+    const std::string kind = accessor.value("type", "");
     if (types.count(kind) == 0) throw Error(what, " have the wrong number of components");
-    const int width = kind == "SCALAR" ? 1 : kind[3] - '0';
-    const int64_t type = index(accessor, "componentType");
-    if (width == 1) check_indices(type);
-    const bool normalized = flag(accessor, "normalized") && type != 5126;
-    // Without a buffer view, all elements are zero.
-    Elements values(count, {0, 0, 0, width < 4 ? 1 : 0});
-    if (member(accessor, "bufferView").is_number())
-        copy_elements(file, accessor, type, normalized, width, count, what, values);
-    if (const Json &sparse = member(accessor, "sparse"); sparse.is_object()) {
+    const size_t width = kind == "SCALAR" ? 1 : size_t(kind[3] - '0');
+    Elements values = stored(file, accessor, accessor, width, count, what);
+    if (const Json &sparse = member(accessor, "sparse"); !sparse.empty()) {
         const size_t changes = size_in(sparse, "count");
         if (changes > count) throw Error(what, " have invalid sparse parts");
         const Json &where = member(sparse, "indices");
-        Elements places(changes);
-        copy_elements(file, where, check_indices(index(where, "componentType")), false, 1, changes,
-                      what, places);
-        copy_elements(file, member(sparse, "values"), type, normalized, width, changes, what,
-                      values, &places);
+        const Elements places = stored(file, where, where, 1, changes, what),
+                       changed =
+                           stored(file, member(sparse, "values"), accessor, width, changes, what);
+        for (size_t i = 0; i < changes; ++i) {
+            const auto place = size_t(places[i].x);
+            if (place >= count) throw Error("has an index out of range: ", place, " of ", count);
+            values[place] = changed[i];
+        }
     }
     return values;
 }
@@ -329,15 +302,16 @@ Elements elements(File &file, int64_t number, const std::set<std::string> &types
 
 struct Emission {
     Vec3 radiance = {0, 0, 0}; // without its texture
+    Vec3 mean = {0, 0, 0};     // with its whole texture
     bool both_sides = false;
 };
 
-struct Reader {
-    File &file;
+struct Reader : File {
+    using File::File;
     Scene scene = {};
-    std::vector<Point3d> points = {};    // the vertices
-    std::vector<Emission> emission = {}; // of each material
-    std::vector<Point3d> light_places = {}, camera_places = {};
+    std::vector<Point3d> points = {};                            // the vertices
+    std::vector<Emission> emission = {};                         // of each material
+    std::vector<std::pair<const Json *, Transform>> placed = {}; // nodes with a camera or a light
     std::map<std::pair<int64_t, bool>, uint32_t> materials = {}; // with vertex colours, or without
     std::map<std::pair<int64_t, bool>, int32_t> textures = {};   // in sRGB, or linear
     std::set<std::string> ignored = {}; // what the file has and the scene lacks
@@ -348,41 +322,41 @@ struct Reader {
 int32_t load_texture(Reader &r, int64_t number, bool srgb) {
     const auto [known, is_new] = r.textures.try_emplace({number, srgb}, -1);
     if (!is_new) return known->second;
-    const Json &texture = r.file.at("textures", number, "texture");
-    const int64_t source = index(texture, "source");
+    const Json &texture = element(r.json, "textures", number);
+    const int64_t source = integer(texture, "source");
     if (source < 0) { // a texture may offer a PNG or JPEG beside an image of another format
         r.ignored.insert("textures without a PNG or JPEG");
         return -1;
     }
-    const Json &image = r.file.at("images", source, "image");
-    const std::string name = name_of("image", image, source), uri = text(image, "uri");
+    const Json &image = element(r.json, "images", source);
+    const std::string name = name_of("image", image, source), uri = image.value("uri", "");
     Texture loaded;
     try {
-        if (const int64_t view = index(image, "bufferView"); view >= 0) {
-            const Span bytes = r.file.view(view, "an image");
+        if (image.contains("bufferView")) {
+            const Span bytes = r.view(image, "an image");
             loaded = texture_decode({bytes.data, bytes.data + bytes.size});
-        } else if (!holds_data(uri) && !r.file.folder.has(percent_decoded(uri))) {
+        } else if (!holds_data(uri) && !r.folder.has(percent_decoded(uri))) {
             r.ignored.insert("the missing " + name);
             return -1;
         } else {
-            loaded = texture_decode(r.file.resource(uri));
+            loaded = texture_decode(r.resource(uri));
         }
     } catch (const Error &error) {
         throw Error(name, ": ", error.what());
     }
     loaded.srgb = srgb;
     if (loaded.cut_short) r.ignored.insert("that " + name + " is cut short");
-    if (const int64_t at = index(texture, "sampler"); at >= 0) {
-        const Json &sampler = r.file.at("samplers", at, "sampler");
+    if (texture.contains("sampler")) {
+        const Json &sampler = element(r.json, "samplers", integer(texture, "sampler"));
         const auto wrap = [&](const char *mode) {
-            const int64_t value = index(sampler, mode);
+            const int64_t value = integer(sampler, mode);
             return value == 33071   ? Texture::CLAMP
                    : value == 33648 ? Texture::MIRROR
                                     : Texture::REPEAT;
         };
         loaded.wrap_u = wrap("wrapS");
         loaded.wrap_v = wrap("wrapT");
-        loaded.nearest = index(sampler, "magFilter") == 9728;
+        loaded.nearest = integer(sampler, "magFilter") == 9728;
     }
     r.scene.textures.push_back(std::move(loaded));
     return known->second = int32_t(r.scene.textures.size() - 1);
@@ -390,22 +364,20 @@ int32_t load_texture(Reader &r, int64_t number, bool srgb) {
 
 TextureUse texture_use(Reader &r, const Json &info, bool srgb) {
     TextureUse use;
-    if (index(info, "index") < 0) return use;
+    if (!info.contains("index")) return use;
     const Json &transform = extension(info, "KHR_texture_transform");
-    const double turn = number(transform, "rotation", 0);
+    const double turn = transform.value("rotation", 0.0);
     const double sine = std::sin(turn), cosine = std::cos(turn);
-    std::vector<double> s = numbers(transform, "scale", 2), o = numbers(transform, "offset", 2);
-    if (s.empty()) s = {1, 1};
-    if (o.empty()) o = {0, 0};
-    use.transform =
-        glm::mat3x2(cosine * s[0], -sine * s[0], sine * s[1], cosine * s[1], o[0], o[1]);
-    const double set = number(transform, "texCoord", number(info, "texCoord", 0));
-    if (!(set >= 0 && set <= 1)) {
+    const glm::dvec2 s = numbers(transform, "scale", glm::dvec2(1)),
+                     o = numbers(transform, "offset", glm::dvec2(0));
+    use.transform = glm::mat3x2(cosine * s.x, -sine * s.x, sine * s.y, cosine * s.y, o.x, o.y);
+    const int64_t set = integer(transform, "texCoord", integer(info, "texCoord", 0));
+    if (set > 1) {
         r.ignored.insert("textures on a third set of coordinates");
         return use;
     }
     use.set = uint32_t(set);
-    use.texture = load_texture(r, index(info, "index"), srgb);
+    use.texture = load_texture(r, integer(info, "index"), srgb);
     return use;
 }
 
@@ -417,91 +389,91 @@ TextureUse texture_use(Reader &r, const Json &info, bool srgb) {
 // from specular-glossiness write an index of 1000, or 0 for infinity, and the reflectance as colour.
 void read_coat(Reader &r, const Json &source, double ior, Material &m) {
     const Json &specular = extension(source, "KHR_materials_specular");
-    for (const char *name : {"specularTexture", "specularColorTexture"})
-        if (!member(specular, name).is_null()) {
-            r.ignored.insert("textures of coats");
-            if (ior < 1 || ior > 3) ior = 1.5; // which only the texture would make sense of
-        }
+    if (specular.contains("specularTexture") || specular.contains("specularColorTexture")) {
+        r.ignored.insert("textures of coats");
+        if (ior < 1 || ior > 3) ior = 1.5; // which only the texture would make sense of
+    }
     m.ior = bounded(ior, 1, 10);
     const double root = ior < 1 ? 1 : (ior - 1) / (ior + 1);
-    const std::vector<double> tint = numbers(specular, "specularColorFactor", 3);
-    const Vec3 coat = bounded(number(specular, "specularFactor", 1)) *
-                      min(float(root * root) * colour(tint, 1e9), Vec3(0.98f));
+    const Vec3 tint = clamp(numbers(specular, "specularColorFactor", glm::dvec3(1)), 0.0, 1e9);
+    const Vec3 coat = bounded(specular.value("specularFactor", 1.0)) *
+                      min(float(root * root) * tint, Vec3(0.98f));
     m.coat_colour = max_component(coat) > 0 ? coat / max_component(coat) : Vec3(1);
-    if (specular.is_object() || ior < 1 || ior > 10) {
+    if (!specular.empty() || ior < 1 || ior > 10) {
         const float edge = std::sqrt(max_component(coat));
         m.ior = (1 + edge) / (1 - edge);
     }
 }
 
 Emission read_emission(Reader &r, const Json &source, SurfaceMaps &maps) {
+    const bool even = maps.cut_out.texture < 0 && !maps.vertex_colours;
+    if (even && maps.alpha < maps.alpha_cutoff) return {}; // all of it is cut out
     const double strength =
-        number(extension(source, "KHR_materials_emissive_strength"), "emissiveStrength", 1);
-    const std::vector<double> factor = numbers(source, "emissiveFactor", 3);
-    if (!factor.empty()) maps.emission_factor = bounded(strength, 0, 1e9) * colour(factor, 1e9);
-    const Json &texture = member(source, "emissiveTexture");
+        extension(source, "KHR_materials_emissive_strength").value("emissiveStrength", 1.0);
+    const glm::dvec3 factor = numbers(source, "emissiveFactor", glm::dvec3(0));
+    maps.emission_factor = bounded(strength, 0, 1e9) * Vec3(clamp(factor, 0.0, 1e9));
     if (max_component(maps.emission_factor) > 0)
-        maps.emission = texture_use(r, texture, true);
-    else if (!texture.is_null())
+        maps.emission = texture_use(r, member(source, "emissiveTexture"), true);
+    else if (source.contains("emissiveTexture"))
         r.ignored.insert("textures of emission without an emissiveFactor, which is then 0");
-    return {maps.emission_factor, flag(source, "doubleSided")};
+    const int32_t texture = maps.emission.texture;
+    const Vec3 mean = texture >= 0 ? texture_mean(r.scene.textures[texture]) : Vec3(1);
+    return {maps.emission_factor, maps.emission_factor * mean, source.value("doubleSided", false)};
 }
 
 void read_holes(Reader &r, const Json &source, double alpha, SurfaceMaps &maps) {
-    const std::string mode = text(source, "alphaMode");
+    const std::string mode = source.value("alphaMode", "");
     const int32_t texture = maps.colour.texture;
     const bool image_has_holes = texture >= 0 && r.scene.textures[texture].has_alpha;
     const bool blend = mode == "BLEND" && (alpha < 1 || image_has_holes || maps.vertex_colours);
     if (mode != "MASK" && !blend) return;
     maps.alpha = bounded(alpha);
-    maps.alpha_cutoff = blend ? 0.5f : bounded(number(source, "alphaCutoff", 0.5), 0, 2);
+    maps.alpha_cutoff = blend ? 0.5f : bounded(source.value("alphaCutoff", 0.5), 0, 2);
     if (image_has_holes) maps.cut_out = maps.colour;
     if (blend) r.ignored.insert("blending (what covers less than half is cut out)");
     r.scene.has_cut_outs = r.scene.has_cut_outs || maps.alpha_cutoff > 0;
 }
 
-uint32_t material_number(Reader &r, int64_t number_in_file, bool vertex_colours) {
+uint32_t material_number(Reader &r, int64_t number, bool vertex_colours) {
     const auto [known, is_new] =
-        r.materials.try_emplace({number_in_file, vertex_colours}, uint32_t(r.materials.size()));
+        r.materials.try_emplace({number, vertex_colours}, uint32_t(r.materials.size()));
     if (!is_new) return known->second;
-    const Json none;
-    const Json &source =
-        number_in_file < 0 ? none : r.file.at("materials", number_in_file, "material");
+    const Json none = Json::object();
+    const Json &source = number < 0 ? none : element(r.json, "materials", number);
     for (const auto &[name, value] : member(source, "extensions").items())
         if (KNOWN_MATERIALS.count(name) == 0) r.ignored.insert("the extension " + printable(name));
 
     const Json &pbr = member(source, "pbrMetallicRoughness"),
                &transmission = extension(source, "KHR_materials_transmission");
-    const std::vector<double> base = numbers(pbr, "baseColorFactor", 4);
-    const double alpha = base.empty() ? 1 : base[3];
-    const double ior = number(extension(source, "KHR_materials_ior"), "ior", 1.5);
-    const bool blended = text(source, "alphaMode") == "BLEND" && alpha < 1;
+    const glm::dvec4 base = numbers(pbr, "baseColorFactor", glm::dvec4(1));
+    const double ior = extension(source, "KHR_materials_ior").value("ior", 1.5);
+    const std::string alpha_mode = source.value("alphaMode", "");
+    const bool blended = alpha_mode == "BLEND" && base.a < 1;
     Material m;
     SurfaceMaps maps;
-    m.albedo = colour(base);
-    m.metallic = bounded(number(pbr, "metallicFactor", 1));
-    m.roughness = bounded(number(pbr, "roughnessFactor", 1));
+    m.albedo = clamp(Vec3(base), 0.0f, 1.0f);
+    m.metallic = bounded(pbr.value("metallicFactor", 1.0));
+    m.roughness = bounded(pbr.value("roughnessFactor", 1.0));
     maps.vertex_colours = vertex_colours;
     maps.colour = texture_use(r, member(pbr, "baseColorTexture"), true);
+    read_coat(r, source, ior, m);
     // Metal does not transmit. But a file that omits metallicFactor declares metal by default: if it
     // also blends with an alpha below 1, it means glass.
     const bool transmits =
-        number(transmission, "transmissionFactor", 0) >= 0.5 && (m.metallic < 0.5f || blended);
+        transmission.value("transmissionFactor", 0.0) >= 0.5 && (m.metallic < 0.5f || blended);
     if (transmits) {
         m.kind = Material::DIELECTRIC;
-        read_coat(r, source, ior, m);
         if (ior >= 1 && ior <= 10) {
-            if (extension(source, "KHR_materials_specular").is_object())
+            if (!extension(source, "KHR_materials_specular").empty())
                 r.ignored.insert("the specular colour of glass");
             m.ior = bounded(ior, 1, 10);
         }
         // The uncovered part passes all colours.
-        if (blended) m.albedo = glm::mix(Vec3(1), m.albedo, bounded(alpha));
-        if (!member(transmission, "transmissionTexture").is_null() ||
-            !member(pbr, "metallicRoughnessTexture").is_null())
+        if (blended) m.albedo = glm::mix(Vec3(1), m.albedo, bounded(base.a));
+        if (transmission.contains("transmissionTexture") ||
+            pbr.contains("metallicRoughnessTexture"))
             r.ignored.insert("textures of transmission and its roughness");
     } else {
-        read_coat(r, source, ior, m);
         maps.metallic_roughness = texture_use(r, member(pbr, "metallicRoughnessTexture"), false);
         const bool all_metal = m.metallic == 1 && maps.metallic_roughness.texture < 0;
         const bool bare = m.metallic == 0 && !(m.ior > 1);
@@ -509,13 +481,13 @@ uint32_t material_number(Reader &r, int64_t number_in_file, bool vertex_colours)
                  : bare    ? Material::DIFFUSE
                            : Material::METALLIC_ROUGHNESS;
         // What is inside glass is seen through its back.
-        m.single_sided = !flag(source, "doubleSided");
+        m.single_sided = !source.value("doubleSided", false);
     }
     // Blended glass passes light instead.
-    if (!transmits || text(source, "alphaMode") == "MASK") read_holes(r, source, alpha, maps);
+    if (!transmits || alpha_mode == "MASK") read_holes(r, source, base.a, maps);
     const Json &normal = member(source, "normalTexture");
     maps.normal = texture_use(r, normal, false);
-    maps.normal_scale = bounded(number(normal, "scale", 1), -100, 100);
+    maps.normal_scale = bounded(normal.value("scale", 1.0), -100, 100);
     r.emission.push_back(read_emission(r, source, maps));
 
     Scene &scene = r.scene;
@@ -532,19 +504,15 @@ uint32_t material_number(Reader &r, int64_t number_in_file, bool vertex_colours)
     return known->second;
 }
 
-// ---- Transformations
-
-using Transform = glm::dmat4x3; // without the last row, which is 0, 0, 0, 1
+// ---- Meshes
 
 glm::dmat4 local_transform(const Json &node) {
-    const std::vector<double> matrix = numbers(node, "matrix", 16),
-                              r = numbers(node, "rotation", 4), scale = numbers(node, "scale", 3),
-                              by = numbers(node, "translation", 3);
-    if (!matrix.empty()) return glm::dmat4(Transform(glm::make_mat4(matrix.data())));
-    glm::dmat4 t(1);
-    if (!r.empty()) t = mat4_cast(normalize(glm::dquat(r[3], r[0], r[1], r[2])));
-    if (!scale.empty()) t = glm::scale(t, glm::make_vec3(scale.data()));
-    if (!by.empty()) t[3] = {by[0], by[1], by[2], 1};
+    const Json &matrix = member(node, "matrix");
+    if (!matrix.empty()) return glm::dmat4(Transform(numbers(node, "matrix", glm::dmat4(1))));
+    const glm::dvec4 r = numbers(node, "rotation", glm::dvec4(0, 0, 0, 1));
+    glm::dmat4 t = glm::scale(mat4_cast(normalize(glm::dquat(r.w, r.x, r.y, r.z))),
+                              numbers(node, "scale", glm::dvec3(1)));
+    t[3] = glm::dvec4(numbers(node, "translation", glm::dvec3(0)), 1);
     return t;
 }
 
@@ -555,84 +523,61 @@ Vec3 direction(const glm::dmat3 &t, glm::dvec3 v) {
     return size > 0 && std::isfinite(size) ? Vec3(v / size) : Vec3(0);
 }
 
-// The cofactor matrix transforms normals correctly under any scale. A mirror would flip them, so
-// its cofactors are negated.
-glm::dmat3 cofactors(const glm::dmat3 &m, bool &mirrors) {
-    const glm::dmat3 c(cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1]));
-    mirrors = dot(m[0], c[0]) < 0;
-    return mirrors ? -c : c;
-}
-
-// ---- Meshes
-
-// Calls `triangle` with three corner indices below `count`, for each triangle of a primitive mode.
-template <typename Function>
-void for_each_triangle(int64_t mode, size_t count, const Function &triangle) {
-    for (size_t i = 0; i + 2 < count; i += mode == 4 ? 3 : 1) {
-        if (mode == 4) triangle(i, i + 1, i + 2);
-        if (mode == 5) triangle(i, i + 1 + i % 2, i + 2 - i % 2);
-        if (mode == 6) triangle(i + 1, i + 2, size_t{0});
-    }
-}
-
 // Tangents where a file has none, after Mikkelsen ("Simulation of Wrinkled Surfaces Revisited",
 // 2008): at each vertex the mean over the faces that share its place, normal and coordinates,
 // weighted by their angles there. Faces whose textures are mirror images share none.
 void make_tangents(Reader &r, const TextureUse &map, size_t first_triangle) {
-    using Key = std::array<float, 9>;
     Scene &scene = r.scene;
     const std::vector<Vec2> &coordinates = scene.texture_coordinates[map.set];
-    std::map<Key, Vec3> sums;
-    const auto corners = [&](const auto &visit) {
-        for (size_t i = first_triangle; i < scene.triangles.size(); ++i) {
-            const auto &t = scene.triangles[i].vertices;
-            const auto place = [&](int c) {
-                return map.transform * Vec3(coordinates[t[c % 3]], 1);
-            };
-            const Vec2 u = place(1) - place(0), v = place(2) - place(0);
-            const float turn = u.x * v.y - u.y * v.x > 0 ? 1 : -1;
-            for (int c = 0; c < 3; ++c) {
-                const Vec3 p = Vec3(r.points[t[c]] - r.points[0]), n = scene.normals[t[c]];
-                const Vec2 uv = coordinates[t[c]];
-                Vec3 &sum = sums[{p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y, turn}];
-                const auto edge = [&](int to) { // and how its coordinates change
-                    return std::pair{Vec3(r.points[t[(c + to) % 3]] - r.points[t[c]]),
-                                     place(c + to) - place(c)};
-                };
-                visit(scene.tangents[3 * i + size_t(c)], sum, n, turn, edge(1), edge(2));
-            }
-        }
+    std::map<std::array<float, 9>, Vec3> sums;
+    std::vector<const Vec3 *> sum_of; // of each corner
+    const auto place = [&](uint32_t vertex) {
+        return map.transform * Vec3(coordinates[vertex], 1);
     };
-    corners([](glm::vec4 &, Vec3 &sum, Vec3 n, float turn, const auto &a, const auto &b) {
-        const Vec3 along = turn * (b.second.y * a.first - a.second.y * b.first);
-        const float cosine = dot(normalize_or(a.first, {}), normalize_or(b.first, {}));
-        sum += std::acos(std::clamp(cosine, -1.0f, 1.0f)) *
-               normalize_or(along - dot(along, n) * n, {});
-    });
-    corners([](glm::vec4 &own, Vec3 &sum, Vec3 n, float turn, const auto &a, const auto &b) {
-        const bool against_winding = dot(n, cross(a.first, b.first)) < 0;
-        own = glm::vec4(normalize_or(sum, {}), against_winding ? turn : -turn);
-    });
+    for (size_t i = first_triangle; i < scene.triangles.size(); ++i) {
+        const auto &t = scene.triangles[i].vertices;
+        const Vec2 u = place(t[1]) - place(t[0]), v = place(t[2]) - place(t[0]);
+        const float turn = u.x * v.y - u.y * v.x > 0 ? 1 : -1;
+        for (size_t c = 0; c < 3; ++c) {
+            const uint32_t own = t[c], next = t[(c + 1) % 3], last = t[(c + 2) % 3];
+            const Vec3 p = Vec3(r.points[own] - r.points[0]), n = scene.normals[own];
+            const Vec3 a = Vec3(r.points[next] - r.points[own]),
+                       b = Vec3(r.points[last] - r.points[own]);
+            const Vec2 uv = coordinates[own];
+            Vec3 &sum = sums[{p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y, turn}];
+            const Vec3 along =
+                turn * ((place(last) - place(own)).y * a - (place(next) - place(own)).y * b);
+            const float cosine = dot(normalize_or(a, {}), normalize_or(b, {}));
+            sum += std::acos(std::clamp(cosine, -1.0f, 1.0f)) *
+                   normalize_or(along - dot(along, n) * n, {});
+            sum_of.push_back(&sum);
+            const bool against_winding = dot(n, cross(a, b)) < 0;
+            scene.tangents[3 * i + c].w = against_winding ? turn : -turn;
+        }
+    }
+    for (size_t i = 0; i < sum_of.size(); ++i) {
+        glm::vec4 &own = scene.tangents[3 * first_triangle + i];
+        own = glm::vec4(normalize_or(*sum_of[i], {}), own.w);
+    }
 }
 
 void read_primitive(Reader &r, const Json &primitive, const Transform &transform) {
-    const auto mode = int64_t(number(primitive, "mode", 4));
+    const int64_t mode = integer(primitive, "mode", 4);
     if (mode < 4 || mode > 6) {
         r.ignored.insert("points and lines");
         return;
     }
     if (!member(primitive, "targets").empty()) r.ignored.insert("morph targets");
     const Json &attributes = member(primitive, "attributes");
-    if (index(attributes, "POSITION") < 0) return; // glTF says to skip it
-    const Elements positions =
-        elements(r.file, index(attributes, "POSITION"), {"VEC3"}, "positions");
+    if (!attributes.contains("POSITION")) return; // glTF says to skip it
+    const Elements positions = elements(r, integer(attributes, "POSITION"), {"VEC3"}, "positions");
     const size_t count = positions.size();
     if (r.points.size() + count > MAX_ELEMENTS) throw Error("has more than 2^26 vertices");
     // Of other attributes, as many, or none.
     const auto optional = [&](const char *name, const std::set<std::string> &types,
                               const char *what) {
-        if (index(attributes, name) < 0) return Elements{};
-        const Elements values = elements(r.file, index(attributes, name), types, what);
+        if (!attributes.contains(name)) return Elements{};
+        const Elements values = elements(r, integer(attributes, name), types, what);
         if (values.size() != count)
             throw Error("has ", what, " of another count than its positions");
         return values;
@@ -643,8 +588,12 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
                    coordinates[] = {optional("TEXCOORD_0", {"VEC2"}, "texture coordinates"),
                                     optional("TEXCOORD_1", {"VEC2"}, "texture coordinates")};
 
-    bool mirrored;
-    const glm::dmat3 turn(transform), normal_matrix = cofactors(turn, mirrored);
+    // The cofactor matrix transforms normals correctly under any scale. A mirror would flip them, so
+    // its cofactors are negated.
+    const glm::dmat3 m(transform);
+    const glm::dmat3 cofactors(cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1]));
+    const bool mirrored = dot(m[0], cofactors[0]) < 0;
+    const glm::dmat3 normal_matrix = mirrored ? -cofactors : cofactors;
     const auto first = uint32_t(r.points.size());
     for (size_t i = 0; i < count; ++i) {
         const Point3d position = transform * positions[i];
@@ -659,144 +608,162 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
                                                   : glm::vec4(clamp(colours[i], 0.0, 1.0)));
     }
 
-    const uint32_t material = material_number(r, index(primitive, "material"), !colours.empty());
+    const uint32_t material = material_number(r, integer(primitive, "material"), !colours.empty());
     std::vector<uint32_t> indices;
-    if (member(primitive, "indices").is_null())
+    if (!primitive.contains("indices"))
         for (uint32_t i = 0; i < count; ++i) indices.push_back(i);
     else
         for (const glm::dvec4 &v :
-             elements(r.file, index(primitive, "indices"), {"SCALAR"}, "indices"))
+             elements(r, integer(primitive, "indices"), {"SCALAR"}, "indices"))
             indices.push_back(uint32_t(v.x));
     for (const uint32_t vertex : indices)
         if (vertex >= count)
             throw Error("has an index out of range: vertex ", vertex, " of ", count);
     const size_t first_triangle = r.scene.triangles.size();
-    for_each_triangle(mode, indices.size(), [&](size_t a, size_t b, size_t c) {
-        if (mirrored) std::swap(b, c);
-        r.scene.triangles.push_back({{first + indices[a], first + indices[b], first + indices[c]}});
-        r.scene.surfaces.push_back({material, -1});
-        for (const uint32_t i : {indices[a], indices[b], indices[c]}) {
+    for (size_t i = 0; i + 2 < indices.size(); i += mode == 4 ? 3 : 1) {
+        std::array<size_t, 3> corners = {i, i + 1, i + 2};
+        if (mode == 5) corners = {i, i + 1 + i % 2, i + 2 - i % 2};
+        if (mode == 6) corners = {i + 1, i + 2, 0};
+        if (mirrored) std::swap(corners[1], corners[2]);
+        Triangle triangle;
+        for (size_t c = 0; c < 3; ++c) {
+            const uint32_t vertex = indices[corners[c]];
+            triangle.vertices[c] = first + vertex;
             glm::vec4 tangent(0);
             if (!tangents.empty() && !normals.empty())
-                tangent = {direction(turn, tangents[i]),
-                           (tangents[i].w < 0) != mirrored ? -1.0f : 1.0f};
+                tangent = {direction(m, tangents[vertex]),
+                           (tangents[vertex].w < 0) != mirrored ? -1.0f : 1.0f};
             r.scene.tangents.push_back(tangent);
         }
-    });
+        r.scene.triangles.push_back(triangle);
+        r.scene.surfaces.push_back({material, -1});
+    }
     const int32_t maps = r.scene.materials[material].maps;
     if (maps >= 0 && r.scene.maps[maps].normal.texture >= 0 && !normals.empty() && tangents.empty())
         make_tangents(r, r.scene.maps[maps].normal, first_triangle);
 }
 
-// ---- Cameras and lights: both point along their node's -z
+// ---- Nodes
 
-void read_camera(Reader &r, const Json &camera, const Transform &t, const std::string &node_name) {
-    const Vec3 forward = direction(glm::dmat3(t), {0, 0, -1}),
-               up = direction(glm::dmat3(t), {0, 1, 0});
-    const double angle = number(member(camera, "perspective"), "yfov", 0);
-    if (text(camera, "type") != "perspective") {
+void read_nodes(Reader &r) {
+    const Json &nodes = member(r.json, "nodes"), &scenes = member(r.json, "scenes");
+    std::vector<std::pair<const Json *, Transform>> open; // a stack of nodes still to be read
+    std::set<const Json *> reached;
+    const auto reach = [&](const Json &children, const Transform &parent) {
+        for (auto child = children.rbegin(); child != children.rend(); ++child) {
+            const int64_t at = child->is_number_unsigned() ? child->get<int64_t>() : -1;
+            const Json &node = element(r.json, "nodes", at);
+            if (!reached.insert(&node).second)
+                throw Error("reaches node ", at, " twice: its nodes do not form a tree");
+            open.push_back({&node, parent});
+        }
+    };
+    if (!scenes.empty()) {
+        const Json &chosen = element(r.json, "scenes", integer(r.json, "scene", 0));
+        reach(member(chosen, "nodes"), Transform(1));
+        if (scenes.size() > 1) r.ignored.insert("scenes but the default one");
+    } else { // glTF leaves this open: read every node without a parent
+        std::set<Json> children;
+        for (const Json &node : nodes)
+            for (const Json &child : member(node, "children")) children.insert(child);
+        Json roots = Json::array();
+        for (size_t i = 0; i < nodes.size(); ++i)
+            if (children.count(i) == 0) roots.push_back(i);
+        reach(roots, Transform(1));
+    }
+    while (!open.empty()) {
+        const auto [at, parent] = open.back();
+        open.pop_back();
+        const Json &node = *at;
+        const Transform transform = parent * local_transform(node);
+        if (node.contains("mesh"))
+            for (const Json &primitive :
+                 member(element(r.json, "meshes", integer(node, "mesh")), "primitives"))
+                read_primitive(r, primitive, transform);
+        if (node.contains("skin")) r.ignored.insert("skins");
+        if (node.contains("camera") || !extension(node, "KHR_lights_punctual").empty())
+            r.placed.push_back({&node, transform});
+        reach(member(node, "children"), transform);
+    }
+}
+
+// ---- From what was read to a scene
+
+// Moves the points' centre to the origin, so that float keeps the digits that matter.
+void recentre(Reader &r) {
+    Scene &scene = r.scene;
+    Point3d low = r.points[0], high = low;
+    for (const Point3d p : r.points) low = min(low, p), high = max(high, p);
+    scene.origin = 0.5 * (low + high);
+    for (const Point3d p : r.points) scene.vertices.push_back(p - scene.origin);
+    if (!(max_magnitude(high - scene.origin) <= MAX_REACH))
+        throw Error("extends more than 1e10 from its centre; scale it down");
+    r.points = {};
+}
+
+// A camera's target is the point on its axis nearest to the scene's centre.
+void read_camera(Reader &r, const Json &node, const glm::dmat3 &turn, Vec3 position) {
+    const Json &source = element(r.json, "cameras", integer(node, "camera"));
+    const Vec3 forward = direction(turn, {0, 0, -1}), up = direction(turn, {0, 1, 0});
+    const double angle = member(source, "perspective").value("yfov", 0.0);
+    if (source.value("type", "") != "perspective") {
         r.ignored.insert("orthographic cameras");
     } else if (!(max_magnitude(cross(forward, up)) > 1e-3f) || !(angle > 1e-4 && angle < 3.1)) {
         r.ignored.insert("a camera without direction or angle");
     } else {
-        Camera read{};
-        read.tan_half_height = float(std::tan(0.5 * angle));
-        camera_turn(read, forward, up);
-        const std::string &name = node_name.empty() ? text(camera, "name") : node_name;
-        r.scene.cameras.push_back({read, printable(name)});
-        r.camera_places.push_back(t[3]);
+        Camera camera{};
+        camera.position = position;
+        camera.tan_half_height = float(std::tan(0.5 * angle));
+        camera_turn(camera, forward, up);
+        const float ahead = -dot(position, camera.forward);
+        camera.target = position + (ahead > 0 ? ahead : 1) * camera.forward;
+        const std::string name = node.value("name", source.value("name", ""));
+        r.scene.cameras.push_back({camera, printable(name)});
     }
 }
 
-void read_light(Reader &r, const Json &source, const Transform &t, bool photometric) {
-    Light light{};
+void read_light(Reader &r, const Json &node, const glm::dmat3 &turn, Vec3 position,
+                bool photometric) {
     const std::map<std::string, Light::Kind> kinds = {
         {"point", Light::POINT}, {"spot", Light::SPOT}, {"directional", Light::DIRECTIONAL}};
-    const auto kind = kinds.find(text(source, "type"));
-    light.normal = direction(glm::dmat3(t), {0, 0, -1});
+    const Json &source = element(extension(r.json, "KHR_lights_punctual"), "lights",
+                                 integer(extension(node, "KHR_lights_punctual"), "light"));
+    const auto kind = kinds.find(source.value("type", ""));
+    Light light{};
+    light.corner = position;
+    light.normal = direction(turn, {0, 0, -1});
     if (kind == kinds.end() ||
         (kind->second != Light::POINT && !(max_magnitude(light.normal) > 0))) {
         r.ignored.insert("lights of unknown kinds or without a direction");
         return;
     }
     light.kind = kind->second;
-    const std::vector<double> c = numbers(source, "color", 3);
-    const Vec3 tint = c.empty() ? Vec3(1) : Vec3(c[0], c[1], c[2]);
-    const auto intensity = float(number(source, "intensity", 1));
+    const Vec3 tint = numbers(source, "color", glm::dvec3(1));
+    const auto intensity = float(source.value("intensity", 1.0));
     light.radiance = (photometric ? intensity / LUMENS_PER_WATT : intensity) * tint;
     if (!is_finite(light.radiance) || std::min({tint.x, tint.y, tint.z}) < 0)
         throw Error("has a light whose intensity is negative or not a number");
     const Json &cone = member(source, "spot");
-    light.cosine_inner = float(std::cos(number(cone, "innerConeAngle", 0)));
-    light.cosine_outer = float(std::cos(number(cone, "outerConeAngle", 0.25 * double(PI))));
-    if (number(source, "range", 0) > 0) r.ignored.insert("the range of lights");
+    light.cosine_inner = float(std::cos(cone.value("innerConeAngle", 0.0)));
+    light.cosine_outer = float(std::cos(cone.value("outerConeAngle", 0.25 * double(PI))));
+    if (source.value("range", 0.0) > 0) r.ignored.insert("the range of lights");
     r.scene.lights.push_back(light);
-    r.light_places.push_back(t[3]);
 }
 
-// ---- Nodes
-
-void read_node(Reader &r, const Json &node, const Transform &t, bool photometric) {
-    if (!member(node, "mesh").is_null())
-        for (const Json &p : member(r.file.at("meshes", index(node, "mesh"), "mesh"), "primitives"))
-            read_primitive(r, p, t);
-    if (!member(node, "skin").is_null()) r.ignored.insert("skins");
-    const Json &camera = member(node, "camera"), &light = extension(node, "KHR_lights_punctual");
-    if (camera.is_null() && light.is_null()) return;
-    if (!is_finite(t[3]) || max_magnitude(t[3]) > MAX_COORDINATE) {
-        r.ignored.insert("a camera or a light beyond 1e15");
-        return;
-    }
-    if (!camera.is_null())
-        read_camera(r, r.file.at("cameras", index(node, "camera"), "camera"), t,
-                    text(node, "name"));
-    if (!light.is_null()) {
-        const Json &list = member(extension(r.file.json, "KHR_lights_punctual"), "lights");
-        read_light(r, File::element(list, index(light, "light"), "light"), t, photometric);
-    }
-}
-
-void read_nodes(Reader &r, bool photometric) {
-    const Json &nodes = member(r.file.json, "nodes"), &scenes = member(r.file.json, "scenes");
-    std::vector<std::pair<int64_t, Transform>> open; // a stack of nodes still to be read
-    std::set<int64_t> reached;
-    const auto as_index = [](const Json &v) {
-        return v.is_number_unsigned() ? v.get<int64_t>() : -1;
-    };
-    const auto reach = [&](const Json &children, const Transform &parent) {
-        for (auto child = children.rbegin(); child != children.rend(); ++child) {
-            const int64_t at = as_index(*child);
-            r.file.at("nodes", at, "node");
-            if (!reached.insert(at).second)
-                throw Error("reaches node ", at, " twice: its nodes do not form a tree");
-            open.push_back({at, parent});
+// Cameras and lights both point along their node's -z.
+void read_cameras_and_lights(Reader &r, bool photometric) {
+    for (const auto &[node, t] : r.placed) {
+        if (!is_finite(t[3]) || max_magnitude(t[3]) > MAX_COORDINATE) {
+            r.ignored.insert("a camera or a light beyond 1e15");
+            continue;
         }
-    };
-    if (!scenes.empty()) {
-        const int64_t chosen =
-            member(r.file.json, "scene").is_null() ? 0 : index(r.file.json, "scene");
-        reach(member(r.file.at("scenes", chosen, "scene"), "nodes"), Transform(1));
-        if (scenes.size() > 1) r.ignored.insert("scenes but the default one");
-    } else { // glTF leaves this open: read every node without a parent
-        std::set<int64_t> children;
-        for (const Json &node : nodes)
-            for (const Json &child : member(node, "children")) children.insert(as_index(child));
-        Json roots = Json::array();
-        for (size_t i = 0; i < nodes.size(); ++i)
-            if (children.count(int64_t(i)) == 0) roots.push_back(i);
-        reach(roots, Transform(1));
-    }
-    while (!open.empty()) {
-        const auto [at, parent] = open.back();
-        open.pop_back();
-        const Json &node = nodes[size_t(at)];
-        const Transform transform = parent * local_transform(node);
-        read_node(r, node, transform, photometric);
-        reach(member(node, "children"), transform);
+        const glm::dmat3 turn(t);
+        const Vec3 position = t[3] - r.scene.origin;
+        if (node->contains("camera")) read_camera(r, *node, turn, position);
+        if (!extension(*node, "KHR_lights_punctual").empty())
+            read_light(r, *node, turn, position, photometric);
     }
 }
-
-// ---- From what was read to a scene
 
 // The mean over a few points of a triangle.
 Vec3 mean_emission(const Scene &scene, uint32_t triangle) {
@@ -815,12 +782,6 @@ Vec3 mean_emission(const Scene &scene, uint32_t triangle) {
 // emissiveFactor reaches: eyes, labels and switches glow, but the scene keeps its sky.
 bool make_area_lights(Reader &r) {
     Scene &scene = r.scene;
-    std::vector<Vec3> whole_textures; // of each map
-    for (const SurfaceMaps &maps : scene.maps) {
-        const int32_t texture = maps.emission.texture;
-        whole_textures.push_back(maps.emission_factor *
-                                 (texture >= 0 ? texture_mean(scene.textures[texture]) : Vec3(1)));
-    }
     bool lit = false;
     for (size_t i = 0; i < scene.triangles.size(); ++i) {
         const uint32_t material = scene.surfaces[i].material;
@@ -831,36 +792,21 @@ bool make_area_lights(Reader &r) {
         Light light = area_light(Light::TRIANGLE, corner, scene.vertices[t[1]] - corner,
                                  scene.vertices[t[2]] - corner, emission.radiance);
         light.both_sides = emission.both_sides;
-        bool textured = false, there = true;
+        bool lamp = max_component(emission.radiance) > MAX_GLOW;
         if (const int32_t number = scene.materials[material].maps; number >= 0) {
             const SurfaceMaps &maps = scene.maps[number];
-            textured = maps.emission.texture >= 0;
-            light.mapped = textured || maps.alpha_cutoff > 0;
             const Vec3 mean = mean_emission(scene, uint32_t(i));
-            there = max_component(mean) > 0;
+            lamp = lamp && maps.emission.texture < 0 && max_component(mean) > 0;
+            light.mapped = maps.emission.texture >= 0 || maps.alpha_cutoff > 0;
             // What is between the points counts a little, so that it is sampled, too.
-            const bool even = maps.cut_out.texture < 0 && !maps.vertex_colours;
-            const bool gone = even && maps.alpha < maps.alpha_cutoff;
-            if (light.mapped) light.radiance = mean + (gone ? 0 : 0.01f) * whole_textures[number];
+            if (light.mapped) light.radiance = mean + 0.01f * emission.mean;
         }
         if (!(max_component(light.radiance) > 0)) continue;
-        lit = lit || (there && !textured && max_component(emission.radiance) > MAX_GLOW);
+        lit = lit || lamp;
         scene.surfaces[i].light = int32_t(scene.lights.size());
         scene.lights.push_back(light);
     }
     return lit;
-}
-
-// Moves the points' centre to the origin, so that float keeps the digits that matter.
-void recentre(Reader &r) {
-    Scene &scene = r.scene;
-    Point3d low = r.points[0], high = low;
-    for (const Point3d p : r.points) low = min(low, p), high = max(high, p);
-    scene.origin = 0.5 * (low + high);
-    for (const Point3d p : r.points) scene.vertices.push_back(p - scene.origin);
-    if (!(max_magnitude(high - scene.origin) <= MAX_REACH))
-        throw Error("extends more than 1e10 from its centre; scale it down");
-    r.points = {};
 }
 
 // A three-quarter front view, slightly from above, as close as shows everything in a square.
@@ -880,39 +826,20 @@ Camera framing_camera(const Scene &scene) {
     return camera;
 }
 
-// Moves the file's cameras and punctual lights along with the scene. A camera's target is the point
-// on its axis nearest to the scene's centre.
-void place_cameras_and_lights(Reader &r) {
-    Scene &scene = r.scene;
-    for (size_t i = 0; i < scene.cameras.size(); ++i) {
-        Camera &camera = scene.cameras[i].camera;
-        camera.position = Vec3(r.camera_places[i] - scene.origin);
-        const float ahead = -dot(camera.position, camera.forward);
-        camera.target = camera.position + (ahead > 0 ? ahead : 1) * camera.forward;
-    }
-    for (size_t i = 0; i < scene.lights.size(); ++i)
-        scene.lights[i].corner = Vec3(r.light_places[i] - scene.origin);
-    scene.camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras[0].camera;
-}
-
 } // namespace
 
 bool is_scene_file(const std::string &name) {
-    std::string end = name.substr(std::min(name.rfind('.'), name.size()));
-    for (char &c : end) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return end == ".gltf" || end == ".glb";
+    const std::string end = std::filesystem::path(name).extension();
+    return strcasecmp(end.c_str(), ".gltf") == 0 || strcasecmp(end.c_str(), ".glb") == 0;
 }
 
 Scene scene_file_read(const std::string &path, const SceneOptions &options) {
     try {
-        SceneFolder folder(path, options.allow_outside, options.record);
-        File file(folder);
-        Reader r{file};
-        for (const Json &used : member(file.json, "extensionsUsed"))
-            if (used.is_string() && !is_known(used))
-                r.ignored.insert("the extension " + printable(used));
-        if (!member(file.json, "animations").empty()) r.ignored.insert("animations");
-        read_nodes(r, options.photometric);
+        Reader r(path, options);
+        for (const std::string used : member(r.json, "extensionsUsed"))
+            if (!is_known(used)) r.ignored.insert("the extension " + printable(used));
+        if (!member(r.json, "animations").empty()) r.ignored.insert("animations");
+        read_nodes(r);
         Scene &scene = r.scene;
         if (scene.triangles.empty()) throw Error("has no triangles to render");
         if (scene.maps.empty()) { // then nothing looks these up
@@ -922,7 +849,8 @@ Scene scene_file_read(const std::string &path, const SceneOptions &options) {
         const auto none = [](Vec3 n) { return !(max_magnitude(n) > 0); };
         if (std::all_of(scene.normals.begin(), scene.normals.end(), none)) scene.normals = {};
         recentre(r);
-        place_cameras_and_lights(r);
+        read_cameras_and_lights(r, options.photometric);
+        scene.camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras[0].camera;
         const bool punctual = !scene.lights.empty(), lamps = make_area_lights(r);
         scene.environment = options.environment;
         if (!scene.environment && !punctual && !lamps)
