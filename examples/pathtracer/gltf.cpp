@@ -381,9 +381,8 @@ TextureUse texture_use(Reader &r, const Json &info, bool srgb) {
     return use;
 }
 
-// ---- Materials: full metal without a metallic-roughness texture becomes a conductor, a
-// transmissive material a dielectric, one with neither metal nor coat diffuse; all others use
-// glTF's metallic-roughness model.
+// ---- Materials: a transmissive material becomes a dielectric, one with neither metal nor coat
+// diffuse; all others use glTF's metallic-roughness model.
 
 // The coat's reflectance at normal incidence, as an index of refraction and a colour. Converters
 // from specular-glossiness write an index of 1000, or 0 for infinity, and the reflectance as colour.
@@ -475,11 +474,8 @@ uint32_t material_number(Reader &r, int64_t number, bool vertex_colours) {
             r.ignored.insert("textures of transmission and its roughness");
     } else {
         maps.metallic_roughness = texture_use(r, member(pbr, "metallicRoughnessTexture"), false);
-        const bool all_metal = m.metallic == 1 && maps.metallic_roughness.texture < 0;
         const bool bare = m.metallic == 0 && !(m.ior > 1);
-        m.kind = all_metal ? Material::CONDUCTOR
-                 : bare    ? Material::DIFFUSE
-                           : Material::METALLIC_ROUGHNESS;
+        m.kind = bare ? Material::DIFFUSE : Material::METALLIC_ROUGHNESS;
         // What is inside glass is seen through its back.
         m.single_sided = !source.value("doubleSided", false);
     }

@@ -18,28 +18,25 @@ float alpha_of(const Material &m) {
     return m.roughness * m.roughness;
 }
 
-// ---- Conductors
+// ---- Metal, and what blends with it: a coated diffuse base. Schlick's formula is linear in its
+// reflectance, so one GGX lobe serves both. The base receives what the coat lets through from the
+// light and returns what the coat lets through towards the eye, normalised by the mean (Kelemen and
+// Szirmay-Kalos, "A Microfacet Based Coupled Specular-Matte BRDF Model", 2001), so white stays
+// white for any blend.
 
-// The energy tables interpolated to a material's roughness.
-struct ConductorEnergy : ConductorRow {
-    float mean_loss;
-    explicit ConductorEnergy(const Material &m)
-        : ConductorRow(m.roughness), mean_loss(mean(conductor_table().mean_loss)) {}
+// A material with the tables interpolated to its roughness.
+struct Mixture : ConductorRow {
+    float metallic, alpha;
+    Vec3 reflectance;    // at normal incidence
+    Vec3 multiple;       // colour of multiple scattering
+    float mean_loss;     // of facets
+    float coat = 0;      // reflectance of the coat alone
+    float coat_multiple; // colour of its multiple scattering
+    float mean_left;     // mean of what the coat leaves to the base
+    Vec3 ground;         // albedo of the base, over mean_left
+
+    explicit Mixture(const Material &m);
 };
-
-float loss(const ConductorEnergy &e, float cosine) {
-    if (e.mean_loss < LEAST_LOSS) return 0;
-    const float root = std::sqrt(std::abs(cosine));
-    const EnergyTable *rows = &conductor_table().energy[e.row];
-    return std::max(0.0f,
-                    1 - (1 - e.t) * interpolate(rows[0], root) - e.t * interpolate(rows[1], root));
-}
-
-Vec3 fresnel_conductor(const Material &m, float cosine) {
-    const float c = std::min(std::max(cosine, 0.0f), 1.0f);
-    const float s = (1 - c) * (1 - c), fifth = s * s * (1 - c);
-    return clamp(m.albedo + (1.0f - m.albedo) * fifth, 0.0f, 1.0f);
-}
 
 // The colour of multiply scattered light: a geometric series in which every facet reflects the mean
 // Fresnel term and a share mean_loss of that hits another facet.
@@ -49,18 +46,71 @@ Vec3 multiple_colour(Vec3 albedo, float mean_loss) {
     return mean * mean * (1 - mean_loss) / (1.0f - mean * mean_loss);
 }
 
-MaterialValue conductor_value(const Material &m, Vec3 wo, Vec3 wi) {
-    const float alpha = alpha_of(m);
+Mixture::Mixture(const Material &m)
+    : ConductorRow(std::clamp(m.roughness, SMOOTH, 1.0f)), metallic(m.metallic) {
+    const float roughness = std::clamp(m.roughness, SMOOTH, 1.0f);
+    alpha = roughness * roughness;
+    mean_loss = mean(conductor_table().mean_loss);
+    const float mean_edge = mean(conductor_table().mean_edge);
+    const float root = (m.ior - 1) / (m.ior + 1);
+    coat = root * root;
+    coat_multiple = multiple_colour(Vec3(coat), mean_loss).x;
+    mean_left = std::max(
+        1 - coat * (1 - mean_loss - mean_edge) - mean_edge - coat_multiple * mean_loss, 1e-4f);
+    reflectance = metallic * m.albedo + (1 - metallic) * coat * m.coat_colour;
+    multiple = metallic * multiple_colour(m.albedo, mean_loss) + (1 - metallic) * coat_multiple;
+    ground = ((1 - metallic) / mean_left) * m.albedo;
+}
+
+// What facets lose in single scattering.
+float loss(const Mixture &x, float cosine) {
+    if (x.mean_loss < LEAST_LOSS) return 0;
+    const float root = std::sqrt(std::abs(cosine));
+    const EnergyTable *rows = &conductor_table().energy[x.row];
+    return std::max(0.0f,
+                    1 - (1 - x.t) * interpolate(rows[0], root) - x.t * interpolate(rows[1], root));
+}
+
+// What Schlick's formula adds to the light that facets return at any reflectance.
+float edge_at(const Mixture &x, float cosine) {
+    const float root = std::sqrt(std::abs(cosine));
+    const EnergyTable *rows = &conductor_table().edge[x.row];
+    return glm::mix(interpolate(rows[0], root), interpolate(rows[1], root), x.t);
+}
+
+// What the coat leaves to the base.
+float left(const Mixture &x, float cosine) {
+    const float lost = loss(x, cosine), edge = edge_at(x, cosine);
+    return std::max(0.0f, 1 - x.coat * (1 - lost - edge) - edge - x.coat_multiple * lost);
+}
+
+// The probability of sampling the cosine: what metal loses, or the share of light that facets do not
+// return.
+float wide_share(const Mixture &x, float cosine) {
+    const float lost = loss(x, cosine);
+    if (x.metallic == 1) return lost;
+    const float edge = edge_at(x, cosine);
+    const float facets = luminance(x.reflectance) * (1 - lost - edge) + edge;
+    const float rest =
+        luminance(x.ground) * left(x, cosine) * x.mean_left + luminance(x.multiple) * lost;
+    return rest > 0 ? std::clamp(rest / (facets + rest), 0.01f, 0.9f) : 0;
+}
+
+Vec3 fresnel_conductor(Vec3 reflectance, float cosine) {
+    return clamp(reflectance + (1.0f - reflectance) * schlick_edge(cosine), 0.0f, 1.0f);
+}
+
+MaterialValue mixture_value(const Material &m, Vec3 wo, Vec3 wi) {
+    const Mixture x(m);
     const Vec3 h = normalize_or(wo + wi, {0, 0, 1});
-    const float density = ggx_density(alpha, h);
-    const float facets = 0.25f * density * ggx_shadowing(alpha, wo, wi) * wi.z;
-    const ConductorEnergy e(m);
-    const float lost = loss(e, wo.z);
+    const float density = ggx_density(x.alpha, h);
+    const float facets = 0.25f * density * ggx_shadowing(x.alpha, wo, wi) * wi.z;
+    const float share = wide_share(x, wo.z);
     const float wide =
-        e.mean_loss >= LEAST_LOSS ? lost * loss(e, wi.z) * wi.z / (PI * e.mean_loss) : 0;
-    return {facets * fresnel_conductor(m, dot(wo, h)) +
-                wide * multiple_colour(m.albedo, e.mean_loss),
-            (1 - lost) * 0.25f * ggx_masking(alpha, wo) * density + lost * wi.z / PI};
+        x.mean_loss >= LEAST_LOSS ? loss(x, wo.z) * loss(x, wi.z) * wi.z / (PI * x.mean_loss) : 0;
+    Vec3 eval = facets * fresnel_conductor(x.reflectance, dot(wo, h)) + wide * x.multiple;
+    if (x.metallic < 1) eval += left(x, wo.z) * left(x, wi.z) * wi.z / PI * x.ground;
+    return {eval, (1 - share) * 0.25f * ggx_masking(x.alpha, wo) * density + share * wi.z / PI};
 }
 
 // ---- Dielectrics
@@ -112,119 +162,12 @@ MaterialValue dielectric_value(const Material &m, bool front, Vec3 wo, Vec3 wi) 
             (1 - lost) * facet_pdf + lost * share * std::abs(wi.z) / PI};
 }
 
-// ---- Metallic-roughness blends metal with a coated diffuse base. Schlick's formula is linear in its
-// reflectance, so one GGX lobe serves both. The base receives what the coat lets through from the
-// light and returns what the coat lets through towards the eye, normalised by the mean (Kelemen and
-// Szirmay-Kalos, "A Microfacet Based Coupled Specular-Matte BRDF Model", 2001), so white stays
-// white for any blend.
-
-// The directional albedo of single scattering at a roughness and cosine: `bound` scales with the
-// reflectance, `edge` is what Schlick's formula adds to any reflectance.
-struct FacetAlbedo {
-    float bound, edge;
-    float at(float reflectance) const { return reflectance * bound + edge; }
-};
-
-struct Mixture : ConductorRow {
-    using ConductorRow::ConductorRow;
-    Vec3 reflectance; // at normal incidence
-    Vec3 ground;      // albedo of the diffuse base, over mean_left
-    Vec3 multiple;    // colour of multiple scattering, over mean_loss
-    float coat;       // reflectance of the coat alone
-    float coat_multiple;
-    float mean_left, mean_loss; // means: what the coat leaves to the base; what facets lose
-    float alpha;
-};
-
-FacetAlbedo facet_albedo(const Mixture &x, float cosine) {
-    const ConductorTable &table = conductor_table();
-    const float root = std::sqrt(std::abs(cosine));
-    const auto at_root = [&](const std::array<EnergyTable, ENERGY_SIZE> &rows) {
-        return glm::mix(interpolate(rows[x.row], root), interpolate(rows[x.row + 1], root), x.t);
-    };
-    const float energy = at_root(table.energy), edge = at_root(table.edge);
-    return {energy - edge, edge};
-}
-
-Mixture mixture(const Material &m) {
-    const float roughness = std::min(std::max(m.roughness, SMOOTH), 1.0f);
-    Mixture x(roughness);
-    x.alpha = roughness * roughness;
-    const float mean_loss = x.mean(conductor_table().mean_loss);
-    const float mean_edge = x.mean(conductor_table().mean_edge);
-    const float root = (m.ior - 1) / (m.ior + 1);
-    x.coat = root * root;
-    x.coat_multiple = multiple_colour(Vec3(x.coat), mean_loss).x;
-    x.mean_loss = mean_loss;
-    x.mean_left = std::max(
-        1 - x.coat * (1 - mean_loss - mean_edge) - mean_edge - x.coat_multiple * mean_loss, 1e-4f);
-    x.reflectance = m.metallic * m.albedo + (1 - m.metallic) * x.coat * m.coat_colour;
-    x.ground = ((1 - m.metallic) / x.mean_left) * m.albedo;
-    x.multiple =
-        (1 / std::max(mean_loss, LEAST_LOSS)) *
-        (m.metallic * multiple_colour(m.albedo, mean_loss) + (1 - m.metallic) * x.coat_multiple);
-    return x;
-}
-
-struct Left {
-    float by_coat, by_facets;
-};
-
-Left left_at(const Mixture &x, FacetAlbedo f) {
-    const float lost = std::max(0.0f, 1 - f.bound - f.edge);
-    return {std::max(0.0f, 1 - f.at(x.coat) - x.coat_multiple * lost), lost};
-}
-
-// The probability of sampling the facet lobe: its share of the light returned. The rest is cosine.
-float facet_share(const Mixture &x, Vec3 wo, Left &left) {
-    const FacetAlbedo f = facet_albedo(x, wo.z);
-    left = left_at(x, f);
-    const float facets = luminance(x.reflectance) * f.bound + f.edge;
-    const float rest = luminance(x.ground) * left.by_coat * x.mean_left +
-                       luminance(x.multiple) * left.by_facets * x.mean_loss;
-    return rest > 0 ? std::clamp(facets / (facets + rest), 0.1f, 0.99f) : 1;
-}
-
-MaterialValue value_of(const Mixture &x, Vec3 wo, Vec3 wi) {
-    const Vec3 h = normalize_or(wo + wi, {0, 0, 1});
-    Left near;
-    const float share = facet_share(x, wo, near);
-    const Left far = left_at(x, facet_albedo(x, wi.z));
-    const float facets = 0.25f * ggx_density(x.alpha, h) * ggx_shadowing(x.alpha, wo, wi) * wi.z;
-    const float edge = schlick_edge(dot(wo, h));
-    const float flat = wi.z / PI;
-    return {(facets * (1 - edge)) * x.reflectance + facets * edge +
-                (flat * near.by_coat * far.by_coat) * x.ground +
-                (flat * near.by_facets * far.by_facets) * x.multiple,
-            share * (0.25f * ggx_masking(x.alpha, wo) * ggx_density(x.alpha, h)) +
-                (1 - share) * flat};
-}
-
-MaterialSample mixture_sample(const Material &m, Vec3 wo, Vec2 u) {
-    const Mixture x = mixture(m);
-    Left left;
-    const float share = facet_share(x, wo, left);
-    Vec3 wi;
-    // u.x chooses the lobe, then is rescaled to [0, 1).
-    if (u.x < share) {
-        u.x = std::min(u.x / share, 1 - DRAW_STEP);
-        const Vec3 h = ggx_visible_normal(x.alpha, wo, square_to_disc(u));
-        wi = normalize(2 * dot(wo, h) * h - wo);
-    } else {
-        u.x = std::min((u.x - share) / (1 - share), 1 - DRAW_STEP);
-        wi = square_to_cosine_hemisphere(u);
-    }
-    if (!(wi.z > 0)) return {};
-    const MaterialValue value = value_of(x, wo, wi);
-    if (!(value.pdf > 0) || !std::isfinite(value.pdf)) return {};
-    return {wi, (1 / value.pdf) * value.eval, value.pdf, false};
-}
-
 // ---- Sampling
 
 MaterialSample sample_smooth(const Material &m, bool front, Vec3 wo, float lobe) {
     const Vec3 mirrored = {-wo.x, -wo.y, wo.z};
-    if (m.kind == Material::CONDUCTOR) return {mirrored, fresnel_conductor(m, wo.z), 1, true};
+    if (m.kind == Material::METALLIC_ROUGHNESS)
+        return {mirrored, fresnel_conductor(m.albedo, wo.z), 1, true};
     if (std::abs(m.ior - 1) < SAME_IOR) return {-wo, m.albedo, 1, true};
     const float eta = relative_ior(m, front);
     const float fresnel = fresnel_dielectric(wo.z, eta);
@@ -235,8 +178,8 @@ MaterialSample sample_smooth(const Material &m, bool front, Vec3 wo, float lobe)
 }
 
 bool sample_rough(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe, Vec3 &wi) {
-    const bool metal = m.kind == Material::CONDUCTOR;
-    const float wide = metal ? loss(ConductorEnergy(m), wo.z) : loss(m, front, wo.z);
+    const bool metal = m.kind == Material::METALLIC_ROUGHNESS;
+    const float wide = metal ? wide_share(Mixture(m), wo.z) : loss(m, front, wo.z);
     if (u.x < wide) {
         wi = square_to_cosine_hemisphere({u.x / wide, u.y});
         if (!metal && lobe < m.energy->passed_loss[front ? 0 : 1]) wi.z = -wi.z;
@@ -264,13 +207,11 @@ MaterialValue specular_value(const Material &m, bool front, Vec3 wo, Vec3 wi) {
     }
     if (m.kind == Material::DIELECTRIC) return dielectric_value(m, front, wo, wi);
     if (!(wi.z > 0)) return {{0, 0, 0}, 0};
-    return m.kind == Material::CONDUCTOR ? conductor_value(m, wo, wi)
-                                         : value_of(mixture(m), wo, wi);
+    return mixture_value(m, wo, wi);
 }
 
 MaterialSample specular_sample(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe) {
     if (material_is_smooth(m)) return sample_smooth(m, front, wo, u.x);
-    if (m.kind == Material::METALLIC_ROUGHNESS) return mixture_sample(m, wo, u);
     if (m.kind == Material::PHASE) {
         const Vec3 wi = phase_sample(m.anisotropy, u);
         return {wi, m.albedo, phase_pdf(m.anisotropy, wi), false};

@@ -26,22 +26,21 @@ struct DielectricEnergy {
 struct Material {
     enum Kind : uint32_t {
         DIFFUSE,            // Lambert, the same on both sides
-        CONDUCTOR,          // metal: GGX, the same on both sides
+        METALLIC_ROUGHNESS, // glTF: from GGX-coated Lambert to GGX metal, the same on both sides
         DIELECTRIC,         // glass: GGX, reflects and transmits; the back is the inside
-        METALLIC_ROUGHNESS, // glTF: from GGX-coated Lambert to metal, the same on both sides
         PHASE               // no surface, but a particle of a medium: medium.h. `wo` is +z
     };
     Kind kind = DIFFUSE;
-    Vec3 albedo = {0.5f, 0.5f, 0.5f}; // DIFFUSE: reflectance. CONDUCTOR: at normal incidence.
-                                      // DIELECTRIC: transmission tint.
-                                      // METALLIC_ROUGHNESS: base colour. PHASE: scattered share
+    Vec3 albedo = {0.5f, 0.5f, 0.5f}; // DIFFUSE: reflectance. METALLIC_ROUGHNESS: base colour.
+                                      // DIELECTRIC: transmission tint. PHASE: scattered share
     Vec3 coat_colour = {1, 1, 1};     // METALLIC_ROUGHNESS: times the reflectance by `ior`
-    float roughness = 0;  // in [0, 1]; alpha is its square. Below SMOOTH: a mirror, except
-                          // METALLIC_ROUGHNESS, which is clamped to SMOOTH
-    float metallic = 0;   // METALLIC_ROUGHNESS: fraction of metal, in [0, 1]
-    float ior = 1.5f;     // index of refraction, inside over outside. DIELECTRIC, and the coat of
-                          // METALLIC_ROUGHNESS
-    float anisotropy = 0; // PHASE: the mean cosine between light's ways in and out
+    float roughness =
+        0;              // in [0, 1]; alpha is its square. Below SMOOTH metal and glass are mirrors,
+                        // and a coat is as rough as SMOOTH
+    float metallic = 1; // METALLIC_ROUGHNESS: fraction of metal, in [0, 1]
+    float ior = 1.5f;   // index of refraction, inside over outside. DIELECTRIC, and the coat of
+                        // METALLIC_ROUGHNESS
+    float anisotropy = 0;      // PHASE: the mean cosine between light's ways in and out
     bool single_sided = false; // the camera does not see its back
     int32_t maps = -1;         // varying properties: index into Scene::maps, or -1
 
@@ -58,9 +57,9 @@ void material_prepare(Material &material);
 
 // Whether the material scatters only into discrete directions: the value is 0, samples are smooth.
 inline bool material_is_smooth(const Material &m) {
-    const bool specular = m.kind == Material::CONDUCTOR || m.kind == Material::DIELECTRIC;
-    return (specular && m.roughness < SMOOTH) ||
-           (m.kind == Material::DIELECTRIC && std::abs(m.ior - 1) < SAME_IOR);
+    if (m.kind == Material::METALLIC_ROUGHNESS) return m.metallic == 1 && m.roughness < SMOOTH;
+    return m.kind == Material::DIELECTRIC &&
+           (m.roughness < SMOOTH || std::abs(m.ior - 1) < SAME_IOR);
 }
 
 struct MaterialSample {

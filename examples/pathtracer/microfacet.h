@@ -75,7 +75,8 @@ inline bool refract(Vec3 o, Vec3 h, float eta, Vec3 &wi) {
 // Schlick's Fresnel term at this cosine, for a reflectance of 0 at normal incidence.
 inline float schlick_edge(float cosine) {
     const float c = 1 - std::min(std::max(cosine, 0.0f), 1.0f);
-    return c * c * c * c * c;
+    const float s = c * c;
+    return s * s * c;
 }
 
 // ---- Tables of the energy that microfacets preserve in single scattering, indexed by the square root

@@ -34,7 +34,7 @@ uint32_t add_diffuse(Scene &scene, Vec3 albedo) {
 }
 
 uint32_t add_conductor(Scene &scene, Vec3 albedo, float roughness) {
-    return add_material(scene, Material::CONDUCTOR, albedo, roughness);
+    return add_material(scene, Material::METALLIC_ROUGHNESS, albedo, roughness);
 }
 
 uint32_t add_dielectric(Scene &scene, float ior, float roughness, Vec3 passed) {
