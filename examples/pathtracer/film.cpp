@@ -183,15 +183,16 @@ bool is_done(const NoiseSettings &noise, const Film &film, const Crop &block, ui
 using Clock = std::chrono::steady_clock;
 
 constexpr double PROGRESS_SECONDS = 0.1; // between two reports
+constexpr uint32_t LONGEST_PASS = 256;   // samples per pixel
 
 // Up to `count` samples for each pixel of a block.
-void render_pixels(const Integrator &integrator, const RenderSettings &settings, Film &film,
+void render_pixels(const Integrator &integrator, uint32_t first_sample, Film &film,
                    const Crop &block, uint32_t count, PathCounters &counters) {
     for (int y = block.y0; y < block.y1; ++y)
         for (int x = block.x0; x < block.x1; ++x)
             for (FilmPixel &pixel = film_pixel(film, x, y); pixel.count < count;) {
-                const uint32_t index = settings.first_sample + pixel.count;
-                PathSample sample = trace_path(integrator, x, y, index, counters);
+                PathSample sample =
+                    trace_path(integrator, x, y, first_sample + pixel.count, counters);
                 // One such sample would spoil the pixel for good. The total is reported at the end.
                 if (!is_finite(sample.radiance)) {
                     sample.radiance = {0, 0, 0};
@@ -209,7 +210,7 @@ void render_block(const Integrator &integrator, const RenderSettings &settings, 
         for (int x = block.x0; x < block.x1; ++x)
             count = std::max(count, film_pixel(film, x, y).count);
     for (;;) {
-        render_pixels(integrator, settings, film, block, count, counters);
+        render_pixels(integrator, settings.first_sample, film, block, count, counters);
         if (count >= limit || is_done(settings.noise, film, block, count)) return;
         count = std::min(next_look(settings.noise, count), limit);
     }
@@ -217,8 +218,7 @@ void render_block(const Integrator &integrator, const RenderSettings &settings, 
 
 // Gives every pixel `count` samples, unless its block is done. Returns false if `interrupted`.
 bool render_pass(const Integrator &integrator, const RenderSettings &settings, uint32_t count,
-                 Film &film, RenderTotals &totals,
-                 const std::function<void(double, const RenderTotals &)> &progress,
+                 Film &film, RenderTotals &totals, const Progress &progress,
                  const volatile std::sig_atomic_t &interrupted) {
     const Crop &crop = film.crop, all = whole_blocks(crop, film.full_width, film.full_height);
     std::vector<Crop> blocks; // row by row, those at the edges smaller
@@ -241,7 +241,7 @@ bool render_pass(const Integrator &integrator, const RenderSettings &settings, u
             render_block(integrator, settings, film, blocks[i], count, counters);
             const std::lock_guard<std::mutex> lock(mutex);
             const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-            totals.counters += counters;
+            totals += counters;
             totals.seconds = seconds_before + seconds;
             ++done;
             if (seconds - reported < PROGRESS_SECONDS && done < blocks.size()) continue;
@@ -260,26 +260,15 @@ bool render_pass(const Integrator &integrator, const RenderSettings &settings, u
     return done == blocks.size();
 }
 
-// The most samples per pixel in one pass.
-constexpr uint32_t LONGEST_PASS = 256;
-
-// The count after `count` in 1, 2, 3, 4, 6, 8, 12, 16, 24 ...
-uint32_t next_count(uint32_t count) {
-    uint32_t power = 1;
-    while (power <= count / 2) power *= 2;
-    const uint32_t step = count < 2 ? 1 : power / 2;
-    return count + std::min(step, LONGEST_PASS);
-}
-
 } // namespace
 
 bool render_frame(const Integrator &integrator, const RenderSettings &settings, Film &film,
-                  RenderTotals &totals,
-                  const std::function<void(double, const RenderTotals &)> &progress,
+                  RenderTotals &totals, const Progress &progress,
                   const volatile std::sig_atomic_t &interrupted) {
     const SampleCounts counts = film_counts(film);
     for (uint32_t count = counts.least; count < settings.spp;) {
-        const uint32_t next = std::max(std::min(next_count(count), settings.spp), counts.most);
+        const uint32_t step = std::clamp(count / 2, 1u, LONGEST_PASS);
+        const uint32_t next = std::max(std::min(count + step, settings.spp), counts.most);
         const auto report = [&](double fraction, const RenderTotals &so_far) {
             const double samples = count + fraction * (next - count) - counts.least;
             progress(samples / (settings.spp - counts.least), so_far);

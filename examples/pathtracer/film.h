@@ -96,17 +96,16 @@ struct RenderSettings {
     NoiseSettings noise = {}; // with a level, the film's crop must consist of whole blocks
 };
 
-struct RenderTotals {
+struct RenderTotals : PathCounters {
     double seconds = 0;
-    PathCounters counters;
 };
+using Progress = std::function<void(double fraction, const RenderTotals &)>;
 
 // Adds samples to a film, which may already hold some; blocks that are done get fewer. Reports progress
 // as a fraction, a few times per second. Returns false soon after `interrupted` becomes non-zero; pixels
 // then have different sample counts. The result does not depend on the number of threads or the crop.
 bool render_frame(const Integrator &integrator, const RenderSettings &settings, Film &film,
-                  RenderTotals &totals,
-                  const std::function<void(double, const RenderTotals &)> &progress,
+                  RenderTotals &totals, const Progress &progress,
                   const volatile std::sig_atomic_t &interrupted);
 
 // ---- OpenEXR images: layers in one part, 32 bits per channel, ZIP compression; the data window is the

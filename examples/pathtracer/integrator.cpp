@@ -309,6 +309,7 @@ PathSample trace(const Integrator &integrator, int x, int y, const PathNumbers &
 
 PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index,
                       PathCounters &counters) {
+    ++counters.paths;
     return with_path(*integrator.sampler, x, y, index, [&](const auto &path_numbers) {
         return trace(integrator, x, y, path_numbers, counters);
     });

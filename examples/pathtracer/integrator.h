@@ -17,13 +17,13 @@ struct Integrator {
 };
 
 struct PathCounters {
-    uint64_t rays = 0;
-    uint64_t lost = 0; // non-finite samples: there should be none
-    // The throughput of all paths that were cut off at max_depth.
-    double cut_off = 0;
+    uint64_t paths = 0, rays = 0;
+    uint64_t lost = 0;  // non-finite samples: there should be none
+    double cut_off = 0; // the throughput of all paths that were cut off at max_depth
 };
 
 inline PathCounters &operator+=(PathCounters &a, const PathCounters &b) {
+    a.paths += b.paths;
     a.rays += b.rays;
     a.lost += b.lost;
     a.cut_off += b.cut_off;

@@ -39,18 +39,18 @@ bool is_environment_file(const std::string &name) {
 
 // Throws Error unless both outputs can be written, and are none of the files that are read, under
 // any name. Only the image of --resume may be replaced by -o.
-void check_outputs(const Options &o, const std::vector<fs::path> &inputs) {
-    const fs::path exr = o.text("-o"), png = preview_path(o), resumed = o.text("--resume");
-    const auto check = [&](const char *role, const fs::path &output, const fs::path &input) {
+void check_outputs(const Options &o, const std::vector<std::string> &inputs) {
+    const fs::path exr = o.text("-o"), png = preview_path(o);
+    const auto check = [](const char *role, const fs::path &output, const fs::path &input) {
         if (!input.empty() && is_same_file(output, input))
             throw Error(role, " would overwrite ", output.string(), ", which is read as ",
                         input.string(), "; give the output another name");
     };
-    for (const fs::path &input : inputs) {
+    for (const std::string &input : inputs) {
         check("-o", exr, input);
         check("the preview of -o", png, input);
     }
-    check("the preview of -o", png, resumed);
+    check("the preview of -o", png, o.text("--resume"));
     if (is_same_file(exr, png))
         throw Error("-o and its preview ", png.string(), " are the same file; give another name");
     check_writable(exr);
@@ -58,13 +58,11 @@ void check_outputs(const Options &o, const std::vector<fs::path> &inputs) {
 }
 
 void write_outputs(const Options &o, const Film &film, ExrHead head) {
-    const std::string &exposure = o.text("--exposure");
-    const bool automatic =
-        exposure == "auto" || (exposure.empty() && is_scene_file(head.settings["scene"]));
-    head.statistics.exposure = automatic ? auto_exposure(film) : o.number<float>("--exposure");
-    write_files(
-        {{o.text("-o"), exr_encode(film, head)},
-         {preview_path(o), png_encode_preview(film_image(film), head.statistics.exposure)}});
+    float &exposure = head.statistics.exposure;
+    exposure = o.has_auto_exposure(head.settings["scene"]) ? auto_exposure(film)
+                                                           : o.number<float>("--exposure");
+    write_files({{o.text("-o"), exr_encode(film, head)},
+                 {preview_path(o), png_encode_preview(film_image(film), exposure)}});
 }
 
 // Prints even with --quiet. Parts of an image are exempt: they may well be empty.
@@ -114,12 +112,12 @@ Scene load_scene(const Options &o, InputRecord &record) {
 
 void check_samples(const Options &o, const Scene &scene, const Sampler &sampler) {
     const auto end = o.number<uint64_t>("--first-sample") + o.number<uint64_t>("--spp");
-    if (end > (uint64_t{1} << 32) / scene.light_samples)
-        throw Error("--first-sample and --spp run past the last sample of ", scene.light_samples,
+    const uint64_t limit = std::min((uint64_t{1} << 32) / scene.light_samples,
+                                    sampler.peer ? PeerSampler::INDEX_LIMIT : UINT64_MAX);
+    if (end > limit)
+        throw Error("--first-sample and --spp run past sample ", limit - 1, ", the last of '",
+                    o.text("--sampler"), "' with ", scene.light_samples,
                     " light samples each; take fewer");
-    if (sampler.peer && end > PeerSampler::INDEX_LIMIT)
-        throw Error("--first-sample and --spp run past sample ", PeerSampler::INDEX_LIMIT,
-                    ", the last of '", o.text("--sampler"), "'; take fewer");
 }
 
 // What is known of the image before rendering. The camera must be fitted already.
@@ -145,28 +143,32 @@ ExrHead image_head(const Options &o, const Scene &scene, const Crop &crop,
 
 // ---- Images in parts
 
-bool overlap(const Crop &a, const Crop &b) {
-    return a.x0 < b.x1 && b.x0 < a.x1 && a.y0 < b.y1 && b.y0 < a.y1;
+using Settings = std::map<std::string, std::string>;
+
+// The settings that all parts of an image share and, for a part's own, where it lies.
+Settings settings_of(const ExrHead &head, bool own) {
+    Settings all = head.settings;
+    all["size"] = joined(head.full_width, "x", head.full_height);
+    if (!own) return all;
+    const Crop &c = head.crop;
+    all["crop"] = joined(c.x0, ",", c.y0, ",", c.x1, ",", c.y1);
+    all["first-sample"] = std::to_string(head.statistics.first_sample);
+    return all;
 }
 
-// The first line that differs between the settings of two images, such as "seed: '1' and '2'", or of the
-// files they are made of; empty if they can be parts of one image.
-std::string settings_difference(ExrHead one, ExrHead other) {
-    for (ExrHead *head : {&one, &other})
-        head->settings["size"] = joined(head->full_width, "x", head->full_height);
-    std::map<std::string, std::string> all = one.settings;
-    all.insert(other.settings.begin(), other.settings.end());
+// The first line that differs, such as "seed: '1' and '2'"; empty if there is none.
+std::string difference(Settings one, Settings other) {
+    Settings all = one;
+    all.insert(other.begin(), other.end());
     for (const auto &[name, unused] : all) {
-        const std::string &a = one.settings[name], &b = other.settings[name];
+        const std::string &a = one[name], &b = other[name];
         if (a == b) continue;
-        std::istringstream lines_a(a), lines_b(b);
-        std::string line_a, line_b;
-        while (line_a == line_b && (lines_a || lines_b)) {
-            line_a.clear(), line_b.clear();
-            std::getline(lines_a, line_a);
-            std::getline(lines_b, line_b);
-        }
-        return joined(name, ": '", printable(line_a), "' and '", printable(line_b), "'");
+        const auto [end, unused_too] = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
+        const size_t start = std::string(a.begin(), end).rfind('\n') + 1;
+        const auto line = [&](const std::string &text) {
+            return printable(text.substr(start, text.find('\n', start) - start));
+        };
+        return joined(name, ": '", line(a), "' and '", line(b), "'");
     }
     return "";
 }
@@ -178,11 +180,12 @@ void add_part(ImageStatistics &to, const ImageStatistics &part) {
     to.threads = std::max(to.threads, part.threads);
 }
 
-// Adds a part's samples to a pixel of the image, which starts at sample `first`.
-void add_samples(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t first, uint64_t begin,
+// Adds a part's samples to a pixel that lacks those from `next` on.
+void add_samples(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t next, uint64_t begin,
                  const std::string &path) {
     if (from.count == 0) return;
-    const uint64_t next = first + to.count;
+    if (begin < next)
+        throw Error(path, " contains the same samples of pixel ", x, ",", y, " as another part");
     if (begin > next)
         throw Error("samples ", next, " to ", begin - 1, " of pixel ", x, ",", y,
                     " are missing before ", path, "; render them with --first-sample ", next,
@@ -193,46 +196,36 @@ void add_samples(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t fi
 // Merges parts of the same settings and files. Where they overlap they must hold different samples, and
 // each pixel's samples must be consecutive. Holds only the result and one part in memory. Throws Error.
 Film merge_images(const std::vector<std::string> &paths, ExrHead &merged) {
-    std::vector<ExrHead> heads;
-    for (const std::string &path : paths) {
-        const ExrHead head = exr_read_head(path);
-        const std::string difference = settings_difference(head, heads.empty() ? head : heads[0]);
-        if (!difference.empty())
-            throw Error(path, " and ", paths[0], " are not parts of one image: they differ in ",
-                        difference);
-        for (size_t i = 0; i < heads.size(); ++i) {
-            const ImageStatistics &a = heads[i].statistics, &b = head.statistics;
-            if (a.first_sample < b.end_sample && b.first_sample < a.end_sample &&
-                overlap(heads[i].crop, head.crop))
-                throw Error(path, " and ", paths[i],
-                            " contain the same samples of the same pixels");
-        }
-        heads.push_back(head);
-    }
-    merged = heads[0];
+    merged = exr_read_head(paths[0]);
     ImageStatistics &all = merged.statistics;
     Crop &crop = merged.crop;
-    std::multimap<uint64_t, size_t> order; // of samples, so that each pixel fills up without gaps
-    for (size_t i = 0; i < heads.size(); ++i) {
-        const Crop &c = heads[i].crop;
-        const ImageStatistics &part = heads[i].statistics;
-        order.emplace(part.first_sample, i);
-        if (i == 0) continue;
+    std::multimap<uint64_t, std::string> order; // of samples, so that pixels fill up without gaps
+    for (const std::string &path : paths) {
+        const ExrHead head = exr_read_head(path);
+        const std::string differs =
+            difference(settings_of(head, false), settings_of(merged, false));
+        if (!differs.empty())
+            throw Error(path, " and ", paths[0], " are not parts of one image: they differ in ",
+                        differs);
+        const Crop &c = head.crop;
         crop = {std::min(crop.x0, c.x0), std::min(crop.y0, c.y0), std::max(crop.x1, c.x1),
                 std::max(crop.y1, c.y1)};
-        all.first_sample = std::min(all.first_sample, part.first_sample);
-        all.end_sample = std::max(all.end_sample, part.end_sample);
-        add_part(all, part);
+        all.first_sample = std::min(all.first_sample, head.statistics.first_sample);
+        all.end_sample = std::max(all.end_sample, head.statistics.end_sample);
+        if (!order.empty()) add_part(all, head.statistics);
+        order.emplace(head.statistics.first_sample, path);
     }
     if (pixel_count(crop) > MAX_PIXELS)
         throw Error("the parts span more than ", MAX_PIXELS, " pixels; merge fewer of them");
     Film film = film_create(merged.full_width, merged.full_height, crop);
-    for (const auto &[first, i] : order) {
-        const Film part = exr_read_film(paths[i]);
+    for (const auto &[first, path] : order) {
+        const Film part = exr_read_film(path);
         for (int y = part.crop.y0; y < part.crop.y1; ++y)
-            for (int x = part.crop.x0; x < part.crop.x1; ++x)
-                add_samples(film_pixel(film, x, y), film_pixel(part, x, y), x, y, all.first_sample,
-                            first, paths[i]);
+            for (int x = part.crop.x0; x < part.crop.x1; ++x) {
+                FilmPixel &to = film_pixel(film, x, y);
+                add_samples(to, film_pixel(part, x, y), x, y, all.first_sample + to.count, first,
+                            path);
+            }
     }
     all.spp = film_counts(film).most;
     return film;
@@ -256,7 +249,10 @@ void check_inside(const Options &o, const std::string &name) {
 // Takes from the image to continue all settings that are not on the command line. Throws Error.
 ExrHead resume_settings(Options &o) {
     const std::string &resumed = o.text("--resume");
-    ExrHead head = exr_read_head(resumed);
+    const ExrHead head = exr_read_head(resumed);
+    Settings values = settings_of(head, true);
+    values["spp"] = std::to_string(std::max(head.statistics.spp, 1u));
+    values["exposure"] = values["noise-exposure"];
     const auto take = [&](const std::string &name, const std::string &value) {
         try {
             if (!o.given(name) && !value.empty()) o.set(name, value);
@@ -264,17 +260,12 @@ ExrHead resume_settings(Options &o) {
             throw Error(resumed, " cannot be continued: ", error.what());
         }
     };
-    const Crop &c = head.crop;
-    const ImageStatistics &s = head.statistics;
-    for (const std::string &name : Options::settings()) take(name, head.settings[name.substr(2)]);
-    take("--size", joined(head.full_width, "x", head.full_height));
-    take("--crop", joined(c.x0, ",", c.y0, ",", c.x1, ",", c.y1));
-    take("--first-sample", std::to_string(s.first_sample));
-    take("--spp", std::to_string(std::max(s.spp, 1u)));
-    take("--exposure", head.settings["noise-exposure"]);
+    std::vector<std::string> names = Options::settings();
+    names.insert(names.end(), {"--size", "--crop", "--first-sample", "--spp", "--exposure"});
+    for (const std::string &name : names) take(name, values[name.substr(2)]);
     const std::string camera[] = {"--camera", "--eye", "--target", "--fov"};
     const auto given = [&](const std::string &name) { return o.given(name); };
-    std::istringstream words(head.settings["camera"]);
+    std::istringstream words(values["camera"]);
     for (std::string name, value; words >> name >> value;)
         if (std::none_of(std::begin(camera), std::end(camera), given) &&
             std::count(std::begin(camera), std::end(camera), name) > 0)
@@ -286,21 +277,16 @@ ExrHead resume_settings(Options &o) {
 
 // Reads the samples. Throws Error, naming the difference, unless they can be continued as `wanted`.
 Film resume_film(const Options &o, const ExrHead &image, const ExrHead &wanted) {
-    std::string difference = settings_difference(image, wanted);
-    const Crop &had = image.crop, &now = wanted.crop;
-    if (difference.empty() && image.statistics.first_sample != wanted.statistics.first_sample)
-        difference = "first sample";
-    if (difference.empty() &&
-        (had.x0 != now.x0 || had.y0 != now.y0 || had.x1 != now.x1 || had.y1 != now.y1))
-        difference = "crop";
-    if (!difference.empty())
-        throw Error(o.text("--resume"), " is not an earlier state of this image: they differ in ",
-                    difference, "; options that you leave out are taken from it");
-    Film film = exr_read_film(o.text("--resume"));
+    const std::string &path = o.text("--resume");
+    const std::string differs = difference(settings_of(image, true), settings_of(wanted, true));
+    if (!differs.empty())
+        throw Error(path, " is not an earlier state of this image: they differ in ", differs,
+                    "; options that you leave out are taken from it");
+    Film film = exr_read_film(path);
     const SampleCounts counts = film_counts(film);
     const auto spp = o.number<uint32_t>("--spp");
     if (counts.most > spp || counts.least >= spp)
-        throw Error(o.text("--resume"), " has ", counts.least, " to ", counts.most,
+        throw Error(path, " has ", counts.least, " to ", counts.most,
                     " samples in each pixel already; give a larger --spp");
     return film;
 }
@@ -308,9 +294,8 @@ Film resume_film(const Options &o, const ExrHead &image, const ExrHead &wanted) 
 // ---- Rendering
 
 void print_progress(double fraction, const RenderTotals &totals) {
-    const double rays = double(totals.counters.rays);
     std::fprintf(stderr, "\r%5.1f %%  %6.1f M rays/s", 100 * fraction,
-                 1e-6 * rays / std::max(totals.seconds, 1e-9));
+                 1e-6 * double(totals.rays) / std::max(totals.seconds, 1e-9));
     if (fraction > 0)
         std::fprintf(stderr, "  %.0f s left   ",
                      std::ceil(totals.seconds * (1 - fraction) / fraction));
@@ -318,21 +303,18 @@ void print_progress(double fraction, const RenderTotals &totals) {
 }
 
 // What a run without --quiet prints about its image.
-void print_summary(const Options &o, const Film &film, const RenderTotals &totals, double samples) {
+void print_summary(const Options &o, const Film &film, const RenderTotals &totals) {
     const SampleCounts counts = film_counts(film);
-    std::string spp = std::to_string(counts.least);
-    if (o.number<double>("--noise") > 0) {
-        const double pixels = double(film.pixels.size());
-        spp += joined(" to ", counts.most, " spp, ", film_samples(film) / pixels, " on average");
-    } else {
-        spp += " spp";
-    }
-    const double rays = double(totals.counters.rays);
+    std::string spp = std::to_string(counts.least) + " spp";
+    if (o.number<double>("--noise") > 0)
+        spp = joined(counts.least, " to ", counts.most, " spp, ",
+                     film_samples(film) / double(film.pixels.size()), " on average");
+    const auto rays = double(totals.rays);
     std::printf("%s: %s, %s, %s, %.2f s, %.0f rays, %.2f M rays/s, %.2f %% cut off at depth %s\n",
                 without_controls(o.text("-o")).c_str(), without_controls(o.text("--scene")).c_str(),
                 o.text("--sampler").c_str(), spp.c_str(), totals.seconds, rays,
                 1e-6 * rays / totals.seconds,
-                100 * totals.counters.cut_off / std::max(samples, 1.0),
+                100 * totals.cut_off / std::max(double(totals.paths), 1.0),
                 o.text("--max-depth").c_str());
 }
 
@@ -344,7 +326,7 @@ int run_render(Options o) {
     Scene scene = load_scene(o, record);
     if (!o.flag("--quiet"))
         for (const std::string &note : scene.notes) say(note);
-    std::vector<fs::path> inputs;
+    std::vector<std::string> inputs;
     for (const auto &file : record.files) inputs.push_back(file.first);
     check_outputs(o, inputs);
     if (!o.text("--light-samples").empty())
@@ -364,7 +346,6 @@ int run_render(Options o) {
                                       o.number<float>("--exposure")}};
     const bool adaptive = settings.noise.level > 0;
     if (adaptive) film = film_with_crop(film, whole_blocks(crop, size[0], size[1]));
-    const double samples_before = film_samples(film);
 
     const GeometryPointer geometry = geometry_build(scene);
     const Integrator integrator{&scene, geometry.get(), sampler.get(),
@@ -378,29 +359,27 @@ int run_render(Options o) {
     const bool complete = render_frame(integrator, settings, film, totals, progress, interrupted);
     if (show_progress) std::fprintf(stderr, "\n");
 
-    const double samples = film_samples(film) - samples_before; // also of blocks beyond the crop
     if (adaptive) film = film_with_crop(film, crop);
     const SampleCounts counts = film_counts(film);
     head.statistics.spp = counts.most;
     head.statistics.end_sample = head.statistics.first_sample + counts.most;
     head.statistics.seconds = totals.seconds;
-    head.statistics.ray_count = totals.counters.rays;
+    head.statistics.ray_count = totals.rays;
     if (resumes) add_part(head.statistics, resumed.statistics);
     write_outputs(o, film, head);
 
     if (!complete)
         say(joined("interrupted; ", o.text("-o"), " has the image so far, ", counts.least, " to ",
                    counts.most, " spp"));
-    if (!o.flag("--quiet")) print_summary(o, film, totals, samples);
+    if (!o.flag("--quiet")) print_summary(o, film, totals);
     warn(film, scene_extent_text(scene));
-    if (totals.counters.lost > 0)
-        say(joined(totals.counters.lost, " samples were not finite and count as black"));
+    if (totals.lost > 0) say(joined(totals.lost, " samples were not finite and count as black"));
     return interrupted;
 }
 
 // Merges an image from parts and writes it.
 void run_merge(const Options &o) {
-    check_outputs(o, {o.merge.begin(), o.merge.end()});
+    check_outputs(o, o.merge);
     ExrHead head;
     const Film film = merge_images(o.merge, head);
     write_outputs(o, film, head);
@@ -430,9 +409,7 @@ double taken() {
 // From here on, allocations beyond --max-memory fail, those of libraries too: a scene made to waste
 // memory ends in one line. Works on Linux from 4.7 on; elsewhere some systems do without.
 void limit_memory(const Options &o) {
-    const double half = 0.5 * double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
-    const double bytes =
-        o.given("--max-memory") ? o.number<double>("--max-memory") * 1024 * 1024 * 1024 : half;
+    const double bytes = o.number<double>("--max-memory") * 1024 * 1024 * 1024;
     rlimit limit;
     if (!(bytes > 0) || getrlimit(RLIMIT_DATA, &limit) != 0) return;
     limit.rlim_cur =
@@ -479,8 +456,7 @@ int main(int argc, char **argv) {
         } else if (!options.merge.empty()) {
             run_merge(options);
         } else if (const int signal = run_render(options)) {
-            return 128 +
-                   signal; // the shell's convention: a script sees that the image is incomplete
+            return 128 + signal; // as shells do: a script sees that the image is incomplete
         }
         return status_of_output();
     } catch (const std::bad_alloc &) {

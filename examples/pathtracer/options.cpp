@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "options.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <sstream>
 #include <thread>
@@ -136,13 +138,10 @@ bool fits(const Row &row, const std::string &value) {
 
 } // namespace
 
-const std::vector<std::string> &Options::settings() {
-    static const std::vector<std::string> names = [] {
-        std::vector<std::string> result;
-        for (const Row &row : ROWS)
-            if (row.setting) result.push_back(row.name);
-        return result;
-    }();
+std::vector<std::string> Options::settings() {
+    std::vector<std::string> names;
+    for (const Row &row : ROWS)
+        if (row.setting) names.push_back(row.name);
     return names;
 }
 
@@ -153,6 +152,11 @@ std::vector<int> Options::integers(const std::string &name) const {
 std::optional<Point3d> Options::point(const std::string &name) const {
     const std::vector<double> p = split<double>(text(name));
     return p.empty() ? std::nullopt : std::optional<Point3d>({p[0], p[1], p[2]});
+}
+
+bool Options::has_auto_exposure(const std::string &scene) const {
+    const std::string &exposure = text("--exposure");
+    return exposure == "auto" || (exposure.empty() && is_scene_file(scene));
 }
 
 void Options::set(const std::string &name, const std::string &value) {
@@ -167,6 +171,8 @@ void Options::set(const std::string &name, const std::string &value) {
 Options::Options(int argc, const char *const *argv) {
     for (const Row &row : ROWS) values_[row.name] = row.otherwise;
     values_["--threads"] = std::to_string(std::max(1u, std::thread::hardware_concurrency()));
+    const double bytes = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
+    values_["--max-memory"] = shortest(0.5 * bytes / (1024 * 1024 * 1024));
     for (int i = 1; i < argc; ++i) {
         const std::string name = argv[i] == std::string("-h") ? "--help" : argv[i];
         if (name == "--merge") {
@@ -217,8 +223,7 @@ void Options::check_noise() const {
             throw Error("--min-spp goes with --noise; add it, or leave out --min-spp");
         return;
     }
-    const std::string &exposure = text("--exposure");
-    if (exposure == "auto" || (exposure.empty() && is_scene_file(text("--scene"))))
+    if (has_auto_exposure(text("--scene")))
         throw Error("--noise has to know the exposure before rendering; set it with --exposure EV");
     if (text("--first-sample") != "0")
         throw Error("--noise needs the first samples of a pixel; leave out --first-sample, and "
@@ -250,6 +255,4 @@ void Options::check() const {
         throw Error("at most ", MAX_PIXELS,
                     " pixels are rendered at once; render the image in parts with --crop");
     check_noise();
-    if (number<uint64_t>("--first-sample") + number<uint64_t>("--spp") - 1 > UINT32_MAX)
-        throw Error("--first-sample and --spp run past the last sample, number ", UINT32_MAX);
 }

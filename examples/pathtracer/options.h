@@ -18,7 +18,7 @@ class Options {
     Options(int argc, const char *const *argv);
 
     // The options that determine the samples: EXR attributes, named without the dashes.
-    static const std::vector<std::string> &settings();
+    static std::vector<std::string> settings();
     static std::string help();
 
     bool given(const std::string &name) const { return given_.count(name) > 0; }
@@ -33,6 +33,8 @@ class Options {
     }
     std::vector<int> integers(const std::string &name) const;
     std::optional<Point3d> point(const std::string &name) const;
+    // Whether the exposure follows from the image, of this scene.
+    bool has_auto_exposure(const std::string &scene) const;
 
     // Sets an option that was not given. Throws Error if the option does not take this value.
     void set(const std::string &name, const std::string &value);
