@@ -116,8 +116,8 @@ void check_samples(const Options &o, const Scene &scene, const Sampler &sampler)
                                     sampler.peer ? PeerSampler::INDEX_LIMIT : UINT64_MAX);
     if (end > limit)
         throw Error("--first-sample and --spp run past sample ", limit - 1, ", the last of '",
-                    o.text("--sampler"), "' with ", scene.light_samples,
-                    " light samples each; take fewer");
+                    o.text("--sampler"), "' with --light-samples ", scene.light_samples,
+                    "; take fewer");
 }
 
 // What is known of the image before rendering. The camera must be fitted already.

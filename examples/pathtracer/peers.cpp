@@ -25,25 +25,6 @@ uint64_t mix64(uint64_t v) {
 
 #ifdef BN_WITH_BOOST
 
-uint32_t reverse_bits(uint32_t v) {
-    uint32_t result = 0;
-    for (int bit = 0; bit < 32; ++bit, v >>= 1) result = result << 1 | (v & 1u);
-    return result;
-}
-
-// Nested uniform scrambling: flips each bit by a hash of the bits above it (Laine and Karras,
-// "Stratified Sampling for Stochastic Transparency", 2011). The multipliers are those of Vegdahl,
-// "Building a Better LK Hash", 2021.
-uint32_t owen_scramble(uint32_t digits, uint32_t seed) {
-    uint32_t v = reverse_bits(digits);
-    v ^= v * 0x3d20adeau;
-    v += seed;
-    v *= (seed >> 16) | 1u;
-    v ^= v * 0x05526c56u;
-    v ^= v * 0x53a22864u;
-    return reverse_bits(v);
-}
-
 // The sampler "sobol-global": one Sobol' sequence over the whole screen, as in pbrt (Gruenschloss, Raab
 // and Keller, "Enumerating Quasi-Monte Carlo Point Sequences in Elementary Intervals", 2012). Its first
 // two dimensions are the position on a screen of 4096 x 4096 pixels, which repeats. Every 2^24 points
@@ -96,7 +77,8 @@ class SobolGlobal final : public PeerSampler {
         for (int half = 0; half < dimensions / 2; ++half) {
             const uint32_t first = dimension_of(key + uint32_t(half));
             if (first + 1 >= DIMENSIONS) {
-                bn_sample_2d(generator.get(), x, y, index, key + uint32_t(half), 0, u + 2 * half);
+                bn_sample_2d(generator.get(), x, y, index, key + uint32_t(half), 0, u);
+                u += 2;
                 continue;
             }
             for (uint32_t d = first; d < first + 2; ++d) {
@@ -105,9 +87,8 @@ class SobolGlobal final : public PeerSampler {
                     digits <<= SCREEN;
                     scrambling += uint64_t{d == 0 ? pixel & PIXELS : pixel >> SCREEN} << 32;
                 }
-                const uint32_t scrambled = owen_scramble(
-                    uint32_t(digits >> 32), uint32_t(mix64(scrambling + 0x9e3779b97f4a7c15u)));
-                *(u + 2 * half + (d - first)) = float(scrambled >> 8) * (1.0f / 16777216.0f);
+                *u++ = bn_draw_float(bn_owen(uint32_t(digits >> 32),
+                                             uint32_t(mix64(scrambling + 0x9e3779b97f4a7c15u))));
             }
         }
     }

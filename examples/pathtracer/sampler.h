@@ -53,7 +53,7 @@ SamplerPointer sampler_create(const std::string &name, uint64_t seed = 0,
 // Returns visit(path) for sample `index` of a pixel. The path is a bn::PathSampler or PeerPath.
 template <typename Visit>
 auto with_path(const Sampler &sampler, int32_t x, int32_t y, uint32_t index, Visit visit) {
-    if (sampler.peer) return visit(PeerPath(*sampler.peer, x, y, index));
+    if (sampler.peer) return visit(PeerPath{*sampler.peer, x, y, index});
     return visit(bn::PathSampler(sampler.library, x, y, index));
 }
 

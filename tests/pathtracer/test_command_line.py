@@ -46,7 +46,7 @@ BAD_ARGUMENTS = """
     --declare many                               | --declare
     --first-sample 4294967295 --spp 2            | --first-sample, 4294967295
     --light-samples 0                            | --light-samples, 256
-    --light-samples 2 --first-sample 3000000000  | --first-sample, 2 light samples
+    --light-samples 2 --first-sample 3000000000  | --first-sample, --light-samples 2
     --env absent.exr                             | absent.exr
     --exposure nan                               | --exposure, 'nan'
     --crop 0,0,0,10                              | --crop

@@ -138,5 +138,5 @@ def test_noise_of_openqmc_is_blue_and_seeds_and_splits_are_spread(pathtracer, na
 def test_options_that_peers_do_not_take_are_refused(pathtracer):
     pathtracer.needs("sobol-global")
     for options, said in ((["--declare", 4], "--declare is for the samplers of libbn"),
-                          (["--first-sample", 2147483640, "--spp", 9], "2147483648")):
+                          (["--first-sample", 2147483640, "--spp", 9], "2147483647")):
         pathtracer.failure("--sampler", "sobol-global", *options, "-o", "out.exr", said=[said, "sobol-global"])
