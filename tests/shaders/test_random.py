@@ -89,7 +89,7 @@ def test_the_table_and_seeds_are_the_librarys(random):
 @pytest.mark.parametrize("language", ["glsl", "wgsl"])
 def test_the_seed_is_0_until_it_is_set(language):
     words = ", ".join(f"0x{word:08x}u" for word in in_node("[...bn.seedWords()]"))
-    assert f"({words}); /* of 0 */" in in_node(f"bn.{language}()")
+    assert f"({words}); /* seed 0 */" in in_node(f"bn.{language}()")
 
 
 @needs_node
