@@ -19,7 +19,7 @@ class Table(BaseModel):
 
 
 class ModelConfig(Table):
-    # Of each step: the square of the largest distance between interacting texels.
+    # For each step, the square of the largest distance between interacting texels.
     reaches: list[Annotated[int, Field(ge=1, le=200)]] = Field(min_length=1, max_length=64)
     channels: Literal[1, 2] = 1  # 2 for vectors
     sharpness: bool = True  # whether sharpness is trained; if not, it is 1 everywhere

@@ -38,7 +38,7 @@ def bluenoise() -> Any:
 
 
 def network_of(path: Path) -> tuple[Network, int, str]:
-    """The network in a checkpoint (run by torch) or an ONNX file (run by ONNX Runtime), its radius, and its cost as text."""
+    """Loads a checkpoint (run by torch) or an ONNX file (run by ONNX Runtime). Returns network, radius, and cost as text."""
     if path.suffix != ".onnx":
         model = load_model(path)
         parameters = sum(p.numel() for p in model.parameters())
@@ -67,14 +67,14 @@ def network_of(path: Path) -> tuple[Network, int, str]:
 
 
 def flop_of(proto: Any) -> int:
-    """Values per texel that a graph like those of export.py computes, without crops and concatenations."""
+    """Operations per texel in a graph written by export.py, without crops and concatenations."""
     channels = {value.name: value.type.tensor_type.shape.dim[1].dim_value
                 for values in (proto.graph.value_info, proto.graph.output) for value in values}
     return sum(channels.get(node.output[0], 1) for node in proto.graph.node if node.op_type not in ("Slice", "Concat"))
 
 
 def values_of(network: Network, radius: int, height: int, width: int, seed: int) -> npt.NDArray[np.float32]:
-    """The network's values (c, h, w) for a seed, from torch's noise for that seed."""
+    """The network's values (c, h, w) for torch's noise with this seed."""
     noise = torch.rand(1, 1, height, width, generator=torch.Generator().manual_seed(seed))
     return network(wrap(noise, radius).numpy()[0, 0])
 
@@ -88,14 +88,14 @@ def ranks_of(values: npt.NDArray[np.float32]) -> npt.NDArray[np.uint32]:
 
 
 def errors(network: Network, radius: int, height: int, width: int, seeds: int) -> npt.NDArray[np.float64]:
-    """E_sigma for every seed, channel and sigma in SIGMAS, (seeds * channels, 4)."""
+    """E_sigma for every seed, channel and sigma in SIGMAS, with shape (seeds * channels, 4)."""
     package = bluenoise()
     masks = (mask for seed in range(seeds) for mask in ranks_of(values_of(network, radius, height, width, seed)))
     return np.array([[package.dithering_error(mask, sigma) for sigma in SIGMAS] for mask in masks])
 
 
 def energies(network: Network, radius: int, size: int, seeds: int) -> npt.NDArray[np.float64]:
-    """The energy of two-channel masks, for every seed."""
+    """The energy of two-channel masks for every seed."""
     energy = VectorEnergy()
     masks = [ranks_of(values_of(network, radius, size, size, seed)) for seed in range(seeds)]
     return np.array([float(energy(torch.from_numpy((mask[None] + 0.5) / size**2))[0]) for mask in masks])
@@ -128,9 +128,9 @@ def evaluate(path: Path, *, seeds: int = SEEDS, flatness_seeds: int = FLATNESS_S
 
 
 def flatness(network: Network, radius: int, seeds: int) -> tuple[float, float, float]:
-    """Tests the last channel for a pattern shared by all masks. Returns the standard deviation over texels of the mean over masks; the
-    value expected for independent uniform masks; and the largest mean of a row, a column or a phase of period 2 or 4, in
-    standard deviations of independent texels (blue noise has less)."""
+    """Tests the last channel for a pattern that all masks share. Returns the standard deviation over texels of the mean over masks,
+    its expected value for independent uniform masks, and the largest mean of a row, a column or a phase of period 2 or 4, in standard
+    deviations of independent texels (blue noise has less)."""
     size = FLATNESS_SIZE
     total = np.zeros((size, size))
     for seed in range(seeds):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Evolution strategy with covariance matrix adaptation: minimises a noisy function without its gradient.
 
-After N. Hansen, "The CMA Evolution Strategy: A Tutorial" (2016), without restarts. All arithmetic is in float64 on the
-CPU; candidates are drawn from a generator seeded by (seed, generation), so a resumed search goes on exactly.
+Based on N. Hansen, "The CMA Evolution Strategy: A Tutorial" (2016), without restarts. All arithmetic is in float64 on the
+CPU. Candidates come from a generator seeded by (seed, generation), so a resumed search continues exactly.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from torch import Tensor
 
 
 class Evolution:
-    """The distribution of candidates: a Gaussian of mean `mean` and covariance step^2 times `covariance`, in units of
-    the spread of each parameter."""
+    """The distribution of candidates: a Gaussian with mean `mean` and covariance step^2 times `covariance`, in units of
+    each parameter's spread."""
 
     def __init__(self, start: Tensor, spreads: Tensor, *, population: int, step: float, seed: int) -> None:
         n = start.numel()
@@ -46,7 +46,7 @@ class Evolution:
         self.lengths = values.clamp_min(1e-20).sqrt()
 
     def candidates(self) -> Tensor:
-        """(population, parameters)."""
+        """Draws candidates, with shape (population, parameters)."""
         generator = torch.Generator().manual_seed(random.Random(f"{self.seed}:{self.generation}:candidates").getrandbits(63))
         normal = torch.randn(self.population, self.mean.numel(), dtype=torch.float64, generator=generator)
         self.moves = (normal * self.lengths) @ self.axes.T
@@ -75,7 +75,7 @@ class Evolution:
                 "path": self.path, "step_path": self.step_path}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Raises KeyError, TypeError or ValueError if the state is not of this search."""
+        """Restores a state. Raises KeyError, TypeError or ValueError if it belongs to another search."""
         for name in ("mean", "covariance", "path", "step_path"):
             if state[name].shape != getattr(self, name).shape:
                 raise ValueError(name)

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Export to ONNX in the form libbn reads, verified before the file is written.
+"""Exports to the ONNX format that libbn reads, and verifies the model before writing the file.
 
-One input `noise`, float32 (1, 1, h + 2r, w + 2r), uniform in [0, 1); one output `values`, (1, C, h, w); no padding in the
-graph. Metadata: `bn.receptive_radius` r, `bn.align` 1 (any origin and extent), `bn.version` 1, `bn.quantiles`, which makes
-the values of windows uniform, and for one channel `bn.sparse_spacing`. A single file without external data, with standard
-operators only.
+The model has one input `noise`, float32 (1, 1, h + 2r, w + 2r), uniform in [0, 1), and one output `values`, (1, C, h, w).
+The graph uses no padding. Metadata: `bn.receptive_radius` r, `bn.align` 1 (any origin and extent), `bn.version` 1,
+`bn.quantiles` to make the values of windows uniform, and for one channel `bn.sparse_spacing`. It is a single file without
+external data, and uses only standard operators.
 
-A step consists of elementwise operations on cropped images: six nodes for each pair of opposite offsets, thirteen for
-vectors. That is more than twice as fast as convolutions, which also multiply by the zeros between the two texels of a
-difference and whose many channels leave the cache.
+A step consists of elementwise operations on cropped images: six nodes for each pair of opposite offsets, or thirteen for
+vectors. This is more than twice as fast as convolutions, which also multiply by the zeros between the two texels of a
+difference, and whose many channels do not fit in the cache.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from .model import FIRST_SCALE, SPLIT, Relaxation, Step, halves
 
 OPSET, IR_VERSION = 18, 9
 CHECK_SIZES = ((16, 16), (64, 64), (33, 57), (96, 20))
-#: Root mean square difference. Steps amplify rounding errors, so single texels may differ by more if the order of
-#: summation differs.
+#: Root mean square difference. Steps amplify rounding errors, so single texels may differ more if the summation order
+#: differs.
 TOLERANCE = 1e-4
-#: Largest file libbn embeds.
+#: The largest file that libbn embeds.
 MOST_BYTES = 1 << 20
-#: The end of a slice that reaches to the end.
+#: The end index of a slice that extends to the end.
 TO_THE_END = 2**62
-#: Float32 would take squares of smaller weights for 0, and divide 0 by 0.
+#: In float32, the squares of smaller weights would underflow to 0, and 0 would be divided by 0.
 LEAST_SQUARE = 1e-30
-#: Points further apart than this, in hundredths of a texel, are left to libbn, as in bn_relax.
+#: libbn orders points farther apart than this, in hundredths of a texel, as in bn_relax.
 SPARSE_SPACING = 350
 QUANTILES, QUANTILE_MASKS, QUANTILE_SIZE = 64, 16, 256
 
@@ -84,9 +84,9 @@ def _add_direction(graph: _Graph, difference: str, channels: int, weight: float)
 
 
 def _add_step(graph: _Graph, step: Step, values: str, channels: int) -> str:
-    """Every direction counts for the texel where it starts and, negatively, for the one where it ends. Those of offsets
-    to the right are computed for the result and m rows above and columns left of it, those of offsets to the left for m
-    rows above and columns right of it: so starts need no crops, and ends one each."""
+    """Each direction is added at the texel where it starts and subtracted at the texel where it ends. For offsets to the
+    right, directions are computed for the result plus m rows above and m columns left of it; for offsets to the left, plus
+    m rows above and m columns right of it. So starts need no crop, and each end needs one."""
     m = step.margin
     # Crops at the left and at the right: for offsets to the right, and to the left.
     frames = ((0, m), (m, 0))
@@ -114,8 +114,8 @@ def _add_step(graph: _Graph, step: Step, values: str, channels: int) -> str:
 
 
 def _name_shapes(proto: Any) -> None:
-    """Names the extents of all intermediate values by how much smaller they are than the noise. Without names, ONNX Runtime
-    cannot tell which values have the same shape, and takes a time quadratic in their number to open the model."""
+    """Names the extents of all intermediate values after how much smaller they are than the noise. Without names, ONNX
+    Runtime cannot tell which values have the same shape, and the time to open the model is quadratic in their number."""
     import onnx
 
     extents = 1 << 20, 1 << 21
@@ -131,7 +131,7 @@ def _name_shapes(proto: Any) -> None:
 
 
 def quantiles(model: Relaxation) -> list[int]:
-    """2^24 times the values below which i / 64 of all values lie."""
+    """The i / 64 quantiles of all values, times 2^24."""
     generator = torch.Generator().manual_seed(0)
     values = [model.torus(torch.rand(1, 1, QUANTILE_SIZE, QUANTILE_SIZE, generator=generator)).numpy().ravel()
               for _ in range(QUANTILE_MASKS)]
@@ -178,7 +178,7 @@ def onnx_bytes(model: Relaxation) -> bytes:
 
 
 def session_of(data: bytes) -> Any:
-    """A session of ONNX Runtime, with as many threads as torch."""
+    """An ONNX Runtime session with the same number of threads as torch."""
     # ONNX Runtime may otherwise send telemetry.
     os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
     import onnxruntime
@@ -189,7 +189,7 @@ def session_of(data: bytes) -> Any:
 
 
 def check(model: Relaxation, data: bytes) -> str:
-    """Compares the file with torch at several sizes. Returns a summary, or raises TrainerError if they differ."""
+    """Compares the model with torch at several sizes. Returns a summary. Raises TrainerError if they differ."""
     import onnx
     from onnx.reference import ReferenceEvaluator
 
@@ -198,7 +198,7 @@ def check(model: Relaxation, data: bytes) -> str:
         runs["ONNX Runtime"] = session_of(data).run
     worst = largest = 0.0
     for height, width in CHECK_SIZES:
-        # The reference evaluator is slow, so use it for one size only if ONNX Runtime is available.
+        # The reference evaluator is slow, so use it only for one size if ONNX Runtime is available.
         names = list(runs) if (height, width) == CHECK_SIZES[0] else list(runs)[-1:]
         margin = 2 * model.receptive_radius
         noise = torch.rand(1, 1, height + margin, width + margin, generator=torch.Generator().manual_seed(height))

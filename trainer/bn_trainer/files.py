@@ -16,8 +16,8 @@ from .model import Relaxation
 
 
 def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
-    """Calls write with a path in a private folder next to `path`, flushes that file to disk and renames it to `path`.
-    On failure `path` is untouched."""
+    """Calls `write` with a path in a private folder next to `path`, flushes that file to disk and renames it to `path`.
+    On failure, `path` is untouched."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".bn_trainer-", dir=path.parent) as folder:

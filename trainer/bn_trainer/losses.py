@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What training minimises: the dithering error of masks and the energy of vector masks.
+"""The losses that training minimises: the dithering error of masks and the energy of vector masks.
 
-For values r uniform in [0, 1], the squared error E_sigma^2 averaged over all thresholds is
-1/6 - 1/2 sum over offsets of W(offset) mean |r_p - r_(p + offset)|, where W is the toroidal Gaussian of sigma sqrt(2) with
-sum 1. For vectors, the energy is what `bn_anneal` minimises for two channels.
+For values r uniform in [0, 1], the squared error E_sigma^2 averaged over all thresholds is 1/6 - 1/2 sum over offsets of
+W(offset) mean |r_p - r_(p + offset)|, where W is the toroidal Gaussian of width sigma sqrt(2) and sum 1. For vectors, the
+energy is the one that `bn_anneal` minimises for two channels.
 """
 
 from __future__ import annotations
@@ -59,14 +59,14 @@ class _Pairs:
 
 
 class DitheringError:
-    """E_sigma^2 for each of several sigmas, (sigmas, n), of masks (n, h, w) with values uniform in [0, 1]."""
+    """E_sigma^2 for several sigmas, (sigmas, n), of masks (n, h, w) with values uniform in [0, 1]."""
 
     def __init__(self, height: int, width: int, sigmas: list[float]) -> None:
         weights = [pair_weights(height, width, sigma) for sigma in sigmas]
         offsets = list(max(weights, key=len))
         self.pairs = _Pairs(offsets)
         self.weights = torch.tensor([[w.get(offset, 0.0) for offset in offsets] for w in weights], dtype=torch.float64)
-        # The far tail of the Gaussian is omitted; texels that far apart differ by 1/3 on average.
+        # The far tail of the Gaussian is omitted; such distant texels differ by 1/3 on average.
         centres = torch.tensor([float(gaussian_weights(height, s * math.sqrt(2))[0] * gaussian_weights(width, s * math.sqrt(2))[0])
                                 for s in sigmas], dtype=torch.float64)
         self.constants = 1 / 6 - (1 - centres - self.weights.sum(1)) / 6
@@ -77,8 +77,8 @@ class DitheringError:
 
 
 class VectorEnergy:
-    """The energy of vector masks (n, 2, h, w), (n): the mean over pairs of texels, weighted by exp(-distance^2 / 4), of
-    exp(-|difference of values|). White noise has .612."""
+    """The energy, (n), of vector masks (n, 2, h, w): the mean over pairs of texels of exp(-|difference of values|),
+    weighted by exp(-distance^2 / 4). White noise has an energy of 0.612."""
 
     def __init__(self) -> None:
         offsets = [(y, x) for y in range(7) for x in range(-6, 7) if (y > 0 or x > 0) and y * y + x * x <= 36]
@@ -94,11 +94,11 @@ class VectorEnergy:
 
 
 class Direction:
-    """How much the spectrum of masks (n, h, h), averaged over them, depends on direction: the mean over rings of
-    frequency of max(|A - D| / (A + D) - TOLERANCE, 0)^2, where A is the power within 22.5 degrees of an axis and D that
-    nearer to a diagonal. Without this term, training finds masks of little error and a grain of rows and columns."""
+    """The direction dependence of the mean spectrum of masks (n, h, h): the mean over frequency rings of max(|A - D| / (A +
+    D) - TOLERANCE, 0)^2, where A is the power within 22.5 degrees of an axis and D the power nearer to a diagonal. Without
+    this term, training finds masks with low error but visible rows and columns."""
 
-    #: Void-and-cluster has up to .14.
+    #: Void-and-cluster reaches up to 0.14.
     TOLERANCE = 0.1
     RINGS = torch.arange(0.25, 0.5, 0.03125).tolist()
 

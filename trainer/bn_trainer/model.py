@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The network: a learned relaxation with stride 1, for masks of any size, of one channel or of two.
+"""The network: a learned relaxation with stride 1, for one- and two-channel masks of any size.
 
 Summed over all thresholds, the squared dithering error of a mask is a constant minus a sum over pairs of
 W(p - q) |r_p - r_q|, so its gradient at p is a sum of W(p - q) sign(r_p - r_q). One step replaces every value by such a
@@ -7,10 +7,10 @@ sum, with the sign softened and the weights a learned difference of two Gaussian
 
     v_p <- keep v_p + sum over offsets o of w_o direction(s_o (v_p - v_(p + o))),    direction(d) = d / max(|d|, 1)
 
-For one channel, direction(d) is clip(d, -1, 1). For two channels d is a vector, and the directions are those of the forces
-in "Blue-noise dithered sampling" (Georgiev and Fajardo, 2016). The sharpness s_o sets how soft the sign is: differences of
-less than 1 / s_o count in part. Weight and sharpness depend on the distance alone, so no axis is favoured. An offset and
-its negative give the same differences with opposite signs, so each pair of texels is computed once.
+For one channel, direction(d) is clip(d, -1, 1). For two channels, d is a vector, and the directions match the forces in
+"Blue-noise dithered sampling" (Georgiev and Fajardo, 2016). The sharpness s_o controls how soft the sign is: differences
+below 1 / s_o count only in part. Weight and sharpness depend only on the distance, so no axis is favoured. An offset and its
+negative give the same differences with opposite signs, so each pair of texels is computed once.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-#: Uniform noise in [0, 1) is multiplied by this before the first step.
+#: The factor of the uniform noise in [0, 1) before the first step.
 FIRST_SCALE = 8.0
-#: The most a step may scale its sum by: beyond, rounding errors would grow from step to step.
+#: The maximum factor by which a step may scale its sum. Beyond it, rounding errors would grow from step to step.
 MOST_SCALE = 128.0
 #: The second channel of a vector starts from the low bits of the noise, which has 24 of them.
 SPLIT = 4096.0
 
 
 def orbits(reach: int) -> list[list[tuple[int, int]]]:
-    """The offsets (y, x) with 0 < y^2 + x^2 <= reach, in groups that the symmetries of the square map to each other."""
+    """The offsets (y, x) with 0 < y^2 + x^2 <= reach, grouped by the symmetries of the square."""
     half = math.isqrt(reach)
     groups: dict[tuple[int, int, int], list[tuple[int, int]]] = {}
     for y in range(-half, half + 1):
@@ -42,12 +42,12 @@ def orbits(reach: int) -> list[list[tuple[int, int]]]:
 
 
 def halves(group: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """One of each two opposite offsets."""
+    """One offset of each opposite pair."""
     return [offset for offset in group if offset > (0, 0)]
 
 
 def crop(values: Tensor, top: int, left: int, bottom: int, right: int) -> Tensor:
-    """A view of values (n, c, h, w) without that many texels at each side."""
+    """A view of values (n, c, h, w) without the given numbers of texels at each side."""
     return values[:, :, top : values.shape[2] - bottom, left : values.shape[3] - right]
 
 
@@ -58,8 +58,8 @@ def _within(value: Tensor | float, least: float, most: float) -> float:
 class Step(nn.Module):
     """One step: maps values (n, c, h + 2m, w + 2m) to (n, c, h, w), where m is `margin`.
 
-    The weights are a difference of two Gaussians of the distance, so a step has seven parameters whatever its reach.
-    Separate weights for each group of offsets were five times slower to train and ended with more error."""
+    The weights are a difference of two Gaussians of the distance, so a step has seven parameters for any reach. Separate
+    weights for each group of offsets took five times as long to train and resulted in more error."""
 
     def __init__(self, reach: int, *, sigma: float, scale: float, keep: float) -> None:
         super().__init__()
@@ -67,11 +67,11 @@ class Step(nn.Module):
         #: The logarithm of the sum of the magnitudes of all weights.
         self.scale = nn.Parameter(torch.tensor(math.log(scale)))
         self.keep = nn.Parameter(torch.tensor(keep))
-        #: The logarithm of the blur sigma whose error kernel is the inner Gaussian; and that of the outer Gaussian's width
-        #: over the inner's, after 1.2 is subtracted.
+        #: The logarithm of the blur sigma whose error kernel is the inner Gaussian; and the logarithm of the ratio of the
+        #: outer width to the inner, minus 1.2.
         self.inner = nn.Parameter(torch.tensor(math.log(sigma)))
         self.outer = nn.Parameter(torch.tensor(0.0))
-        #: What is subtracted: the outer Gaussian times this.
+        #: The factor of the outer Gaussian, which is subtracted.
         self.surround = nn.Parameter(torch.tensor(0.0))
         #: The logarithm of the sharpness at distance 1, and how much it grows per 10 of squared distance.
         self.sharpness = nn.Parameter(torch.tensor(0.0))
@@ -98,7 +98,7 @@ class Step(nn.Module):
             sharp = values * sharpness
             for y, x in halves(group):
                 left, right = max(x, 0), max(-x, 0)
-                # From every texel of the result to its neighbour at the offset, and to every one from that at the negative.
+                # From each texel of the result to its neighbour at the offset, and to it from the neighbour at the negative.
                 difference = crop(sharp, m - y, m - left, m, m - right) - crop(sharp, m, m - right, m - y, m - left)
                 if values.shape[1] == 1:
                     difference.clamp_(-1, 1)
@@ -110,26 +110,26 @@ class Step(nn.Module):
 
 
 class Relaxation(nn.Module):
-    """A sequence of steps. `reaches` are the squared radii of their discs of offsets; `receptive_radius` is the sum of
-    their margins. Evaluated without gradients."""
+    """A sequence of steps, evaluated without gradients. `reaches` are the squared radii of their discs of offsets;
+    `receptive_radius` is the sum of their margins."""
 
     def __init__(self, reaches: list[int], channels: int = 1) -> None:
         super().__init__()
         self.channels = channels
         last = max(len(reaches) - 1, 1)
-        # Steps grow wider and sharper. Training soon finds better ones; this start works for every number of steps.
+        # Steps become wider and sharper. Training soon finds better ones, but this start works for any number of steps.
         self.steps = nn.ModuleList(
             Step(reach, sigma=0.35 + 0.65 * min(1.0, 1.7 * i / last), keep=0.02,
                  scale=3.0 * 20.0 ** (i / last) if i < len(reaches) - 1 else 1.0)
             for i, reach in enumerate(reaches)
         )
         self.receptive_radius = sum(step.margin for step in self.steps)
-        # Makes the values of the last step as uniform in [0, 1] as a factor can; see `calibrate`.
+        # The factor that makes the values of the last step most uniform in [0, 1]; see `calibrate`.
         self.register_buffer("gain", torch.tensor(1.0))
         self.requires_grad_(False)
 
     def begin(self, noise: Tensor) -> Tensor:
-        """Values (n, c, h, w) of noise (n, 1, h, w), uniform in [0, 1)."""
+        """The initial values (n, c, h, w) for noise (n, 1, h, w), uniform in [0, 1)."""
         if self.channels == 2:
             low = noise * SPLIT
             noise = torch.cat([noise, low - low.floor()], 1)
@@ -150,7 +150,7 @@ class Relaxation(nn.Module):
         return 0.5 + self.gain * values
 
     def vector(self) -> Tensor:
-        """All parameters in one float64 vector, and back."""
+        """Returns all parameters as one float64 vector; `load_vector` sets them."""
         return torch.cat([p.reshape(-1) for p in self.parameters()]).double()
 
     def load_vector(self, vector: Tensor) -> None:
@@ -160,7 +160,7 @@ class Relaxation(nn.Module):
             at += parameter.numel()
 
     def spreads(self, sharpness: bool = True) -> Tensor:
-        """How far training first varies each parameter of `vector`. Without `sharpness`, it stays 1 at all offsets."""
+        """The initial spread of each parameter of `vector` in training. Without `sharpness`, it stays 1 at all offsets."""
         parts = {"scale": 0.5, "keep": 0.05, "inner": 0.15, "outer": 0.3, "surround": 0.15, "sharpness": 0.3,
                  "sharpness_slope": 0.3}
         if not sharpness:
@@ -168,7 +168,7 @@ class Relaxation(nn.Module):
         return torch.tensor([parts[name.rsplit(".", 1)[-1]] for name, _ in self.named_parameters()], dtype=torch.float64)
 
     def calibrate(self, noise: Tensor) -> None:
-        """Sets `gain` so that the values have the standard deviation of uniform ones."""
+        """Sets `gain` so that the values have the standard deviation of a uniform distribution."""
         self.gain.fill_(1.0)
         self.gain.fill_(12**-0.5 / float((self.torus(noise) - 0.5).square().mean().sqrt().clamp_min(1e-9)))
 

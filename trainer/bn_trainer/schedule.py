@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the steps of a one-channel network as the learned schedule of bn_relax, libbn/data/relax.json.
 
-bn_relax computes the same steps in integers, with one softness per step; `libbn/tools/make_relax.py` turns the file into
-a table of C."""
+bn_relax computes the same steps in integers, with one softness per step. `libbn/tools/make_relax.py` converts the file to
+a C table."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from .model import Relaxation
 
 
 def schedule(model: Relaxation) -> str:
-    """The JSON text: for each step `keep`, the weights of its groups of offsets [y, x], and `most`, the sum of the
-    magnitudes of the weights of all offsets."""
+    """The JSON text: for each step, `keep`, the weights of its groups of offsets [y, x], and `most`, the sum of the
+    magnitudes of all weights."""
     steps = []
     for step in model.steps:
         groups = step.groups()

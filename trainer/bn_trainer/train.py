@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Training: an evolution strategy on fresh white noise.
 
-Steps amplify small differences, so gradients through several of them are noise. The strategy needs none: it draws
-parameters at random around the current ones, ranks them by the loss of the same few masks, and moves towards the better
-half, learning which changes belong together. It sees the whole network, exact ranks included.
+Steps amplify small differences, so gradients through several steps are useless. The strategy needs no gradient: it draws
+random parameters around the current ones, ranks them by their loss on the same few masks, and moves towards the better
+half, learning which changes belong together. It evaluates the whole network, including exact ranks.
 
 All random numbers are functions of seed and iteration, so a resumed run continues exactly as if it had never stopped.
 """
@@ -33,13 +33,13 @@ HELD_OUT = 4
 
 
 def noise(seed: int, iteration: int, shape: tuple[int, ...]) -> Tensor:
-    """White noise in [0, 1), a function of (seed, iteration), equal on every machine."""
+    """White noise in [0, 1), a function of (seed, iteration), the same on every machine."""
     generator = torch.Generator().manual_seed(random.Random(f"{seed}:{iteration}").getrandbits(63))
     return torch.rand(shape, generator=generator)
 
 
 class Progress:
-    """Progress: one updated line on a terminal, occasional lines in a pipe."""
+    """Reports progress: one updated line on a terminal, occasional lines in a pipe."""
 
     def __init__(self, quiet: bool) -> None:
         self.quiet, self.terminal, self.last = quiet, sys.stderr.isatty(), 0.0
@@ -81,7 +81,7 @@ class Trainer:
         return self.search.generation
 
     def figures(self, parameters: Tensor, batch: Tensor) -> tuple[float, float, float, float]:
-        """Loss, E_1, E_1.5 (means over channels) and the energy of vectors, of the masks made from the noise."""
+        """Loss, E_1, E_1.5 (means over channels) and vector energy of the masks made from the noise."""
         self.model.load_vector(parameters)
         made = ranks(self.model.torus(batch))
         errors = self.errors(made.flatten(0, 1)).mean(1).clamp_min(0)
@@ -97,7 +97,7 @@ class Trainer:
 
     @torch.no_grad()
     def step(self) -> float:
-        """One generation. Returns the mean loss of its better half."""
+        """Runs one generation. Returns the mean loss of its better half."""
         t = self.config.train
         batch = noise(t.seed, self.iteration, (t.batch, 1, t.size, t.size)).to(self.device)
         losses = torch.tensor([self.figures(each, batch)[0] for each in self.search.candidates()], dtype=torch.float64)
@@ -106,7 +106,7 @@ class Trainer:
 
     @torch.no_grad()
     def measure(self) -> tuple[float, float, float]:
-        """E_1, E_1.5 and energy of the mean of the search on fixed noise."""
+        """E_1, E_1.5 and energy of the search's mean parameters on fixed noise."""
         return self.figures(self.search.mean, self.held_out)[1:]
 
     def state(self) -> dict[str, Any]:
@@ -129,7 +129,7 @@ def append_log(path: Path, row: list[str]) -> None:
 
 
 def trim_log(path: Path, iteration: int) -> None:
-    """Drops rows after a checkpoint's iteration, which will be written again."""
+    """Drops the rows after a checkpoint's iteration, which will be written again."""
     if not path.exists():
         return
     with open(path, newline="") as file:

@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """The perceptron of Giunchi, Sztrajman and Steed, "Fast blue-noise generation via unsupervised learning" (IJCNN 2022).
 
-Each size has its own network: n = size^2 white values in [-1, 1], two layers of 100 units and one of n, each followed by
-tanh, and n mask values as output. Three losses act on the output: `blue_spectrum_loss` (little power at low frequencies),
-`uniform_spectrum_loss` (no structure in the spectrum) and `histogram_loss` (a flat histogram), with weights 0.1, 0.01 and
-2.2. Adam at 5e-4, batches of 64, 12 epochs of 32,000 white inputs.
+Each size has its own network: n = size^2 white values in [-1, 1] as input, two layers of 100 units and one of n units, each
+followed by tanh, and n mask values as output. Three losses act on the output: `blue_spectrum_loss` (little power at low
+frequencies), `uniform_spectrum_loss` (no structure in the spectrum) and `histogram_loss` (a flat histogram), with weights
+0.1, 0.01 and 2.2. Training uses Adam at 5e-4, batches of 64, and 12 epochs of 32,000 white inputs.
 
-`histogram = "mean"` averages the histogram loss over texels, as in the paper; `"sum"` sums it, as in Wronski's "Optimizing
-blue noise dithering" (2020), from which the three losses come. This makes it size^2 times stronger.
+`histogram = "mean"` averages the histogram loss over texels, as in the paper; `"sum"` sums it, which makes it size^2 times
+stronger, as in Wronski's "Optimizing blue noise dithering" (2020), the source of the three losses.
 
-Where the text is ambiguous, this follows the authors' published program: the spectrum is the absolute value of the
+Where the paper is ambiguous, this follows the authors' published program: the spectrum is the absolute value of the
 unscaled transform, losses are means over all frequencies, weights are initialised Glorot-uniform with zero biases, and
-Adam's epsilon is 1e-7. (That program trains on 6,400 inputs, not 32,000.) Two things differ: inputs come from a
-counter-based generator, so that they need no storage; and values are pulled to the position of
-their rank on the ramp instead of being sorted, which gives the same loss and gradient.
+Adam's epsilon is 1e-7. (That program trains on 6,400 inputs, not 32,000.) There are two differences. Inputs come from a
+counter-based generator, so they need no storage. Values are compared with the ramp at the position of their rank instead of
+being sorted, which gives the same loss and gradient.
 
 `python -m bn_trainer train-paper --config configs/paper-64.toml` trains: 6,000 iterations of 0.05 s at 64x64 and of
 0.16 s at 128x128 on one core.
@@ -112,7 +112,7 @@ def low_frequency_weights(size: int, cutoff: float = 0.7) -> Tensor:
 
 
 def blue_spectrum_loss(amplitude: Tensor, weights: Tensor) -> Tensor:
-    """Mean over frequencies and masks of weights * amplitude^2: unwanted power."""
+    """The unwanted power: the mean over frequencies and masks of weights * amplitude^2."""
     return (weights * amplitude.square()).mean()
 
 

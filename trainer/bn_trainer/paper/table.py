@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reproduces the paper's Table I: `python -m bn_trainer table` writes the tables of evidence/results/paper.md, and paper.png.
 
-Pictures of 256x256 are dithered to 1 bit with tiled masks of each method. The error is the root mean square of the blurred
-difference between dithered and original picture (Gaussian, mirrored edges): mean and standard deviation over masks. A
-texel becomes white if picture + threshold >= 1, with the threshold (rank + 1/2) / n, or (output + 1) / 2 for the raw output
-of a network or of Wronski's method. The command also measures why the paper's masks fall short: their histograms,
-thresholded patterns and similarity.
+Images of 256x256 pixels are dithered to 1 bit with tiled masks from each method. The error is the root mean square of the
+blurred difference between dithered and original image (Gaussian, mirrored edges), as mean and standard deviation over masks.
+A pixel becomes white if image + threshold >= 1, with the threshold (rank + 1/2) / n, or (output + 1) / 2 for the raw output
+of a network or of Wronski's method. The command also measures why the paper's masks are worse: their histograms, thresholded
+patterns and similarity.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Method:
 
 
 def ranks_of(values: np.ndarray) -> np.ndarray:
-    """Ranks within each of the masks (masks, height, width), ties by position, as thresholds (rank + 1/2) / n."""
+    """Ranks within each mask of (masks, height, width), with ties ordered by position, as thresholds (rank + 1/2) / n."""
     return losses.ranks(torch.from_numpy(values.astype(np.float32))[None])[0].numpy()
 
 
@@ -114,7 +114,7 @@ def wronski_method(size: int, count: int, iterations: int) -> Method:
 
 
 def calibrated_sigma(white: Method, void_and_cluster: Method, pictures: list[np.ndarray]) -> float:
-    """The blur at which the ratio of void-and-cluster's error to white noise's equals the paper's."""
+    """The blur at which the ratio of the errors of void-and-cluster and white noise equals the paper's ratio."""
     target = PUBLISHED_RMSE["void-and-cluster"] / PUBLISHED_RMSE["white"]
 
     def ratio(sigma: float) -> float:
@@ -158,7 +158,7 @@ def mask_figures(method: Method) -> dict[Any, float]:
 
 def likeness(values: np.ndarray) -> float:
     """The mean absolute correlation between two masks of a method: 1 for equal or inverted masks, about 0.8 / sqrt(n) for
-    independent masks of n texels. NaN for a single mask."""
+    independent masks of n texels, and NaN for a single mask."""
     flat = values.reshape(len(values), -1).astype(np.float64)
     flat -= flat.mean(axis=1, keepdims=True)
     flat /= np.linalg.norm(flat, axis=1, keepdims=True)
@@ -229,7 +229,7 @@ def descent_table(size: int, iterations: Sequence[int], count: int = 2) -> str:
 
 
 def with_tables(page: str, tables: dict[str, str]) -> str:
-    """The page with the tables between its marks."""
+    """The page with the tables inserted between its markers."""
     for name, table in tables.items():
         page = re.sub(rf"(<!-- table: {name} -->\n\n).*?(\n\n<!-- end of the table -->)", lambda marks: marks[1] + table + marks[2],
                       page, flags=re.DOTALL)

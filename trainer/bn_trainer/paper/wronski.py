@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Wronski, "Optimizing blue noise dithering: backpropagation through Fourier transform and sorting" (2020).
 
-The texels of the mask are optimised directly, without a network, from white noise, with the losses that the paper later
-adopted (see perceptron.py) and the histogram loss summed over texels. Wronski uses plain gradient descent;
-Adam with a cosine decay of the rate to 0, as here, reaches a much lower loss in the same number of iterations. Masks are
+Optimises the texels of a mask directly, without a network, starting from white noise, with the losses that the paper later
+adopted (see perceptron.py) and the histogram loss summed over texels. Wronski uses plain gradient descent. This uses Adam
+with a cosine decay of the learning rate to 0, which reaches a much lower loss in the same number of iterations. Masks are
 independent of each other and run as one batch.
 
-One iteration for a mask of n texels is a forward and an inverse transform, a sort and about 60 operations per texel; 1,000
-iterations take 1 s per mask at 64x64 and 6 s at 128x128 on one core.
+One iteration for a mask of n texels takes a forward and an inverse transform, a sort and about 60 operations per texel.
+1,000 iterations take 1 s per mask at 64x64 and 6 s at 128x128 on one core.
 """
 
 from __future__ import annotations
@@ -45,6 +45,6 @@ def optimise(size: int, seeds: Sequence[int], iterations: int = 1000,
 
 
 def flop_per_texel(size: int, iterations: int) -> float:
-    """Floating-point operations per texel: two real transforms of 2.5 n log2 n, and 60 for weights, differences, their
-    gradients and the update. The comparisons of the sort are not counted."""
+    """Floating-point operations per texel: two real transforms of 2.5 n log2 n, and 60 for weights, differences, gradients
+    and the update. Comparisons of the sort are not counted."""
     return iterations * (2 * 2.5 * math.log2(size * size) + 60)
