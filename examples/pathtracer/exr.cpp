@@ -37,7 +37,7 @@ constexpr std::array<const char *, 14> LAYERS = {
     "normal.Y", "normal.Z", "depth.Z", "variance.R", "variance.G", "variance.B", "A"};
 constexpr size_t SHARE_OF_HITS = LAYERS.size() - 1; // the layer A
 
-// All but the last, of a pixel whose squares are variances.
+// All but the last layer, for a pixel whose squares have been converted to variances.
 std::array<double *, SHARE_OF_HITS> values_of(FilmPixel &p) {
     double *const r = &p.radiance.x, *const a = &p.albedo.x, *const n = &p.normal.x,
                   *const v = &p.squares.x;
@@ -48,7 +48,7 @@ Imath::Box2i box(const Crop &crop) {
     return {{crop.x0, crop.y0}, {crop.x1 - 1, crop.y1 - 1}};
 }
 
-// The layers of a crop, plane after plane, and where OpenEXR finds them.
+// The layers of a crop, plane by plane, and their addresses for OpenEXR.
 struct Planes {
     std::vector<float> values;
     std::vector<uint32_t> counts;
@@ -120,7 +120,7 @@ ExrHead read_head(const Imf::Header &header) {
 template <typename Read>
 auto reading(const std::string &path, Read read) {
     try {
-        // The library allocates before it reads: a damaged header asks for anything.
+        // The library allocates before it reads, so a damaged header may request any amount.
         Imf::Header::setMaxImageSize(LARGEST, LARGEST);
         check_regular(path);
         return read();

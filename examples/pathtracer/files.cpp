@@ -126,7 +126,7 @@ std::string printable(std::string text) {
 std::string without_controls(std::string text) {
     for (size_t i = 0; i < text.size(); ++i) {
         const auto c = static_cast<unsigned char>(text[i]);
-        // In UTF-8, a second set of controls from U+0080 to U+009F: some terminals obey them.
+        // In UTF-8, some terminals also obey the control characters U+0080 to U+009F.
         const bool second =
             c == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xa0;
         if (c < 32 || c == 127 || second) text[i] = '?';
@@ -177,7 +177,7 @@ SceneFolder::SceneFolder(const fs::path &scene, bool allow_outside, InputRecord 
 }
 
 fs::path SceneFolder::resolve(const std::string &name) const {
-    // The system would read the name only up to there, while the checks below see all of it.
+    // The system would stop reading the name there, but the checks below would see all of it.
     if (name.find('\0') != std::string::npos) throw Error("has a zero byte in its name");
     std::error_code error;
     // Follows links in the part of the path that exists and normalises the rest.

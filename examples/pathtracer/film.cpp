@@ -88,7 +88,7 @@ glm::dvec3 film_variance(const FilmPixel &pixel) {
 // ---- Exposure
 
 float auto_exposure(const Film &film) {
-    // Judges the image only by the pixels that show a surface, but not if there are hardly any.
+    // Uses only pixels that show a surface, unless there are very few.
     const auto hits = std::count_if(film.pixels.begin(), film.pixels.end(), shows_surface);
     const bool surfaces_only = size_t(hits) * 1000 > film.pixels.size();
     double sum = 0, weight = 0; // of logarithms
@@ -138,19 +138,19 @@ Crop whole_blocks(const Crop &crop, int full_width, int full_height) {
 
 namespace {
 
-// Keeps black from needing endless samples: a fiftieth of white.
+// A fiftieth of white, added so that black does not need endless samples.
 constexpr double DARKEST = 0.02;
 
-// The count after `count` samples at which blocks are looked at, or UINT32_MAX.
+// The next count after `count` at which blocks are tested, or UINT32_MAX.
 uint32_t next_look(const NoiseSettings &noise, uint32_t count) {
     uint64_t look = 2;
     while (look <= count || look < noise.min_spp) look *= 2;
     return uint32_t(std::min<uint64_t>(look, UINT32_MAX));
 }
 
-// An estimate of the relative error of a block of equal counts, 2 or more: the root mean square, over
-// pixels and channels, of the standard error of the mean as displayed (exposed and clipped), over that
-// mean plus DARKEST. Uses layers as the EXR stores them, so that resumed images get the same answers.
+// Estimates the relative error of a block of equal counts of at least 2: the root mean square, over
+// pixels and channels, of the standard error of the displayed (exposed and clipped) mean, divided by
+// that mean plus DARKEST. Uses layers as in the EXR, so that resumed images behave identically.
 double displayed_error(const Film &film, const Crop &block, float exposure) {
     const double gain = std::exp2(double(exposure));
     double squares = 0, light = 0;
@@ -160,8 +160,8 @@ double displayed_error(const Film &film, const Crop &block, float exposure) {
             const Vec3 mean = pixel.radiance, variance = film_variance(pixel);
             const glm::dvec3 value = gain * glm::dvec3(mean);
             const glm::dvec3 error = gain * sqrt(glm::dvec3(variance) / double(pixel.count));
-            // A quarter of what two errors up and down span on the display: the error itself below
-            // white, and 0 above.
+            // A quarter of the displayed range from two errors below to two errors above the mean: the
+            // error itself below white, and 0 above.
             const glm::dvec3 shown =
                 0.25 * (min(value + 2.0 * error, 1.0) - min(value - 2.0 * error, 1.0));
             squares += dot(shown, shown);
@@ -171,7 +171,7 @@ double displayed_error(const Film &film, const Crop &block, float exposure) {
     return std::sqrt(squares / values) / (light / values + DARKEST);
 }
 
-// Whether a block with `count` samples in each pixel needs no more: always false between looks.
+// Whether a block with `count` samples per pixel is done; always false between tests.
 bool is_done(const NoiseSettings &noise, const Film &film, const Crop &block, uint32_t count) {
     if (!(noise.level > 0) || count < 2 || next_look(noise, count - 1) != count) return false;
     return displayed_error(film, block, noise.exposure) < double(noise.level);
@@ -185,7 +185,7 @@ using Clock = std::chrono::steady_clock;
 constexpr double PROGRESS_SECONDS = 0.1; // between two reports
 constexpr uint32_t LONGEST_PASS = 256;   // samples per pixel
 
-// Up to `count` samples for each pixel of a block.
+// Renders up to `count` samples for each pixel of a block.
 void render_pixels(const Integrator &integrator, uint32_t first_sample, Film &film,
                    const Crop &block, uint32_t count, PathCounters &counters) {
     for (int y = block.y0; y < block.y1; ++y)
@@ -193,7 +193,7 @@ void render_pixels(const Integrator &integrator, uint32_t first_sample, Film &fi
             for (FilmPixel &pixel = film_pixel(film, x, y); pixel.count < count;) {
                 PathSample sample =
                     trace_path(integrator, x, y, first_sample + pixel.count, counters);
-                // One such sample would spoil the pixel for good. The total is reported at the end.
+                // One such sample would ruin the pixel. The total is reported at the end.
                 if (!is_finite(sample.radiance)) {
                     sample.radiance = {0, 0, 0};
                     ++counters.lost;
@@ -202,7 +202,7 @@ void render_pixels(const Integrator &integrator, uint32_t first_sample, Film &fi
             }
 }
 
-// Up to `limit` samples, or to a look that finds enough. Pixels that a resumed image lacks catch up.
+// Renders up to `limit` samples, or until a test finds enough. Missing pixels of a resumed image catch up.
 void render_block(const Integrator &integrator, const RenderSettings &settings, Film &film,
                   const Crop &block, uint32_t limit, PathCounters &counters) {
     uint32_t count = settings.noise.level > 0 ? 0 : limit;
@@ -253,7 +253,7 @@ bool render_pass(const Integrator &integrator, const RenderSettings &settings, u
     try {
         while (threads.size() + 1 < settings.threads) threads.emplace_back(work);
     } catch (const std::system_error &) {
-        // The system grants no more threads: those already started do the work.
+        // If the system grants no more threads, those already started do the work.
     }
     work();
     for (std::thread &thread : threads) thread.join();

@@ -32,13 +32,13 @@ constexpr size_t MAX_ELEMENTS = size_t{1} << 26; // vertices, or elements of an 
 constexpr float LUMENS_PER_WATT = 683;           // at 555 nm; glTF exporters use it for all light
 constexpr float MAX_GLOW = 1;                    // radiance
 constexpr double MAX_COORDINATE = 1e15;          // doubles resolve an eighth there
-// The largest distance from the scene's centre. Products of three lengths, and areas, still fit in
-// a float, so images are right; a hundred times as far, Embree ends the program.
+// The largest distance from the scene's centre. Products of three lengths, and areas, still fit in a
+// float, so images are correct; at a hundred times the distance, Embree would abort.
 constexpr float MAX_REACH = 1e10f;
 
-// ---- JSON: what is missing has a default, and what has another type is refused
+// ---- JSON: missing values have defaults, and values of the wrong type are rejected
 
-// An empty object if there is none.
+// Returns an empty object if there is none.
 const Json &member(const Json &of, const char *name) {
     static const Json none = Json::object();
     const auto found = of.find(name);
@@ -74,7 +74,7 @@ float bounded(double value, double low = 0, double high = 1) {
     return float(std::clamp(value, low, high));
 }
 
-// Throws Error if there is none of that number.
+// Throws Error if there is no element with that index.
 const Json &element(const Json &of, const char *list, int64_t number) {
     const Json &elements = member(of, list);
     if (number < 0 || size_t(number) >= elements.size())
@@ -99,7 +99,7 @@ Bytes base64_decoded(const std::string &text, size_t from) {
     return bytes;
 }
 
-// The file name that a percent-encoded URI stands for. A plus stands for itself.
+// Decodes a percent-encoded URI to a file name. A plus is not decoded.
 std::string percent_decoded(const std::string &uri) {
     std::string name;
     for (size_t i = 0; i < uri.size(); ++i) {
@@ -129,7 +129,7 @@ struct Span {
     size_t size, stride; // stride 0: packed
 };
 
-// What the reader supports, or reports itself where a texture or a material uses it.
+// Extensions that the reader supports, or reports where a texture or a material uses them.
 const std::set<std::string> KNOWN = {
     "KHR_lights_punctual", "KHR_texture_transform", "KHR_mesh_quantization", "EXT_texture_webp",
     "EXT_texture_avif",    "KHR_texture_basisu",    "MSFT_texture_dds"};
@@ -188,7 +188,7 @@ struct File {
         return text;
     }
 
-    // The bytes that a URI holds, or of the file that it names.
+    // The bytes in a data URI, or of the file that a URI names.
     Bytes resource(const std::string &uri) const {
         if (!holds_data(uri)) return folder.read(percent_decoded(uri));
         const size_t comma = uri.find(";base64,");
@@ -227,7 +227,7 @@ struct File {
     }
 };
 
-// ---- Arrays, as vectors of four numbers: those that an element lacks are 0, but the last is 1
+// ---- Arrays, as vectors of four numbers; missing components are 0, but the last is 1
 
 using Elements = std::vector<glm::dvec4>;
 
@@ -243,8 +243,8 @@ void with_number(int64_t type, const char *what, const Visit &visit) {
     throw Error(what, " have a number type that glTF does not have");
 }
 
-// The elements in a buffer view, zeros without one. They have the accessor's types; normalized integers
-// become [0, 1] or [-1, 1]. Single numbers are indices, unsigned in the file.
+// The elements in a buffer view, or zeros without one. They have the accessor's types; normalized
+// integers become [0, 1] or [-1, 1]. Single numbers are indices, unsigned in the file.
 Elements stored(File &file, const Json &source, const Json &accessor, size_t width, size_t count,
                 const char *what) {
     Elements elements(count, {0, 0, 0, width < 4 ? 1 : 0});
@@ -298,7 +298,7 @@ Elements elements(File &file, int64_t number, const std::set<std::string> &types
     return values;
 }
 
-// ---- What is read
+// ---- Results of reading
 
 struct Emission {
     Vec3 radiance = {0, 0, 0}; // without its texture
@@ -456,7 +456,7 @@ uint32_t material_number(Reader &r, int64_t number, bool vertex_colours) {
     maps.vertex_colours = vertex_colours;
     maps.colour = texture_use(r, member(pbr, "baseColorTexture"), true);
     read_coat(r, source, ior, m);
-    // Metal does not transmit. But a file that omits metallicFactor declares metal by default: if it
+    // Metal does not transmit. But metal is the default if a file omits metallicFactor: if such a file
     // also blends with an alpha below 1, it means glass.
     const bool transmits =
         transmission.value("transmissionFactor", 0.0) >= 0.5 && (m.metallic < 0.5f || blended);
@@ -467,7 +467,7 @@ uint32_t material_number(Reader &r, int64_t number, bool vertex_colours) {
                 r.ignored.insert("the specular colour of glass");
             m.ior = bounded(ior, 1, 10);
         }
-        // The uncovered part passes all colours.
+        // The uncovered part transmits all colours.
         if (blended) m.albedo = glm::mix(Vec3(1), m.albedo, bounded(base.a));
         if (transmission.contains("transmissionTexture") ||
             pbr.contains("metallicRoughnessTexture"))
@@ -476,10 +476,10 @@ uint32_t material_number(Reader &r, int64_t number, bool vertex_colours) {
         maps.metallic_roughness = texture_use(r, member(pbr, "metallicRoughnessTexture"), false);
         const bool bare = m.metallic == 0 && !(m.ior > 1);
         m.kind = bare ? Material::DIFFUSE : Material::METALLIC_ROUGHNESS;
-        // What is inside glass is seen through its back.
+        // Objects inside glass are seen through its back.
         m.single_sided = !source.value("doubleSided", false);
     }
-    // Blended glass passes light instead.
+    // Blended glass transmits light instead.
     if (!transmits || alpha_mode == "MASK") read_holes(r, source, base.a, maps);
     const Json &normal = member(source, "normalTexture");
     maps.normal = texture_use(r, normal, false);
@@ -512,16 +512,16 @@ glm::dmat4 local_transform(const Json &node) {
     return t;
 }
 
-// The unit vector along t * v; zero if there is none.
+// The unit vector along t * v; zero if it does not exist.
 Vec3 direction(const glm::dmat3 &t, glm::dvec3 v) {
     v = t * v;
     const double size = length(v);
     return size > 0 && std::isfinite(size) ? Vec3(v / size) : Vec3(0);
 }
 
-// Tangents where a file has none, after Mikkelsen ("Simulation of Wrinkled Surfaces Revisited",
-// 2008): at each vertex the mean over the faces that share its place, normal and coordinates,
-// weighted by their angles there. Faces whose textures are mirror images share none.
+// Tangents where a file has none, after Mikkelsen ("Simulation of Wrinkled Surfaces Revisited", 2008):
+// at each vertex, the mean over the faces that share its position, normal and texture coordinates,
+// weighted by their angles there. Faces with mirrored textures do not share tangents.
 void make_tangents(Reader &r, const TextureUse &map, size_t first_triangle) {
     Scene &scene = r.scene;
     const std::vector<Vec2> &coordinates = scene.texture_coordinates[map.set];
@@ -569,7 +569,7 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
     const Elements positions = elements(r, integer(attributes, "POSITION"), {"VEC3"}, "positions");
     const size_t count = positions.size();
     if (r.points.size() + count > MAX_ELEMENTS) throw Error("has more than 2^26 vertices");
-    // Of other attributes, as many, or none.
+    // Other attributes have the same number of elements, or none.
     const auto optional = [&](const char *name, const std::set<std::string> &types,
                               const char *what) {
         if (!attributes.contains(name)) return Elements{};
@@ -683,9 +683,9 @@ void read_nodes(Reader &r) {
     }
 }
 
-// ---- From what was read to a scene
+// ---- Converting the results to a scene
 
-// Moves the points' centre to the origin, so that float keeps the digits that matter.
+// Moves the centre of the points to the origin, so that floats keep the significant digits.
 void recentre(Reader &r) {
     Scene &scene = r.scene;
     Point3d low = r.points[0], high = low;
@@ -774,8 +774,8 @@ Vec3 mean_emission(const Scene &scene, uint32_t triangle) {
 }
 
 // Turns triangles of emissive materials into lights. Returns whether any counts as a lamp. Textured
-// emission does not, nor does emission no brighter than a display's white, the most that glTF's
-// emissiveFactor reaches: eyes, labels and switches glow, but the scene keeps its sky.
+// emission does not, nor does emission up to a display's white, the maximum of glTF's emissiveFactor: a
+// scene with glowing eyes, labels and switches keeps its sky.
 bool make_area_lights(Reader &r) {
     Scene &scene = r.scene;
     bool lit = false;
@@ -794,7 +794,7 @@ bool make_area_lights(Reader &r) {
             const Vec3 mean = mean_emission(scene, uint32_t(i));
             lamp = lamp && maps.emission.texture < 0 && max_component(mean) > 0;
             light.mapped = maps.emission.texture >= 0 || maps.alpha_cutoff > 0;
-            // What is between the points counts a little, so that it is sampled, too.
+            // The area between the points gets a small weight, so that it is sampled, too.
             if (light.mapped) light.radiance = mean + 0.01f * emission.mean;
         }
         if (!(max_component(light.radiance) > 0)) continue;
@@ -805,7 +805,7 @@ bool make_area_lights(Reader &r) {
     return lit;
 }
 
-// A three-quarter front view, slightly from above, as close as shows everything in a square.
+// A three-quarter front view, slightly from above, that just fits everything into a square.
 Camera framing_camera(const Scene &scene) {
     const auto [low, high] = scene_bounds(scene);
     const Vec3 middle = 0.5f * (low + high), half = 0.5f * (high - low);

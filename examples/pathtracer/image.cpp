@@ -37,7 +37,7 @@ void resize(Texture &texture, size_t width, size_t height) {
     texture.rgba.resize(4 * width * height);
 }
 
-// A PNG being read. libpng's errors jump: nothing on their way may need a destructor.
+// A PNG being read. libpng reports errors by longjmp, so no destructor may be skipped.
 struct PngReader {
     const unsigned char *next;
     size_t left;
@@ -57,7 +57,7 @@ struct PngReader {
     }
 };
 
-// False if it is damaged. As glTF asks, gamma and colour profiles are ignored.
+// Returns false if the file is damaged. Ignores gamma and colour profiles, as glTF requires.
 bool decode_png(const std::vector<unsigned char> &bytes, Texture &texture) {
     PngReader reader{bytes.data(), bytes.size()};
     const png_structp png = reader.png;
@@ -65,7 +65,7 @@ bool decode_png(const std::vector<unsigned char> &bytes, Texture &texture) {
     if (!info) throw std::bad_alloc();
     if (setjmp(png_jmpbuf(png))) return false;
     png_set_read_fn(png, &reader, PngReader::read);
-    // A wrong checksum is no reason to refuse a file.
+    // Accept files with a wrong checksum.
     png_set_crc_action(png, PNG_CRC_QUIET_USE, PNG_CRC_QUIET_USE);
     png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
     png_read_info(png, info);
@@ -83,7 +83,7 @@ bool decode_png(const std::vector<unsigned char> &bytes, Texture &texture) {
     return true;
 }
 
-// Data that end early leave texels grey, and set `cut_short`.
+// If the data end early, the missing texels are grey, and `cut_short` is set.
 void decode_jpeg(const std::vector<unsigned char> &bytes, Texture &texture) {
     const std::unique_ptr<void, int (*)(tjhandle)> handle{tjInitDecompress(), tjDestroy};
     int width = 0, height = 0, subsampling = 0, colours = 0;
@@ -97,11 +97,11 @@ void decode_jpeg(const std::vector<unsigned char> &bytes, Texture &texture) {
     if (tjDecompress2(handle.get(), bytes.data(), bytes.size(), texture.rgba.data(), width, 0,
                       height, TJPF_RGBA, TJFLAG_ACCURATEDCT | TJFLAG_LIMITSCANS) == 0)
         return;
-    // Viewers show what a warning is about, too. An error after a warning counts as one, but leaves
+    // Viewers also show images with warnings. An error after a warning counts as a warning, but leaves
     // texels unwritten.
     if (tjGetErrorCode(handle.get()) != TJERR_WARNING || texture.rgba.back() != 255)
         throw Error(DAMAGED);
-    // libjpeg's words, the only sign of it.
+    // libjpeg's message is the only indication.
     texture.cut_short = std::strstr(tjGetErrorStr2(handle.get()), "Premature end of JPEG");
 }
 

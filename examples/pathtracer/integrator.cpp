@@ -12,7 +12,7 @@
 
 namespace {
 
-// The first bounces decide most of a pixel: Russian roulette there would add more noise than it saves time.
+// The first bounces contribute most light: Russian roulette there would add more noise than it saves time.
 constexpr uint32_t FIRST_ROULETTE_BOUNCE = 3;
 constexpr float INFINITE = std::numeric_limits<float>::infinity();
 
@@ -20,12 +20,12 @@ bool has_lens(const Scene &scene) {
     return scene.camera.lens_radius > 0;
 }
 
-// Whether the first light is not ray 0's: a lens has taken its pair, or it is split.
+// Whether the first light does not use ray 0: a lens uses that pair, or the light sample is split.
 bool first_light_apart(const Scene &scene) {
     return has_lens(scene) || scene.light_samples > 1;
 }
 
-// The surface that a ray hits, or the particle: its normal points back along the ray.
+// The surface or particle that a ray hits. A particle's normal points back along the ray.
 struct Vertex {
     const Material *material;
     Vec3 point;
@@ -68,7 +68,7 @@ class Path {
         const Camera &camera = scene_.camera;
         u_ = draw(0);
         ray_ = camera_ray(camera, {float(x) + u_[0], float(y) + u_[1]}, pair23(u_));
-        // It could take the second pair of ray 0, as a lens does, but then the first light would lose it.
+        // It could use the second pair of ray 0, like a lens, but then the first light could not.
         if (!scene_.motions.empty()) ray_.time = path_numbers_.time_wavelength()[0];
         PathSample result{};
         while (true) {
@@ -81,7 +81,7 @@ class Path {
             std::optional<Vertex> vertex;
             if (met && (bounce_ == 0 || !in_medium)) vertex = vertex_at(hit, textured);
             if (met && bounce_ == 0) {
-                // What lies behind fog, too: it has no noise, and denoisers want none.
+                // Also for surfaces behind fog, because denoisers need guides without noise.
                 result.hit = true;
                 result.albedo = material_albedo(*vertex->material);
                 result.normal = vertex->normals.shading;
@@ -119,14 +119,14 @@ class Path {
         return {u, v, 0, 0};
     }
 
-    // How far the ray flies to a particle before `end`, or infinity.
+    // The distance to the ray's next collision before `end`, or infinity.
     float free_flight(float end) const {
         if (!scene_.medium) return INFINITE;
         bn::LoopSampler walk = numbers_.draw_loop(0);
         return medium_free_flight(*scene_.medium, ray_, end, walk);
     }
 
-    // At a material that is stored in `textured` if it has maps.
+    // The material at a point, stored in `textured` if it has maps.
     Vertex vertex_at(const Hit &hit, std::optional<Material> &textured) const {
         const Material &base = material_of(scene_, hit.point.triangle);
         if (base.maps >= 0) textured = material_at(scene_, base, hit.point);
@@ -192,7 +192,7 @@ class Path {
         radiance_ += (passed * weight / pdf) * (throughput_ * scattered * emitted);
     }
 
-    // Returns how many.
+    // Returns the number of light samples.
     uint32_t add_light_samples(const Vertex &v) {
         if (material_is_smooth(*v.material) || scene_.lights.empty()) return 0;
         const uint32_t count = bounce_ == 0 ? scene_.light_samples : 1;
@@ -225,7 +225,7 @@ class Path {
         if (!v.same_side(sample.wi, direction)) return false;
         throughput_ *= sample.weight;
         if (roulette) {
-            // The probability is the share of light that is kept, so survivors keep their throughput.
+            // The survival probability is the share of light kept, so survivors keep their throughput.
             const float survival = std::min(max_component(sample.weight), 1.0f);
             if (fate >= survival) return false;
             throughput_ = (1 / survival) * throughput_;

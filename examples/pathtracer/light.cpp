@@ -146,10 +146,10 @@ Environment environment_read(const std::string &path, bool clamp) {
 namespace {
 
 constexpr size_t WIDTH = 8; // children of a node, at most
-// Shared evenly by all children that can shine at the point: their bounds ignore what hides them.
+// Shared evenly by all children that can shine at the point: the bounds ignore occlusion.
 constexpr float EVEN_SHARE = 0.02f;
 
-// The cosine of an angle less another, or 1 if nothing is left.
+// The cosine of the difference of two angles, or 1 if it is negative.
 float cosine_less(float cosine, float by_cosine) {
     if (cosine >= by_cosine) return 1;
     return cosine * by_cosine +
@@ -223,7 +223,7 @@ LightNode node_around(const std::vector<Light> &lights, const uint32_t *first, s
     return node;
 }
 
-// Splits lights in two: those without a position from the others, else by place.
+// Splits lights in two: separates lights without a position from the others, or splits by position.
 size_t split(const std::vector<Light> &lights, uint32_t *first, size_t count) {
     uint32_t *const end = first + count;
     const auto distant = [&](uint32_t i) { return light_is_distant(lights[i]); };
@@ -239,7 +239,7 @@ size_t split(const std::vector<Light> &lights, uint32_t *first, size_t count) {
     return count / 2;
 }
 
-// Splits the largest group of lights until there are enough, and makes each a child.
+// Splits the largest group of lights until there are enough groups, and makes each a child.
 void add_children(const std::vector<Light> &lights, LightTree &tree, uint32_t parent,
                   uint32_t *first, size_t count) {
     std::vector<std::pair<uint32_t *, size_t>> groups = {{first, count}};
@@ -248,7 +248,7 @@ void add_children(const std::vector<Light> &lights, LightTree &tree, uint32_t pa
             std::max_element(groups.begin(), groups.end(),
                              [](const auto &a, const auto &b) { return a.second < b.second; });
         const auto [begin, size] = *largest;
-        // A small group falls into its lights, in their order.
+        // A small group is split into its lights, in their order.
         const size_t part = count <= WIDTH ? 1 : split(lights, begin, size);
         *largest = {begin, part};
         groups.insert(largest + 1, {begin + part, size - part});

@@ -37,8 +37,8 @@ bool is_environment_file(const std::string &name) {
     return !name.empty() && name != "sky" && name != "none";
 }
 
-// Throws Error unless both outputs can be written, and are none of the files that are read, under
-// any name. Only the image of --resume may be replaced by -o.
+// Throws Error unless both outputs can be written and differ from all files that are read. Only the image
+// of --resume may be replaced by -o.
 void check_outputs(const Options &o, const std::vector<std::string> &inputs) {
     const fs::path exr = o.text("-o"), png = preview_path(o);
     const auto check = [](const char *role, const fs::path &output, const fs::path &input) {
@@ -65,7 +65,7 @@ void write_outputs(const Options &o, const Film &film, ExrHead head) {
                  {preview_path(o), png_encode_preview(film_image(film), exposure)}});
 }
 
-// Prints even with --quiet. Parts of an image are exempt: they may well be empty.
+// Prints even with --quiet, except for parts of an image, which may well be empty.
 void warn(const Film &film, const std::string &extent) {
     const Crop &c = film.crop;
     if (width(c) < film.full_width || height(c) < film.full_height) return;
@@ -120,7 +120,7 @@ void check_samples(const Options &o, const Scene &scene, const Sampler &sampler)
                     "; take fewer");
 }
 
-// What is known of the image before rendering. The camera must be fitted already.
+// The header, as far as it is known before rendering. The camera must already be fitted.
 ExrHead image_head(const Options &o, const Scene &scene, const Crop &crop,
                    const InputRecord &record) {
     const std::vector<int> size = o.integers("--size");
@@ -145,7 +145,7 @@ ExrHead image_head(const Options &o, const Scene &scene, const Crop &crop,
 
 using Settings = std::map<std::string, std::string>;
 
-// The settings that all parts of an image share and, for a part's own, where it lies.
+// The settings that all parts of an image share and, for a part, its position.
 Settings settings_of(const ExrHead &head, bool own) {
     Settings all = head.settings;
     all["size"] = joined(head.full_width, "x", head.full_height);
@@ -180,7 +180,7 @@ void add_part(ImageStatistics &to, const ImageStatistics &part) {
     to.threads = std::max(to.threads, part.threads);
 }
 
-// Adds a part's samples to a pixel that lacks those from `next` on.
+// Adds a part's samples to a pixel whose samples are missing from `next` on.
 void add_samples(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t next, uint64_t begin,
                  const std::string &path) {
     if (from.count == 0) return;
@@ -231,7 +231,7 @@ Film merge_images(const std::vector<std::string> &paths, ExrHead &merged) {
     return film;
 }
 
-// An image may come from anybody: it names files below its own folder only, or the user names them.
+// An image may be untrusted, so it can only name files below its folder; the user can name any.
 void check_inside(const Options &o, const std::string &name) {
     const std::string &file = o.text(name);
     const bool is_file = name == "--scene" ? is_scene_file(file) : is_environment_file(file);
@@ -246,7 +246,7 @@ void check_inside(const Options &o, const std::string &name) {
     }
 }
 
-// Takes from the image to continue all settings that are not on the command line. Throws Error.
+// Takes all settings that are not on the command line from the image to continue. Throws Error.
 ExrHead resume_settings(Options &o) {
     const std::string &resumed = o.text("--resume");
     const ExrHead head = exr_read_head(resumed);
@@ -275,7 +275,7 @@ ExrHead resume_settings(Options &o) {
     return head;
 }
 
-// Reads the samples. Throws Error, naming the difference, unless they can be continued as `wanted`.
+// Reads the samples. Throws Error with the difference unless they can be continued as `wanted`.
 Film resume_film(const Options &o, const ExrHead &image, const ExrHead &wanted) {
     const std::string &path = o.text("--resume");
     const std::string differs = difference(settings_of(image, true), settings_of(wanted, true));
@@ -302,7 +302,7 @@ void print_progress(double fraction, const RenderTotals &totals) {
     std::fflush(stderr);
 }
 
-// What a run without --quiet prints about its image.
+// Prints a summary of the image, without --quiet.
 void print_summary(const Options &o, const Film &film, const RenderTotals &totals) {
     const SampleCounts counts = film_counts(film);
     std::string spp = std::to_string(counts.least) + " spp";
@@ -392,13 +392,13 @@ void run_merge(const Options &o) {
 
 // ---- The process
 
-// Otherwise an image could get the number of a closed stream, and then its text too.
+// Otherwise an image file could reuse the number of a closed stream and receive its output.
 void occupy_closed_streams() {
     for (int descriptor = 0; descriptor < 3; ++descriptor)
         if (fcntl(descriptor, F_GETFD) < 0) open("/dev/null", O_RDONLY);
 }
 
-// Bytes of private memory already taken, which under sanitizers is terabytes that are never touched.
+// Bytes of private memory already reserved; sanitizers reserve terabytes that are never touched.
 double taken() {
     std::ifstream file("/proc/self/statm");
     double pages = 0;
@@ -406,8 +406,8 @@ double taken() {
     return file ? pages * double(sysconf(_SC_PAGESIZE)) : 0;
 }
 
-// From here on, allocations beyond --max-memory fail, those of libraries too: a scene made to waste
-// memory ends in one line. Works on Linux from 4.7 on; elsewhere some systems do without.
+// From here on, allocations beyond --max-memory fail, also in libraries, so a scene that wastes memory ends
+// with a one-line error. Works on Linux from 4.7 on; some other systems have no such limit.
 void limit_memory(const Options &o) {
     const double bytes = o.number<double>("--max-memory") * 1024 * 1024 * 1024;
     rlimit limit;
@@ -417,7 +417,7 @@ void limit_memory(const Options &o) {
     setrlimit(RLIMIT_DATA, &limit);
 }
 
-// The exit status of a run that went well, if all that it printed has arrived.
+// The exit status of a successful run, unless its output could not be written.
 int status_of_output() {
     if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return 0;
     say(std::string("cannot write to standard output: ") + std::strerror(errno));

@@ -18,11 +18,10 @@ float alpha_of(const Material &m) {
     return m.roughness * m.roughness;
 }
 
-// ---- Metal, and what blends with it: a coated diffuse base. Schlick's formula is linear in its
-// reflectance, so one GGX lobe serves both. The base receives what the coat lets through from the
-// light and returns what the coat lets through towards the eye, normalised by the mean (Kelemen and
-// Szirmay-Kalos, "A Microfacet Based Coupled Specular-Matte BRDF Model", 2001), so white stays
-// white for any blend.
+// ---- Metal, blended with a coated diffuse base. Schlick's formula is linear in its reflectance, so
+// one GGX lobe serves both. The base is scaled by the coat's transmission towards the light and towards
+// the eye, normalised by the mean (Kelemen and Szirmay-Kalos, "A Microfacet Based Coupled
+// Specular-Matte BRDF Model", 2001), so white stays white for any blend.
 
 // A material with the tables interpolated to its roughness.
 struct Mixture : ConductorRow {
@@ -39,7 +38,7 @@ struct Mixture : ConductorRow {
 };
 
 // The colour of multiply scattered light: a geometric series in which every facet reflects the mean
-// Fresnel term and a share mean_loss of that hits another facet.
+// Fresnel term, and a share mean_loss of that light hits another facet.
 Vec3 multiple_colour(Vec3 albedo, float mean_loss) {
     if (mean_loss < LEAST_LOSS) return Vec3(0);
     const Vec3 mean = albedo + (1.0f - albedo) / 21.0f;
@@ -62,7 +61,7 @@ Mixture::Mixture(const Material &m)
     ground = ((1 - metallic) / mean_left) * m.albedo;
 }
 
-// What facets lose in single scattering.
+// The energy that facets lose in single scattering.
 float loss(const Mixture &x, float cosine) {
     if (x.mean_loss < LEAST_LOSS) return 0;
     const float root = std::sqrt(std::abs(cosine));
@@ -71,21 +70,21 @@ float loss(const Mixture &x, float cosine) {
                     1 - (1 - x.t) * interpolate(rows[0], root) - x.t * interpolate(rows[1], root));
 }
 
-// What Schlick's formula adds to the light that facets return at any reflectance.
+// The part of the reflected light that Schlick's formula adds at any reflectance.
 float edge_at(const Mixture &x, float cosine) {
     const float root = std::sqrt(std::abs(cosine));
     const EnergyTable *rows = &conductor_table().edge[x.row];
     return glm::mix(interpolate(rows[0], root), interpolate(rows[1], root), x.t);
 }
 
-// What the coat leaves to the base.
+// The light that the coat transmits to the base.
 float left(const Mixture &x, float cosine) {
     const float lost = loss(x, cosine), edge = edge_at(x, cosine);
     return std::max(0.0f, 1 - x.coat * (1 - lost - edge) - edge - x.coat_multiple * lost);
 }
 
-// The probability of sampling the cosine: what metal loses, or the share of light that facets do not
-// return.
+// The probability of sampling the cosine: metal's energy loss, or the share of light that facets do not
+// reflect.
 float wide_share(const Mixture &x, float cosine) {
     const float lost = loss(x, cosine);
     if (x.metallic == 1) return lost;
@@ -223,7 +222,7 @@ MaterialSample specular_sample(const Material &m, bool front, Vec3 wo, Vec2 u, f
     return {wi, (1 / pdf) * eval, pdf, false};
 }
 
-// ---- The tables of how much light microfacets keep in single scattering
+// ---- The tables of the energy that microfacets preserve in single scattering
 
 namespace {
 
@@ -238,13 +237,13 @@ Vec3 direction_of_cosine(float cosine) {
     return {std::sqrt(1 - cosine * cosine), 0, cosine};
 }
 
-// The share of light that a visible facet keeps, which scatters from o to `wi`: G2 / G1.
+// The share of light that a visible facet scatters from o to `wi`: G2 / G1.
 float kept(float alpha, Vec3 o, Vec3 wi) {
     return std::abs(wi.z) * ggx_shadowing(alpha, o, wi) / ggx_masking(alpha, o);
 }
 
-// The mean of a function over the normals visible from o. The facets that matter are at the rim of the
-// disc, so its rings get thinner there.
+// The mean of a function over the normals visible from o. The important facets are at the rim of the
+// disc, so the rings are thinner there.
 template <typename Function>
 float mean_over_normals(float alpha, Vec3 o, const Function &function) {
     double sum = 0, weights = 0;

@@ -12,7 +12,7 @@ size_t index_of(glm::ivec3 size, int x, int y, int z) {
     return (size_t(z) * size.y + y) * size.x + x;
 }
 
-// Of the interpolated density: it reads one cell beyond the block.
+// The range of the interpolated density, which reads one cell beyond the block.
 Medium::Range range_of(const Medium &m, glm::ivec3 block) {
     const glm::ivec3 first = max(block * Medium::BLOCK - 1, glm::ivec3(0));
     const glm::ivec3 last = min((block + 1) * Medium::BLOCK, m.size - 1);
@@ -70,13 +70,13 @@ void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
     }
 }
 
-// Meetings are apart by exponentially distributed amounts of rate times length, which go on from
-// block to block.
+// The optical depth (rate times length) between collisions is exponentially distributed and carries
+// over from block to block.
 struct Meetings {
     bn::LoopSampler *numbers;
     float left = -1; // until the next meeting; below 0: not drawn yet
 
-    // Calls meet(distance) at each meeting from `from` to `to`, until it returns false.
+    // Calls meet(distance) at each collision from `from` to `to`, until it returns false.
     template <typename Meet>
     bool operator()(float from, float to, float rate, Meet meet) {
         if (!(rate > 0)) return true;
@@ -166,7 +166,7 @@ float phase_pdf(float g, Vec3 wi) {
 }
 
 Vec3 phase_sample(float g, Vec2 u) {
-    // A disc's squared radius is uniform, and its angle keeps neighbours together.
+    // The squared radius of the disc is uniform, and its angle is continuous.
     const Vec2 d = square_to_disc(u);
     const float squared = std::min(d.x * d.x + d.y * d.y, 1.0f);
     float cosine = 2 * squared - 1;

@@ -18,7 +18,7 @@ constexpr double MAX_SPP = 1 << 24, MAX_INDEX = UINT32_MAX, MAX_SEED = 0x1p64;
 constexpr double MAX_COORDINATE = 1e15;
 constexpr double MIN_FOV = 1e-4; // degrees away from 0 and from 180
 
-// What an option takes: `count` numbers, or one of the others.
+// The type of an option's value.
 enum Kind { FLAG, TEXT, WHOLE, REAL, STOPS, POINT, EXTENT, REGION };
 
 struct Row {
@@ -94,7 +94,7 @@ const Row &row_of(const std::string &name) {
     return *row;
 }
 
-// The numbers of "12x34" or "1,2,3,4"; none if anything else is in the text.
+// The numbers in "12x34" or "1,2,3,4"; none if the text contains anything else.
 template <typename Number>
 std::vector<Number> split(const std::string &text) {
     std::vector<Number> numbers;
@@ -162,7 +162,7 @@ bool Options::has_auto_exposure(const std::string &scene) const {
 void Options::set(const std::string &name, const std::string &value) {
     const Row &row = row_of(name);
     if (!fits(row, value)) throw Error(name, " takes ", takes(row), ", not '", value, "'");
-    // As numbers are written, so that settings can be compared as texts.
+    // In the program's number format, so that settings can be compared as strings.
     values_[name] = row.kind == WHOLE  ? std::to_string(split<uint64_t>(value)[0])
                     : row.kind == REAL ? shortest(split<double>(value)[0])
                                        : value;

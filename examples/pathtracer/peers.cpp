@@ -25,13 +25,13 @@ uint64_t mix64(uint64_t v) {
 
 #ifdef BN_WITH_BOOST
 
-// The sampler "sobol-global": one Sobol' sequence over the whole screen, as in pbrt (Gruenschloss, Raab
-// and Keller, "Enumerating Quasi-Monte Carlo Point Sequences in Elementary Intervals", 2012). Its first
-// two dimensions are the position on a screen of 4096 x 4096 pixels, which repeats. Every 2^24 points
-// hit each pixel once: sample i of a pixel is the one of round i. All its other numbers are further
-// dimensions of that point: time, lens, first light, then six for each ray. Boost.Random has Joe and
-// Kuo's direction numbers. Each dimension has an Owen scrambling of its own, the position one for each
-// pixel. Loops and rays past the last dimension take random numbers.
+// The sampler "sobol-global": one Sobol' sequence over the whole screen, as in pbrt (Gruenschloss, Raab and
+// Keller, "Enumerating Quasi-Monte Carlo Point Sequences in Elementary Intervals", 2012). Its first two
+// dimensions are the position on a screen of 4096 x 4096 pixels, which repeats. Every 2^24 points hit each
+// pixel once; sample i of a pixel is its point in round i. The other numbers are further dimensions of that
+// point: time, lens, first light, then six for each ray. Boost.Random supplies Joe and Kuo's direction
+// numbers. Each dimension has its own Owen scrambling, which for the position differs in each pixel. Loops,
+// and rays past the last dimension, use random numbers.
 
 constexpr unsigned SCREEN = 12, BITS = 64; // log2 of the screen's extent; digits
 constexpr uint32_t DIMENSIONS = 512, PIXELS = (1u << SCREEN) - 1;
@@ -41,14 +41,14 @@ class SobolGlobal final : public PeerSampler {
     explicit SobolGlobal(uint64_t own_seed) : PeerSampler(own_seed), columns_(DIMENSIONS * BITS) {
         boost::random::sobol_engine<uint64_t, BITS> engine(DIMENSIONS);
         for (unsigned bit = 0; bit < BITS; ++bit) {
-            // Boost counts in Gray code: its number 2^k is the sum of columns k and k - 1.
+            // Boost counts in Gray code, so its number 2^k is the sum of columns k and k - 1.
             engine.seed((uint64_t{1} << bit) - 1);
             for (uint32_t d = 0; d < DIMENSIONS; ++d) {
                 uint64_t *column = &columns_[d * BITS + bit];
                 *column = engine() ^ (bit > 0 ? column[-1] : 0);
             }
         }
-        // Gauss and Jordan: which bits below 2 SCREEN move a point by one digit of the position.
+        // Gauss-Jordan elimination: which bits below 2 SCREEN move a point by one digit.
         uint32_t moves[2 * SCREEN];
         for (unsigned bit = 0; bit < 2 * SCREEN; ++bit) {
             moves[bit] = pixel_of(uint64_t{1} << bit);
@@ -94,7 +94,7 @@ class SobolGlobal final : public PeerSampler {
     }
 
   private:
-    // Of the two numbers with this key, in the layout of PeerPath.
+    // The dimension of the two numbers with this key, in the layout of PeerPath.
     static uint32_t dimension_of(uint32_t key) {
         if (key >= 1u << 14) return DIMENSIONS; // loops
         const uint32_t group = key / 4, two = key % 4;
@@ -118,7 +118,7 @@ class SobolGlobal final : public PeerSampler {
                uint32_t(digits_of(point, 1) >> (BITS - SCREEN)) << SCREEN;
     }
 
-    // Another pixel takes the place of (0, 0) for each seed.
+    // Each seed moves a different pixel to (0, 0).
     uint32_t shift() const {
         return uint32_t(mix64(seed + 0x9e3779b97f4a7c15u)) >> (32 - 2 * SCREEN);
     }
@@ -130,10 +130,10 @@ class SobolGlobal final : public PeerSampler {
 #endif
 #ifdef BN_WITH_OPENQMC
 
-// OpenQMC's blue-noise samplers (Framestore, https://github.com/AcademySoftwareFoundation/openqmc), used
-// as its README recommends: the root is a sampler for one pixel and index, each decision of a path is a
-// child of it, and split light samples come from newDomainSplit(). OpenQMC takes no seed: here the frame
-// number is a hash of it, which shifts the tables, the same for all pixels.
+// OpenQMC's blue-noise samplers (Framestore, https://github.com/AcademySoftwareFoundation/openqmc), used as
+// its README recommends: the root is a sampler for one pixel and index, each decision of a path is a child
+// of it, and split light samples come from newDomainSplit(). OpenQMC takes no seed, so the frame number is
+// a hash of the seed, which shifts the tables equally for all pixels.
 
 template <typename Native>
 class OpenQmcSampler final : public PeerSampler {

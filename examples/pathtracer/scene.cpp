@@ -15,7 +15,7 @@ void include(Bounds &b, Vec3 v) {
     b.high = max(b.high, v);
 }
 
-// All that there is while the shutter is open.
+// The bounds of all surfaces while the shutter is open.
 Bounds extent_of(const Scene &scene) {
     Bounds b = scene_bounds(scene);
     for (size_t i = 0; i < scene.motions.size(); ++i)
@@ -135,7 +135,7 @@ Vec3 mapped_normal(const Scene &scene, SurfacePoint p, Vec3 normal) {
 // `geometric`: mirrors with normal maps would have black spots where the reflection points into the
 // surface (Keller et al., "The Iray Light Transport Simulation and Rendering System", 2017).
 Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 wo) {
-    // The least cosine allowed between the mirrored direction and the geometric normal.
+    // The smallest allowed cosine between the reflected direction and the geometric normal.
     const float facing = dot(geometric, wo);
     const float least = std::min(0.9f * facing, 0.01f);
     // Tilt a shading normal that faces away from `wo` until it is edge-on.
@@ -144,8 +144,8 @@ Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 wo) {
     const Vec3 mirrored = 2 * std::max(aside, 0.0f) * normal - wo;
     const float below = least - dot(mirrored, geometric);
     if (!(below > 0)) return normal;
-    // Lift the mirrored direction along the shading normal, or along the geometric normal where the
-    // shading normal hardly rises from the surface.
+    // Raise the reflected direction along the shading normal, or along the geometric normal if the
+    // shading normal is nearly tangent to the surface.
     const float rise = dot(normal, geometric);
     const Vec3 lifted =
         rise > 0.1f ? mirrored + (below / rise) * normal : mirrored + below * geometric;
@@ -228,7 +228,7 @@ namespace {
 
 constexpr double DEGREE = 3.14159265358979323846 / 180;
 
-// The fewest digits, of `least` or more, that read_back() accepts the number of.
+// The smallest number of digits, at least `least`, with which read_back() accepts the number.
 template <typename ReadBack>
 std::string digits(double value, int least, const ReadBack &read_back) {
     std::ostringstream text;
@@ -238,7 +238,7 @@ std::string digits(double value, int least, const ReadBack &read_back) {
     }
 }
 
-// Such that less the origin it is the same vector again.
+// v plus the origin, with enough digits to get v back.
 std::string digits(Vec3 v, Point3d origin) {
     const auto coordinate = [&](int i) {
         return digits(double{v[i]} + origin[i], 6,

@@ -168,7 +168,7 @@ void add_motion(Scene &scene, size_t first, const std::function<Vec3(Vec3)> &end
 
 // The box measured at Cornell (Goral et al., "Modeling the Interaction of Light Between Diffuse
 // Surfaces", 1984; dimensions, camera and materials as published by the Program of Computer Graphics,
-// in millimetres). Included because everybody knows it.
+// in millimetres). Included because it is well known.
 Scene scene_cornell() {
     Scene scene;
     const float sensor_height = 0.025f, focal_length = 0.035f;
@@ -241,9 +241,9 @@ Scene scene_penumbra() {
     return scene;
 }
 
-// Four lamps of equal power, from small to large, reflected by plates from smooth to rough (after
-// Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995).
-// Included because neither light sampling nor material sampling is good everywhere.
+// Four lamps of equal power, from small to large, reflected by plates from smooth to rough (after Veach
+// and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995). Included
+// because neither light sampling nor BSDF sampling is good everywhere.
 Scene scene_glossy() {
     Scene scene;
     const Vec3 eye = {0, 2.4f, 8}, lamps = {0, 4.3f, -1.6f};
@@ -280,8 +280,8 @@ Scene scene_glossy() {
     return scene;
 }
 
-// Balls and posts under a sky with a sun, through a wide-aperture lens. Included because pixel, lens
-// and light positions make six dimensions at once.
+// Balls and posts under a sky with a sun, through a wide-aperture lens. Included because the positions
+// in the pixel, on the lens and on the light form a six-dimensional integrand.
 Scene scene_lens() {
     Scene scene;
     scene.camera = camera_look_at({0, 0.8f, 4.2f}, {0, 0.33f, 0}, {0, 1, 0}, 0.23f);
@@ -322,8 +322,8 @@ Vec3 turned(Vec3 point, Vec3 middle, Vec3 axis, float angle) {
 
 } // namespace
 
-// Things in flight under soft light, with the shutter open. Included because time multiplies with the
-// position in the pixel: each edge moves at its own speed in its own direction.
+// Moving objects under soft light, with the shutter open. Included because time multiplies with the
+// position in the pixel: each edge moves with its own speed and direction.
 Scene scene_motion() {
     Scene scene;
     scene.camera = camera_look_at({0.1f, 1.5f, 6.0f}, {0, 0.93f, 0}, {0, 1, 0}, 0.225f);
@@ -395,7 +395,7 @@ Scene scene_motion() {
     add_sphere(scene, teal, bob, 0.13f);
     turns(pivot, {0, 0, 1}, 0.15f, {0, 0, 0});
 
-    // Low over the floor: one ball rolls towards the camera, one away, one stands.
+    // Three balls low over the floor: one rolls towards the camera, one away, and one rests.
     add_sphere(scene, teal, {-0.35f, 0.2f, 1.05f}, 0.2f);
     flies({-0.30f, 0, 0.22f});
     add_sphere(scene, yellow, {0.75f, 0.14f, 1.0f}, 0.14f);
@@ -404,8 +404,8 @@ Scene scene_motion() {
     return scene;
 }
 
-// Smooth, rough and tinted glass in a studio. Included because only scattered rays find light
-// behind a smooth surface, and because each surface offers a path two ways on.
+// Smooth, rough and tinted glass in a studio. Included because only scattered rays find light behind a
+// smooth surface, and because a path can continue in two ways at each surface.
 Scene scene_glass() {
     Scene scene;
     scene.camera = camera_look_at({0, 1.45f, 5.0f}, {0.02f, 0.42f, 0}, {0, 1, 0}, 0.265f);
@@ -502,7 +502,7 @@ namespace {
 
 constexpr Vec3 FOG_LOW = {-6, -0.1f, -6}, FOG_HIGH = {6, 4.4f, 6};
 
-// Banks of fog over the ground: thinner with height, torn by waves that bend each other.
+// Banks of fog over the ground, thinner with height and broken up by waves that distort each other.
 float fog_density(Vec3 p) {
     const Vec3 q = {p.x + 0.9f * std::sin(1.1f * p.z + 0.5f) + 0.4f * std::sin(2.3f * p.y),
                     1.6f * p.y + 0.5f * std::sin(1.3f * p.x + 0.7f * p.z),
@@ -517,7 +517,7 @@ float fog_density(Vec3 p) {
 } // namespace
 
 // A pergola at night between two lamps, above drifting fog. Included because free flight and shadow
-// rays are loops that take any count of numbers.
+// rays are loops that take an unknown number of samples.
 Scene scene_fog() {
     Scene scene;
     scene.camera = camera_look_at({-0.6f, 2.0f, 8.8f}, {0, 1.2f, 0}, {0, 1, 0}, 0.265f);
