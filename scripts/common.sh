@@ -12,7 +12,7 @@ die() {
     exit 1
 }
 
-# CMake, compilers and Python environments each trip over some of these characters, late and with other reasons.
+# CMake, compilers and Python environments fail late on some of these characters, with misleading messages.
 case $root in
     *[\#\"\;\\:\[\]\|\<\>\$]* | *[[:cntrl:]]*)
         die "cannot work in the folder $(printf %q "$root"); give it a name without # \" ; \\ : [ ] | < > $ and tabs" ;;
@@ -29,7 +29,7 @@ job_count() {
     echo "$cores"
 }
 
-# With ccache, what was compiled before is not compiled again, in whichever folder; CMake takes it from these variables.
+# With ccache, files are not compiled twice, even in different folders. CMake reads these variables.
 if command -v ccache >/dev/null 2>&1; then
     export CMAKE_C_COMPILER_LAUNCHER=${CMAKE_C_COMPILER_LAUNCHER-ccache}
     export CMAKE_CXX_COMPILER_LAUNCHER=${CMAKE_CXX_COMPILER_LAUNCHER-ccache}

@@ -67,8 +67,7 @@ class Pictures(Run):
 # ---- The page
 
 def part_worth_showing(reference, picture):
-    """(left, top, width, height) of a square, a quarter of the picture wide, that is noisy and has detail, ignoring
-    lights and fireflies."""
+    """(left, top, width, height) of a noisy and detailed square, a quarter of the image wide, ignoring lights and fireflies."""
     def local_mean(values):
         return ndimage.uniform_filter(np.minimum(values, np.quantile(values, 0.9)), side, mode="constant")
 
@@ -82,7 +81,7 @@ def part_worth_showing(reference, picture):
 
 
 def gallery(samplers, errors, previews, part):
-    """For one count, a column for each sampler: an enlarged part, its error, that error after a blur, and the spectrum of the error."""
+    """For one count, a column per sampler: an enlarged crop, its error before and after a blur, and the error's spectrum."""
     white = errors[samplers[0]]
     factor = max(1, min(white.shape) // part[2])
     rows = [[[enlarged_part(previews[s], part, factor)] for s in samplers]]
@@ -97,7 +96,7 @@ def gallery(samplers, errors, previews, part):
 
 
 def plots(rows, errors):
-    """SVG: error reduction over the first sampler, errors against samples and time, power spectra at the last count."""
+    """SVG plots: error reduction over the first sampler, errors against samples and time, power spectra at the last count."""
     samplers, measures = list(rows), list(PLOTTED)
     figure = Figure(figsize=(14, 11), layout="constrained")
     axes = figure.subplots(3, len(measures), squeeze=False)
@@ -132,7 +131,7 @@ def uri(image, kind="PNG", **options):
 
 
 def note(one, other, errors, own_error):
-    """The line below the pictures: the errors of two samplers and, where seeds and reference permit it, their ratio."""
+    """The line below the images: the errors of two samplers and, if seeds and reference permit, their ratio."""
     rms = {name: float(np.sqrt(np.mean(np.square(errors[name])))) for name in (one, other)}
     text = f"Error after a blur of 2.1 pixels: {one} {rms[one]:.3g}, {other} {rms[other]:.3g}. "
     if len(errors[one]) < SEEDS_FOR_RATIO:
@@ -200,7 +199,7 @@ def header(samplers):
 
 
 def texts(rows, counts):
-    """The table's lines; the last column is the error after sigma 2.1 over the last sampler's."""
+    """The table's lines; the last column is the error after sigma 2.1, divided by the last sampler's error."""
     *_, last = rows.values()
     return [[label, str(spp), f"{own[spp]['seconds']:.3f}", *(f"{own[spp][name]:.5f}" for name in MEASURES),
              f"{own[spp][ERROR] / last[spp][ERROR]:.2f}" if last[spp][ERROR] else ""] for spp in counts for label, own in rows.items()]

@@ -8,7 +8,7 @@ from evidence.measure.image_error import LUMINANCE
 
 
 def luminance_error(image, reference):
-    """The signed error, (height, width): luminance of RGB pictures, plain difference of grey ones."""
+    """The signed error, (height, width): in luminance for RGB images, the plain difference for grey images."""
     error = np.asarray(image, np.float64) - np.asarray(reference, np.float64)
     return error @ LUMINANCE if error.ndim == 3 else error
 
@@ -19,7 +19,7 @@ def error_image(error, full_scale):
 
 
 def windowed_power(error):
-    """Power per sample at each frequency of fft2; a Hann window suppresses the picture's borders."""
+    """Power per sample at each frequency of fft2; a Hann window suppresses the image's borders."""
     window = np.hanning(error.shape[0] + 2)[1:-1, None] * np.hanning(error.shape[1] + 2)[None, 1:-1]
     return np.abs(np.fft.fft2((error - error.mean()) * window)) ** 2 / np.sum(window**2)
 
@@ -41,8 +41,8 @@ def radial_spectrum(error, bin_count=32):
 
 
 def spectrum_image(error, level):
-    """The power spectrum of a signed error as 8-bit grey, logarithmic, frequency 0 in the middle: black is a thousandth
-    of `level`, white is ten times `level`."""
+    """The power spectrum of a signed error as 8-bit grey on a logarithmic scale, with frequency 0 in the centre: black
+    is a thousandth of `level`, white ten times `level`."""
     power = windowed_power(np.asarray(error, np.float64))
     # A single bin of noise varies as much as its mean, so smooth slightly to show the shape.
     power = np.fft.fftshift(ndimage.gaussian_filter(power, max(1.0, min(power.shape) / 96), mode="wrap"))

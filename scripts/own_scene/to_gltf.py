@@ -47,7 +47,7 @@ def resolver_of(trimesh, path, lost):
                 return b""
 
     def plain(line):
-        """trimesh takes the options of map_Kd for a part of its name, and drops all materials if a colour is one number."""
+        """trimesh treats the options of map_Kd as part of its name, and drops all materials if a colour is a single number."""
         one = re.match(rb"\s*(k[ades]|tf)\s+(\S+)\s*$", line, re.I)
         if one:
             return one[1] + 3 * (b" " + one[2])
@@ -65,7 +65,7 @@ def resolver_of(trimesh, path, lost):
 
 
 def transform_of(options):
-    """KHR_texture_transform of the options of an MTL's texture, whose v points up."""
+    """KHR_texture_transform for the options of an MTL texture, whose v points up."""
     pair = {"-s": [1.0, 1.0], "-o": [0.0, 0.0]}
     for name, values in re.findall(r"(-[so])((?:\s+[-+.\deE]+)+)", " ".join(options)):
         numbers = [float(v) for v in values.split()[:2]]
@@ -75,7 +75,7 @@ def transform_of(options):
 
 
 def converted(trimesh, source, own_resolver, lost):
-    """A glTF material of an MTL's, its extensions, its exact factors, and the transformation of its texture."""
+    """Converts an MTL material to glTF: the material, its extensions, its exact factors and its texture transform."""
     from PIL import Image
 
     mtl = {name: value for name, value in source.kwargs.items() if value not in (None, [])}
@@ -89,7 +89,7 @@ def converted(trimesh, source, own_resolver, lost):
             return default
 
     lost.update(sorted(name for name in mtl if name not in READ))
-    # A texture multiplies its colour, and stands alone where that is missing.
+    # A texture is multiplied by its colour, if there is one.
     colour = list(mtl.get("kd", [0.6 if image is None else 1.0] * 3))
     emission = [float(v) for v in mtl.get("ke", [float("map_ke" in mtl)] * 3)]
     cover = number("d", 1 - number("tr", 0.0))
@@ -114,7 +114,7 @@ def converted(trimesh, source, own_resolver, lost):
                 textures[meant] = Image.open(trimesh.util.wrap_as_stream(own_resolver.get(OPTIONS.sub("", " ".join(mtl[name])))))
             except (OSError, ValueError):
                 continue
-    # The lobe of Blinn and Phong's exponent is as wide.
+    # The roughness whose lobe is as wide as the Blinn-Phong exponent's.
     rough = 0.0 if glass else (2 / (float(mtl.get("ns", 0)) + 2)) ** 0.25
     material = trimesh.visual.material.PBRMaterial(
         baseColorFactor=[255] * 4, metallicFactor=number("pm", 1.0 if metal else 0.0),
@@ -125,7 +125,7 @@ def converted(trimesh, source, own_resolver, lost):
 
 
 def convert(path, output):
-    """Writes the GLB; returns what the file has and the GLB lacks."""
+    """Writes the GLB. Returns a list of what could not be converted."""
     import trimesh
 
     lost, more = set(), {}
@@ -143,7 +143,7 @@ def convert(path, output):
 
     try:
         scene = loaded()
-        # It keeps the colours of vertices where it reads no materials.
+        # trimesh keeps vertex colours only if it reads no materials.
         plain = loaded(skip_materials=True).geometry if coloured else {}
     except Exception as error:  # of as many kinds as there are formats
         raise CommandError(f"trimesh cannot read {path}: {str(error).splitlines()[0] if str(error) else type(error).__name__}") from None

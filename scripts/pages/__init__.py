@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What scripts/docs adds to MkDocs: pages from the headers, and the files of the repository where they are."""
+"""Extensions of MkDocs for scripts/docs: pages made from the headers, and the repository's files in their own folders."""

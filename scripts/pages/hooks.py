@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hooks of MkDocs (mkdocs.yml): the site has the folders of the repository, so that links work there and on code hosts alike.
+"""MkDocs hooks (mkdocs.yml): the site mirrors the folders of the repository, so that links work both there and on code hosts.
 
-Pages of the navigation are files of the repository, or made here: NAME.ipynb.md shows the cells of a notebook with what they printed and
-plotted, and Doxygen writes reference/ from the headers. A link to any other file or folder of the repository leads to a page that shows it.
+Pages in the navigation are files of the repository, or are made here: NAME.ipynb.md shows the cells of a notebook with their output and
+plots, and Doxygen writes reference/ from the headers. A link to any other file or folder of the repository leads to a page that shows it.
 """
 
 import json
@@ -24,7 +24,7 @@ LANGUAGES = {".h": "c", ".c": "c", ".hpp": "cpp", ".cpp": "cpp", ".glsl": "glsl"
              ".metal": "cpp", ".cu": "cuda", ".py": "python", ".txt": "text",
              ".toml": "toml", ".csv": "text", ".yml": "yaml"}
 ASSETS = {"assets/site.css": "site.css", "assets/iframe-worker.js": "search_from_disk.js"}
-# The live page says how high it is.
+# The live page reports its height.
 FRAME_SCRIPT = ("addEventListener('message',e=>{const f=document.querySelector('.live iframe');"
                 "if(f&&e.source===f.contentWindow&&e.data.height>0)f.style.height=e.data.height+2+'px'})")
 LARGEST = 100_000  # bytes of a file that is shown
@@ -81,7 +81,7 @@ def pages(nav):
 
 
 def on_files(files, config):
-    """Replaces what MkDocs found in docs/, but not the files of the theme, by the files of the repository that the site needs."""
+    """Replaces the files that MkDocs found in docs/, except the theme's, by the repository's files that the site needs."""
     site = Files([file for file in files if file.src_dir != config.docs_dir])
     shown, others = set(), []
 
@@ -127,18 +127,18 @@ def on_files(files, config):
 
 
 def on_page_markdown(markdown, page, config, files):
-    """Leads links to files that have a page of their own to it."""
+    """Redirects links to files that have their own page to that page."""
     path = page.file.src_uri
     for target in set(links.links(markdown)):
         linked, _ = links.resolve(path, target)
         if not links.is_external(target) and not files.get_file_from_path(linked) and files.get_file_from_path(f"{linked}.md"):
             address, *anchor = target.split("#")
             markdown = markdown.replace(f"]({target})", f"]({'#'.join([address.rstrip('/') + '.md', *anchor])})")
-    # A search shows first how to use libbn, then what was measured, and last what is linked to.
+    # A search ranks guides first, then measurements, then files that are only linked.
     rank = 0.05 if path not in pages(config.nav) else 0.2 if path.startswith("evidence/") else 1 if "/" not in path else 5
     page.meta.setdefault("search", {"boost": rank})
     if page.is_homepage:
-        # The navigation would hold this page alone, and the live page takes the place of the table of contents.
+        # The navigation would contain only this page, and the live page replaces the table of contents.
         page.meta["hide"] = ["navigation", "toc"]
     live = config.extra["live_page"]
     if page.is_homepage and files.get_file_from_path(live):
@@ -149,12 +149,12 @@ def on_page_markdown(markdown, page, config, files):
 
 
 def on_page_content(html, page, config, files):
-    """Lets a tap on a picture show it alone, in full size."""
+    """Makes an image open in full size when clicked."""
     return re.sub(r'<p>(<img [^>]*?src="([^"]+)"[^>]*>)</p>', r'<p><a href="\2">\1</a></p>', html)
 
 
 def on_post_page(output, page, config):
-    """Warns, which fails a strict build, of what a browser would load from elsewhere."""
+    """Warns about resources that a browser would load from other hosts, which fails a strict build."""
     element = r"<(?:script|img|iframe|source|video|link(?![^>]*rel=\"canonical\"))"
     loaded = re.findall(element + r"\b[^>]*?(?:src|href)=\"?((?:https?:)?//[^\"\s>]+)", output)
     for address in loaded:

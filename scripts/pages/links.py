@@ -10,7 +10,7 @@ PARSER = MarkdownIt("commonmark").enable("table")
 
 
 def links(text):
-    """The targets of all links and pictures."""
+    """The targets of all links and images."""
     inline = (child for token in PARSER.parse(text) for child in token.children or ())
     return [str(token.attrs.get("href") or token.attrs.get("src")) for token in inline if token.type in ("link_open", "image")]
 
@@ -20,6 +20,6 @@ def is_external(target):
 
 
 def resolve(page, target):
-    """The path from the root of the repository, and the anchor, that a relative link of a page means."""
+    """Resolves a relative link on a page to a path from the repository's root, and an anchor."""
     path, _, anchor = target.partition("#")
     return posixpath.normpath(posixpath.join(posixpath.dirname(page), path)) if path else page, anchor

@@ -17,7 +17,7 @@ blue = bluenoise.Sampler("blue", seed=1)
 
 
 def shadow(u):
-    """A square light above the edge of a wall: the part of it that the pixel sees, at 0.15 to 0.85 of the image's width."""
+    """The visible part of a square light above the edge of a wall, for pixels at 0.15 to 0.85 of the image's width."""
     return u[..., 0] + 0.3 * u[..., 1] < 1.3 * (0.5 + (x / SIZE - 0.5 + 0.1 * (y / SIZE - 0.5)) / 0.7)
 
 

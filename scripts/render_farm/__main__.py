@@ -95,7 +95,7 @@ def sort_out(others):
     while i < len(others):
         words = others[i:i + (2 if others[i] in (*FILES, *FOR_MERGING) else 1)]
         if words[0] in FILES and len(words) == 2 and Path(words[1]).is_file():
-            # Workers, and the program that merges, run in other folders.
+            # Workers and the merging program run in other folders.
             words[1] = os.path.abspath(words[1])
         (merging if words[0] in FOR_MERGING else parts).extend(words)
         i += len(words)
@@ -111,14 +111,14 @@ def run_pathtracer(program, arguments, folder=None):
     if done.returncode in (128 + signal.SIGINT, -signal.SIGINT):
         raise KeyboardInterrupt
     if done.returncode:
-        # The last line is the error, those before it notes on the scene.
+        # The last line is the error; the lines before it are notes on the scene.
         said = done.stderr.strip().rpartition("\n")[2].removeprefix("pathtracer: ")
         raise FarmError(said or f"{program} failed with {done.returncode}")
     return done
 
 
 def render_parts(options, program, shared, inputs, folder, parts, found):
-    """Renders the parts that the folder lacks; returns how many samples they had."""
+    """Renders the parts that are missing in the folder. Returns their number of samples."""
     from evidence.base.progress import Progress  # needs what set-up installs
 
     left = [part for part in parts if not folder.has(part)]
@@ -158,7 +158,7 @@ def run(arguments):
     parts = split(options.crop, options.first_sample, options.spp, options.tile, options.samples_per_task)
     if len(parts) > MAX_PARTS:
         raise FarmError(f"{len(parts)} tasks are more than {MAX_PARTS}; set a larger --tile or --samples-per-task")
-    # The last sample of one pixel: the path tracer checks all options before a worker sees them.
+    # Render the last sample of one pixel, so that the path tracer checks all options before a worker sees them.
     x0, y0 = options.crop[:2]
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
         run_pathtracer(program, [*shared, *merging, "--first-sample", str(options.first_sample + options.spp - 1), "--spp", "1",
@@ -193,7 +193,7 @@ def run(arguments):
 
 
 def plain(text):
-    """Names of files may hold line breaks, and sequences that a terminal would obey."""
+    """Makes text printable: file names may contain line breaks and terminal sequences."""
     return "".join("?" if unicodedata.category(c) == "Cc" else c for c in str(text))
 
 

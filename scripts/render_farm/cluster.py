@@ -47,13 +47,13 @@ def connect(address, workers):
         import distributed
     except ImportError as error:
         raise FarmError(f"{error.name} is not installed; run scripts/farm, which installs it") from None
-    # As Sent needs it
+    # Needed by Sent.
     cloudpickle.register_pickle_by_value(worker)
     dask.config.set({"distributed.scheduler.allowed-failures": ATTEMPTS, "distributed.comm.timeouts.connect": TIMEOUT})
     _quiet()
     with contextlib.ExitStack() as stack:
         if not address:
-            # Processes started now ignore Ctrl-C, which is for this one: it ends them.
+            # Processes started now ignore Ctrl-C; this process handles it and ends them.
             before = signal.signal(signal.SIGINT, signal.SIG_IGN)
             try:
                 address = stack.enter_context(distributed.LocalCluster(
@@ -117,7 +117,7 @@ def render(client, program, wanted, inputs, tasks):
         except queue.Empty:
             yield None, None
             continue
-        # Without the future here, the cluster drops its result.
+        # Without a reference to the future, the cluster would drop its result.
         part, _ = futures.pop(future.key)
         try:
             data = future.result()

@@ -27,7 +27,7 @@ def _remembered(make, path):
     try:
         from distributed import get_worker
 
-        # Each task brings functions of its own; the worker stays.
+        # Each task brings its own copies of these functions, but the worker persists.
         results = get_worker().__dict__.setdefault("_libbn_results", {})
     except (ImportError, ValueError):
         results = {}  # this is no task
@@ -81,16 +81,16 @@ def complaint(program, wanted, inputs):
 
 def render(program, wanted, inputs, arguments):
     """The bytes of the EXR that the path tracer renders with these arguments."""
-    # A worker may have joined after all were checked.
+    # A worker may have joined after the check.
     if wrong := complaint(program, wanted, inputs):
         raise WorkerError(wrong)
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
         output = os.path.join(folder, "part.exr")
         command = [program_here(program), *arguments, "--quiet", "-o", output]
-        # On Linux the program ends with a worker that is killed.
+        # On Linux, the program ends if its worker is killed.
         if setpriv := shutil.which("setpriv"):
             command = [setpriv, "--pdeathsig", "KILL", *command]
-        # In a session of its own, Ctrl-C in the worker's terminal leaves a part whole.
+        # In its own session, so that Ctrl-C in the worker's terminal does not interrupt a part.
         done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False,
                               start_new_session=True)
         if done.returncode:
