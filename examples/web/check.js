@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws a million samples in WebGPU and WebGL 2, compares them with the same draws in JavaScript, and times them. After shaders.js.
+// Draws a million samples in WebGPU and WebGL 2, compares them with the same draws in JavaScript, and times them. Load after shaders.js.
 "use strict";
 
 const SIDE = 1024; // draws on each side of the image
@@ -26,7 +26,7 @@ function hash(v) {
   return v ^ v >>> 15;
 }
 
-/* Four words of a sample of blue, to out[at] and what follows it. */
+/* Writes the four words of a sample of blue to out[at] and the elements after it. */
 function blueBits(words, seed, x, y, index, domain, out, at) {
   const turned = domain << 2 | domain >>> 30, member = turned & 3, start = turned & ~3 ^ seed[0];
   let family = times(start, 0x21f0aaad);
@@ -64,7 +64,7 @@ function blueBits(words, seed, x, y, index, domain, out, at) {
   }
 }
 
-/* Which draw is the i-th: all pixels of the image once, in indices up to 2^20 and 1024 domains. */
+/* The i-th draw: all pixels of the image once, with indices up to 2^20 and 1024 domains. */
 const asked = i => ({x: i % SIDE, y: i / SIDE | 0, index: times(i, 0x9e3779b1) >>> 12, domain: times(i, 0x85ebca6b) >>> 22 << 22 >>> 0});
 
 function drawOnCpu() {
@@ -85,7 +85,7 @@ function hashOf(words) {
 
 const texels = () => Uint32Array.from({length: 4 * TEXELS * TEXELS}, (_, i) => hash(i));
 
-/* Nanoseconds of one draw or fetch: the least of three runs of at least 30 ms. run(passes) draws them and waits. */
+/* Nanoseconds per draw or fetch: the minimum of three runs of at least 30 ms. run(passes) draws and waits. */
 async function nanoseconds(run) {
   await run(1); // compiles
   let passes = 1, best = Infinity;
@@ -234,7 +234,7 @@ async function onWebGl2() {
 
 // ---- The page
 
-/* The line of an interface: its class, right, wrong or nothing where there is none to try, and its text. */
+/* The line of an interface: its text, and its class: right, wrong, or empty if the interface is not available. */
 function verdict(name, result, expected) {
   if (result === null) return ["nothing", `${name}: this browser does not offer it.`];
   const hashes = [result.drawn, expected].map(hashOf), wrong = result.drawn.findIndex((word, i) => word !== expected[i]);

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The errors of the samplers after 1, 2, 3 ... samples: measures one at a time, and shows them as numbers and as a plot.
+// The errors of the samplers after 1, 2, 3 ... samples: measures them one at a time, and shows them as numbers and as a plot.
 "use strict";
 
 const STEPS = 16;
 const BLUR_OF_ERRORS = 2.1; // in pixels, as in libbn's tables
 
-/* Positive numbers with equally many decimals, so that the smallest has three significant digits. */
+/* Formats positive numbers with the same number of decimals, so that the smallest has three significant digits. */
 function evenly(values) {
   const least = Math.min(...values.filter(value => value > 0), 1);
   const exponent = Number(least.toExponential(2).split("e")[1]);
   return values.map(value => value.toFixed(Math.max(0, 2 - exponent)));
 }
 
-/* choose(count) is called when somebody picks a count in the plot. */
+/* choose(count) is called when the user picks a count in the plot. */
 function makeErrors(names, choose) {
   const types = Object.keys(names), plot = document.getElementById("plot"), list = document.getElementById("values");
   const cells = {};
@@ -40,7 +40,7 @@ function makeErrors(names, choose) {
     get values() { return steps; },
     get done() { return running.length === 0; },
 
-    /* Forgets the errors; they are measured anew, step by step. */
+    /* Discards the errors, to measure them again step by step. */
     restart(tracer) {
       for (const {run} of running) run.return();
       steps = Object.fromEntries(types.map(type => [type, []]));
@@ -49,7 +49,7 @@ function makeErrors(names, choose) {
       errors.show(shown);
     },
 
-    /* Measures one error, of the sampler that has the fewest. */
+    /* Measures one error, for the sampler with the fewest. */
     step() {
       if (errors.done) return;
       const next = running.shift();

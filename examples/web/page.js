@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The controls of the page, and when to draw.
+// The controls of the page, and the timing of draws.
 "use strict";
 
 const NAMES = {white: "white", sobol: "Sobol\u2019", blue: "blue"};
@@ -10,7 +10,7 @@ const COLUMNS = 400; // about as many pixels to a row; each is a whole number of
 
 const element = id => document.getElementById(id);
 const settings = {left: "white", right: "blue", mode: "sum", limit: FIRST_LIMIT};
-// catchingUp: the image of fewer samples than were shown is made from the first sample, and shown when it is there.
+// catchingUp: an image with fewer samples than shown is rendered from the first sample, and shown when it is done.
 let tracer = null, enlarged = 1, paused = false, catchingUp = false, restarts = 0, asked = false;
 
 function fill(name, choices) {
@@ -29,14 +29,14 @@ function fill(name, choices) {
   }
 }
 
-/* Sums have a number of samples, and errors; averages go on until they are paused. */
+/* Sums have a sample count and errors; averages continue until they are paused. */
 function changeMode() {
   paused = catchingUp = false;
   document.documentElement.classList.toggle("endless", settings.mode !== "sum");
   if (tracer) tracer.restart(tracer.run, settings.mode);
 }
 
-/* Shows this many samples per pixel. More than that cannot be taken back, so those are made again. */
+/* Shows this many samples per pixel. Samples cannot be removed, so if there are more, rendering starts again. */
 function limitTo(count) {
   settings.limit = count;
   paused = false;
@@ -47,7 +47,7 @@ function limitTo(count) {
   request();
 }
 
-/* One step of the samples per pixel, from the end of the steps if there was no limit. */
+/* Moves the samples per pixel by one step, from the last step if there was no limit. */
 function limitBy(step) {
   limitTo(Math.min(STEPS, Math.max(1, Math.min(settings.limit, STEPS) + step)));
 }
@@ -83,13 +83,13 @@ function frame() {
   element("endless").checked = limit > STEPS;
   element("less").disabled = limit <= 1;
   element("more").disabled = limit >= STEPS;
-  // The errors wait for the image, unless that has no end; averages have none.
+  // The errors wait for the image to finish, unless it has no limit. Averages have no errors.
   if (limit < Infinity && tracer.count >= Math.min(limit, STEPS) || paused) errors.step();
   errors.show(limit > STEPS ? tracer.count : limit);
   if (tracer.count < limit && !paused || limit < Infinity && !errors.done) request();
 }
 
-/* Fits the image into its place. */
+/* Fits the image into its area. */
 function fit() {
   const canvas = element("picture"), ratio = window.devicePixelRatio || 1;
   const device = Math.max(1, Math.floor(element("stage").clientWidth * ratio));
@@ -154,7 +154,7 @@ element("stage").addEventListener("pointerdown", event => {
 element("stage").addEventListener("pointermove", event => {
   if (element("stage").hasPointerCapture(event.pointerId)) moveSplit(event);
 });
-// A device may take the context away, and give it back without its contents.
+// A device may lose the context, and restore it without its contents.
 element("picture").addEventListener("webglcontextlost", event => { event.preventDefault(); tracer = null; errors.restart(null); });
 element("picture").addEventListener("webglcontextrestored", start);
 start();

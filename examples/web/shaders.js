@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene, its paths and how the picture is shown, in GLSL ES 3.00, and the program that runs them. After package/texts.js.
+// The scene, the path tracer and the display of the image in GLSL ES 3.00, and the program that runs them. Load after package/texts.js.
 "use strict";
 
 const {BN_DRAW_GLSL, BN_PATH_GLSL, WORDS} = LIBBN_TEXTS;
@@ -29,12 +29,12 @@ ${BN_DRAW_GLSL}
 ${BN_PATH_GLSL}
 `;
 
-/* One sample of each pixel, added to the sums so far, or to a moving average that follows surfaces when the camera moves. Both are
- * the bits of floats in a texture of integers, which every device with WebGL 2 can draw into. An average has the distance of the
- * surface and the number of its samples beside it.
+/* Renders one sample of each pixel, and adds it to the sums, or to a moving average that follows surfaces when the camera moves. Both are
+ * stored as float bits in an integer texture, which every WebGL 2 device can render to. An average is stored with the surface's distance
+ * and its sample count.
  *
- * A room, through whose front wall the camera looks, with a lamp on the ceiling, a block, a matte ball and a mirror ball. Each ray of a path has
- * one domain, bn_path_ray_domain(): (0,1) of it say where the ray goes, (2,3) which point on the lamp is tried where it ends. */
+ * The scene is a room seen through its front wall, with a lamp on the ceiling, a block, a matte ball and a mirror ball. Each ray of a path has
+ * one domain, bn_path_ray_domain(): (0,1) are its direction, (2,3) the light sample at its end. */
 const sampleFragment = type => `${DRAWS}
 uniform usampler2D sums;
 uniform uvec2 size;
@@ -58,7 +58,7 @@ struct surface {
   int kind;
 };
 
-// No component is zero, so that one may divide by them.
+// No component is zero, so that divisions are safe.
 vec3 divisor(vec3 v) { return mix(v, vec3(1e-7), lessThan(abs(v), vec3(1e-7))); }
 
 float to_ball(vec3 from, vec3 to, vec4 ball) {
@@ -129,7 +129,7 @@ vec3 light_from(vec3 at, vec3 normal, vec2 u) {
   return LAMP_COLOUR * (cosines * 4.0 * LAMP_SIZE.x * LAMP_SIZE.y / (3.14159265 * distance * distance));
 }
 
-// A direction above a surface, by the cosine: the concentric map (Shirley and Chiu 1997) keeps neighbours together.
+// A cosine-weighted direction above a surface, from the concentric map (Shirley and Chiu 1997), which is continuous.
 vec3 scattered(vec3 normal, vec2 u) {
   vec2 v = 2.0 * u - 1.0, on_disc = vec2(0.0);
   if (abs(v.x) > abs(v.y)) {
@@ -144,13 +144,13 @@ vec3 scattered(vec3 normal, vec2 u) {
   return on_disc.x * side + on_disc.y * cross(normal, side) + up * normal;
 }
 
-// Where the camera sees a point, in pixels; through the front wall, which fills the image wherever the camera is.
+// The position of a point in the image, in pixels, through the front wall, which fills the image for every camera.
 vec2 on_screen(vec3 from, vec3 point) {
   vec3 at = from + (point - from) * ((ROOM.z - from.z) / (point.z - from.z));
   return 0.5 * (vec2(at.x / ROOM.x, 2.0 * at.y / ROOM.y - 1.0) + 1.0) * vec2(size);
 }
 
-// The average before at the same surface: of those of the four pixels around that show it. How many samples it has: 0 if none do.
+// The previous average at the same surface, from the four surrounding pixels that show it, and its sample count: 0 if none of them do.
 vec3 history(vec2 at, float distance, out float count) {
   ivec2 low = ivec2(floor(at - 0.5)), last = ivec2(size) - 1;
   vec2 part = at - 0.5 - vec2(low);
@@ -216,7 +216,7 @@ void main() {
 }
 `;
 
-// ---- The image as shown: means, exposed and clipped; then blurred, as light is in the eye; then encoded for the screen
+// ---- The displayed image: means, exposed and clipped, then blurred in linear light, then encoded for the screen
 
 const BLUR = `${VERSION}
 precision highp float;
@@ -263,7 +263,7 @@ void main() {
 }
 `;
 
-// What two images differ by after the blur, for the error.
+// The difference of two images after the blur, for the error.
 const DIFFERENCE_FRAGMENT = `${BLUR}
 uniform usampler2D one, other;
 out uvec4 difference;

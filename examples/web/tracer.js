@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws with the shaders: the sums of samples of three samplers, and the image on the canvas.
+// Renders with the shaders: the sample sums of three samplers, and the image on the canvas.
 "use strict";
 
 const KINDS = ["white", "sobol", "blue"];
 const EXPOSURE = 1.0;
 const WEIGHT = 0.1; // of the newest sample in a moving average
 
-/* Where the camera is in a frame: at rest, or on its way around a figure of eight. */
+/* The camera's position in a frame: at rest, or moving along a figure of eight. */
 function cameraAt(mode, frame) {
   return mode === "camera" ? [0.5 * Math.sin(frame / 45), 1 + 0.2 * Math.sin(frame / 22.5), 4.6] : [0, 1, 4.6];
 }
 
-/* A texture of integers. With words, it holds them in rows of 64; without, four to a pixel, and one can draw into it. */
+/* An integer texture. With words, it holds them in rows of 64; without, it has four per pixel and can be rendered to. */
 function makeImage(gl, width, height, words = null) {
   const texture = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, texture);
@@ -31,7 +31,7 @@ function makeImage(gl, width, height, words = null) {
 
 const makeWords = (gl, words = BN_TABLE_WORDS) => makeImage(gl, 64, Math.ceil(words.length / 64), words);
 
-/* Draws into an image, or on the canvas where it is null. Uniforms are images, or functions of their location. */
+/* Draws into an image, or on the canvas if it is null. Uniforms are images, or functions of their location. */
 function draw(gl, program, into, width, height, uniforms) {
   gl.useProgram(program);
   gl.bindFramebuffer(gl.FRAMEBUFFER, into && into.framebuffer);
@@ -71,7 +71,7 @@ function makeTracer(canvas) {
       gl.deleteFramebuffer(framebuffer);
     }
   };
-  /* The next sample of each pixel; sums has the image so far, then one to draw into, and comes back in this order. */
+  /* Renders the next sample of each pixel. `sums` is the current image and one to draw into, and is returned in this order. */
   const add = (program, sums, index, run, mode = "sum") => {
     draw(gl, program, sums[1], tracer.width, tracer.height, {
       bn_words: words, sums: sums[0], index: uint(index), run: uint(run), weight: float(mode === "sum" ? 0 : WEIGHT),
@@ -100,19 +100,19 @@ function makeTracer(canvas) {
       Object.assign(tracer, {width, height, count: 0});
     },
 
-    /* From no samples; another run has other random numbers. Mode: the "sum" of all frames, a moving "average", or one with a moving
-     * "camera". In all of them the index goes on from frame to frame. */
+    /* Restarts without samples; each run has different random numbers. Mode: the "sum" of all frames, a moving "average", or an average
+     * with a moving "camera". In all modes the index continues across frames. */
     restart(run, mode = tracer.mode) {
       Object.assign(tracer, {run, mode, count: 0});
     },
 
-    /* One more sample of each pixel with each sampler. */
+    /* Renders one more sample of each pixel with each sampler. */
     sample() {
       for (const {program, sums} of Object.values(samplers)) add(program, sums, tracer.count, tracer.run, tracer.mode);
       ++tracer.count;
     },
 
-    /* The image of one sampler left of a column of the canvas and that of another right of it. */
+    /* Shows the image of one sampler to the left of a column, and the image of another to its right. */
     show(left, right, split, sigma, enlarged) {
       const scale = EXPOSURE / (tracer.mode === "sum" ? Math.max(tracer.count, 1) : 1);
       [left, right].forEach((kind, i) => draw(gl, blurRows, rows[i], tracer.width, tracer.height,
@@ -121,13 +121,13 @@ function makeTracer(canvas) {
         {left: rows[0], right: rows[1], sigma: float(sigma), split: float(split), enlarged: int(enlarged)});
     },
 
-    /* The sums of one sampler, four floats a pixel, rows from the bottom up. */
+    /* The sums of one sampler, four floats per pixel, rows from the bottom up. */
     read(kind) {
       return readWords(samplers[kind].sums[0]);
     },
 
-    /* Yields the error of a sampler after 1, 2, 3 ... samples, as displayed and after a blur: two images that share no
-     * random numbers differ by the error times the square root of two. */
+    /* Yields the error of a sampler after 1, 2, 3 ... samples, as displayed and after a blur, from two independent images: they differ by
+     * the error times the square root of two. */
     *errors(kind, sigma) {
       const {program} = samplers[kind], {width, height} = tracer;
       const pictures = [0, 1].map(() => [makeImage(gl, width, height), makeImage(gl, width, height)]);
