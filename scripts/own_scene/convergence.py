@@ -2,7 +2,7 @@
 """Shows how samplers converge on a scene of your own, `scripts/demo my.gltf`, or on the Cornell box.
 
 Renders a reference and progressive runs of each sampler, and measures the error at every sample count and seed. Writes report.html
-(a slider to compare two images, enlarged crops, error images and their spectra, and plots of error against samples and time),
+(a slider to compare two images, enlarged crops, error images, and plots of error against samples and time),
 convergence.csv with all figures, and every image of the first seed as EXR and PNG. References and results are cached in
 ~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
 """
@@ -27,19 +27,13 @@ from evidence.base.contact_sheet import enlarged_part, grey, preview, sheet
 from evidence.base.files import write_exr, write_image, write_rows, write_text
 from evidence.base.plots import plain_numbers, style
 from evidence.measure.compare import REFERENCE_MARGIN
-from evidence.measure.image_error import (
-    LUMINANCE,
-    SIGMAS,
-    all_errors,
-    blurred,
-)
+from evidence.measure.image_error import LUMINANCE, SIGMAS, all_errors, blurred
 from evidence.measure.statistics import ratio
 from evidence.renders.judge import Cells, Run, Task, pictures_of, render_references
 from evidence.renders.renderer import REFERENCE_PARTS, progressive, scene_label
 from evidence.renders.variants import OWN
 from evidence.renders.views import View
 
-from .spectra import error_image, luminance_error, radial_spectrum, spectrum_image
 from .to_gltf import scene_for
 
 MEASURES = {"rmse": "RMSE", "rmse_1.0": "sigma 1.0", "rmse_2.1": "sigma 2.1", "displayed_2.1": "displayed, sigma 2.1"}
@@ -66,6 +60,11 @@ class Pictures(Run):
 
 # ---- The page
 
+def luminance_error(picture, reference):
+    """The signed error, (height, width)."""
+    return (np.asarray(picture, np.float64) - reference) @ LUMINANCE
+
+
 def part_worth_showing(reference, picture):
     """(left, top, width, height) of a noisy and detailed square, a quarter of the image wide, ignoring lights and fireflies."""
     def local_mean(values):
@@ -81,22 +80,20 @@ def part_worth_showing(reference, picture):
 
 
 def gallery(samplers, errors, previews, part):
-    """For one count, a column per sampler: an enlarged crop, its error before and after a blur, and the error's spectrum."""
-    white = errors[samplers[0]]
-    factor = max(1, min(white.shape) // part[2])
+    """For one count, a column per sampler: an enlarged crop, and its error before and after a blur."""
+    factor = max(1, min(errors[samplers[0]].shape) // part[2])
     rows = [[[enlarged_part(previews[s], part, factor)] for s in samplers]]
     for sigma in (0.0, SIGMAS[-1]):
         shown = {s: blurred(errors[s], sigma) for s in samplers}
         # One grey scale for all samplers: three standard deviations of white noise, robust to the lights.
         full_scale = max(3 * 1.4826 * float(np.median(np.abs(shown[samplers[0]]))), 1e-12)
-        rows.append([[enlarged_part(grey(error_image(shown[s], full_scale)), part, factor)] for s in samplers])
-    level = max(float(np.mean(radial_spectrum(white)[1])), 1e-30)
-    rows.append([[grey(spectrum_image(errors[s], level)).resize(rows[0][0][0].size)] for s in samplers])
-    return sheet(rows, ("enlarged", "error", "blurred", "spectrum"), samplers)
+        greys = {s: np.uint8(np.clip(128 + 127.5 * shown[s] / full_scale, 0, 255)) for s in samplers}
+        rows.append([[enlarged_part(grey(greys[s]), part, factor)] for s in samplers])
+    return sheet(rows, ("enlarged", "error", "blurred"), samplers)
 
 
-def plots(rows, errors):
-    """SVG plots: error reduction over the first sampler, errors against samples and time, power spectra at the last count."""
+def plots(rows):
+    """SVG plots: error reduction over the first sampler, and errors against samples and time."""
     samplers, measures = list(rows), list(PLOTTED)
     figure = Figure(figsize=(14, 11), layout="constrained")
     axes = figure.subplots(3, len(measures), squeeze=False)
@@ -112,12 +109,6 @@ def plots(rows, errors):
             plain_numbers(axes[row, column].xaxis, axes[row, column].yaxis)
     for axis in axes.flat:
         axis.grid(True, which="both", alpha=.22)
-    level = max(float(np.mean(radial_spectrum(errors[samplers[0]])[1])), 1e-30)
-    inset = axes[0, 0].inset_axes((.62, .05, .36, .4))
-    for name in samplers:
-        frequency, power = radial_spectrum(errors[name])
-        inset.semilogy(frequency, np.maximum(power, 1e-30) / level, **{**style(name, samplers), "marker": ""})
-    inset.set_title("power of the error by frequency", fontsize=7)
     axes[0, 0].legend()
     text = io.StringIO()
     figure.savefig(text, format="svg", transparent=True)
@@ -164,20 +155,15 @@ def page(options, rows, pictures, reference, notes):
         "errors": {s: [f"{rows[s][n][ERROR]:.3g}" for n in options.shown] for s in samplers},
         "notes": [{f"{one}|{other}": note(one, other, {s: rows[s][n]["each"] for s in samplers}, reference.own[ERROR])
                    for one, other in itertools.combinations(samplers, 2)} for n in options.shown]}
-    errors = {(s, n): luminance_error(pictures[s, n], reference.picture) for n in options.galleries for s in samplers}
-    for n in options.galleries:
-        # A single firefly would dominate a spectrum.
-        most = max(float(np.quantile(np.abs(errors[samplers[0], n]), 0.99)), 1e-12)
-        errors.update({(s, n): np.clip(errors[s, n], -most, most) for s in samplers})
     part = part_worth_showing(reference.picture, pictures[samplers[0], options.start])
     parts = ["<h2>Images</h2>", "<p>A noisy part of the image, enlarged; its signed luminance error, grey where it is zero, on one scale "
-             "for all samplers; that error after a blur of 2.1 pixels, on another; and the power spectrum of the error, frequency 0 in the "
-             f"middle, black at a thousandth of {samplers[0]}'s mean.</p>"]
+             "for all samplers; and that error after a blur of 2.1 pixels, on another.</p>"]
     for n in options.galleries:
-        shown = gallery(samplers, {s: errors[s, n] for s in samplers}, {s: images[s, n] for s in samplers}, part)
+        errors = {s: luminance_error(pictures[s, n], reference.picture) for s in samplers}
+        shown = gallery(samplers, errors, {s: images[s, n] for s in samplers}, part)
         parts.append(f'<details{" open" * (n == options.start)}><summary>{n} sample{"s" * (n > 1)} per pixel</summary><div class="wide" tabindex="0">'
-                     f'<img class=gallery alt="parts, errors and spectra" src="{uri(shown)}"></div></details>')
-    parts += ["<h2>Plots</h2>", f'<div class="wide" tabindex="0">{plots(rows, {s: errors[s, options.galleries[-1]] for s in samplers})}</div>',
+                     f'<img class=gallery alt="parts and their errors" src="{uri(shown)}"></div></details>')
+    parts += ["<h2>Plots</h2>", f'<div class="wide" tabindex="0">{plots(rows)}</div>',
               "<h2>Figures</h2>", html_table(header(samplers), texts(rows, options.counts)), *(f"<p>{html.escape(text)}</p>" for text in notes)]
     text = (Path(__file__).parent / "report.html").read_text(encoding="utf-8").replace("SCENE", html.escape(name))
     # "</" would end the script element.

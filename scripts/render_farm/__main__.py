@@ -12,37 +12,27 @@ import time
 import unicodedata
 from pathlib import Path
 
+from evidence.base.command import parse_size, positive
+
 from . import cluster, worker
-from .parts import FarmError, PartsFolder, names_of, split
+from .parts import FarmError, Part, PartsFolder, names_of, split
 
 # Options of the path tracer that do not apply to a part.
 REFUSED = ("--merge", "--resume", "--noise", "--min-spp", "--list", "--list-cameras", "--list-inputs")
-# Options that apply to the whole image.
-FOR_MERGING = ("--exposure",)
-FILES = ("--scene", "--env")
 MAX_PARTS = 20000  # whose names fit a command line
-MAX_PIXELS, MAX_SPP = 1 << 26, 1 << 24  # of the path tracer
+MAX_PIXELS = 1 << 26  # of the path tracer
 
 
-def numbers(pattern, what, fits=lambda *_: True):
-    """The type of an option: a whole number, or a tuple of numbers."""
-
-    def read(text):
-        match = re.fullmatch(pattern, text)
-        values = tuple(map(int, match.groups())) if match else ()
-        if not match or not fits(*values):
-            raise argparse.ArgumentTypeError(f"takes {what}, not '{text}'")
-        return values if len(values) > 1 else values[0]
-
-    return read
+def region(text):
+    match = re.fullmatch(r"(\d{1,5}),(\d{1,5}),(\d{1,5}),(\d{1,5})", text)
+    if not match:
+        raise argparse.ArgumentTypeError(f"takes x0,y0,x1,y1, not '{text}'")
+    return tuple(map(int, match.groups()))
 
 
-extents = numbers(r"([1-9]\d{0,4})x([1-9]\d{0,4})", "WIDTHxHEIGHT")
-region = numbers(r"(\d{1,5}),(\d{1,5}),(\d{1,5}),(\d{1,5})", "x0,y0,x1,y1 with x0 < x1 and y0 < y1",
-                 lambda x0, y0, x1, y1: x0 < x1 and y0 < y1)
-natural = numbers(r"(0*[1-9]\d{0,7})", "a whole number from 1 to 99999999")
-spp = numbers(r"(\d{1,10})", f"a whole number from 1 to {MAX_SPP}", lambda n: 1 <= n <= MAX_SPP)
-index = numbers(r"(\d{1,10})", "a whole number")
+def file_or_name(text):
+    """Workers and the merging program run in other folders."""
+    return os.path.abspath(text) if Path(text).is_file() else text
 
 
 class Parser(argparse.ArgumentParser):
@@ -61,15 +51,18 @@ def parse(arguments):
     add = parser.add_argument
     add("--scheduler", metavar="ADDRESS", help="the scheduler of a running cluster, for example tcp://10.0.0.1:8786; every worker "
         "needs this build of the path tracer (see examples/pathtracer/README.md)")
-    add("--workers", type=natural, metavar="N", help="local workers (default: one per core)")
-    add("--threads", type=natural, default=1, metavar="N", help="threads per task (default 1)")
-    add("--tile", type=extents, default=(128, 128), metavar="WxH", help="maximum size of a task in pixels (default 128x128)")
-    add("--samples-per-task", type=natural, metavar="N", help="maximum samples per pixel of a task (default: all; if "
+    add("--workers", type=positive, metavar="N", help="local workers (default: one per core)")
+    add("--threads", type=positive, default=1, metavar="N", help="threads per task (default 1)")
+    add("--tile", type=parse_size, default=(128, 128), metavar="WxH", help="maximum size of a task in pixels (default 128x128)")
+    add("--samples-per-task", type=positive, metavar="N", help="maximum samples per pixel of a task (default: all; if "
         "samples are split, merging rounds to about a millionth)")
-    add("--spp", type=spp, default=16, metavar="N", help="samples per pixel (default 16)")
-    add("--first-sample", type=index, default=0, metavar="N", help="index of the first sample of each pixel (default 0)")
-    add("--size", type=extents, default=(512, 512), metavar="WxH", help="size of the image in pixels (default 512x512)")
+    add("--spp", type=positive, default=16, metavar="N", help="samples per pixel (default 16)")
+    add("--first-sample", type=int, default=0, metavar="N", help="index of the first sample of each pixel (default 0)")
+    add("--size", type=parse_size, default=(512, 512), metavar="WxH", help="size of the image in pixels (default 512x512)")
     add("--crop", type=region, metavar="x0,y0,x1,y1", help="render only this region")
+    add("--scene", type=file_or_name, metavar="NAME|FILE", help="the scene (default cornell)")
+    add("--env", type=file_or_name, metavar="FILE", help="the environment")
+    add("--exposure", metavar="EV|auto", help="exposure of the preview")
     add("--quiet", action="store_true", help="print only errors")
     add("-o", dest="output", type=Path, required=True, metavar="out.exr", help="the image; a preview is written to out.png beside it")
     add("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"), help=argparse.SUPPRESS)
@@ -86,20 +79,10 @@ def parse(arguments):
         parser.error(f"--crop extends beyond the image of {options.size[0]}x{options.size[1]} pixels; set --size")
     if (x1 - x0) * (y1 - y0) > MAX_PIXELS:
         parser.error(f"at most {MAX_PIXELS} pixels are merged; render regions with --crop")
-    return options, others
-
-
-def sort_out(others):
-    """Splits the path tracer's options into options for all parts and options for merging."""
-    parts, merging, i = [], [], 0
-    while i < len(others):
-        words = others[i:i + (2 if others[i] in (*FILES, *FOR_MERGING) else 1)]
-        if words[0] in FILES and len(words) == 2 and Path(words[1]).is_file():
-            # Workers and the merging program run in other folders.
-            words[1] = os.path.abspath(words[1])
-        (merging if words[0] in FOR_MERGING else parts).extend(words)
-        i += len(words)
-    return parts, merging
+    files = [word for name in ("scene", "env") if (value := vars(options)[name]) for word in (f"--{name}", value)]
+    options.shared = [*files, *others, "--size", "{}x{}".format(*options.size)]
+    options.merging = ["--exposure", options.exposure] if options.exposure else []
+    return options
 
 
 def run_pathtracer(program, arguments, folder=None):
@@ -117,14 +100,14 @@ def run_pathtracer(program, arguments, folder=None):
     return done
 
 
-def render_parts(options, program, shared, inputs, folder, parts, found):
+def render_parts(options, program, inputs, folder, parts, found):
     """Renders the parts that are missing in the folder. Returns their number of samples."""
     from evidence.base.progress import Progress  # needs what set-up installs
 
     left = [part for part in parts if not folder.has(part)]
     total, before = sum(part.samples for part in parts), sum(part.samples for part in parts if folder.has(part))
     done = before
-    tasks = {part: [*shared, *part.arguments(), "--threads", str(options.threads)] for part in left}
+    tasks = {part: [*options.shared, *part.arguments(), "--threads", str(options.threads)] for part in left}
     with cluster.connect(options.scheduler, options.workers or max(1, (os.cpu_count() or 1) // options.threads)) as client:
         cluster.check_workers(client, program, found, inputs)
         with Progress(total, "samples", done) as progress:
@@ -143,11 +126,12 @@ def render_parts(options, program, shared, inputs, folder, parts, found):
 
 
 def run(arguments):
-    options, others = parse(arguments)
+    options = parse(arguments)
     program, output = os.path.abspath(options.pathtracer), Path(os.path.abspath(options.output))
-    shared, merging = sort_out(others)
-    shared += ["--size", "{}x{}".format(*options.size)]
-    listed = run_pathtracer(program, [*shared, "--list-inputs"]).stdout
+    shared, merging = options.shared, options.merging
+    # The path tracer checks all options before a worker sees them: first each value, then the last sample of one pixel.
+    whole = Part(*options.crop, options.first_sample, options.spp)
+    listed = run_pathtracer(program, [*shared, *whole.arguments(), "--list-inputs"]).stdout
     inputs = names_of(listed)
     # Compared with the inputs, because the program that merges does not know them.
     for file in (output, output.with_suffix(".png")):
@@ -158,11 +142,10 @@ def run(arguments):
     parts = split(options.crop, options.first_sample, options.spp, options.tile, options.samples_per_task)
     if len(parts) > MAX_PARTS:
         raise FarmError(f"{len(parts)} tasks are more than {MAX_PARTS}; set a larger --tile or --samples-per-task")
-    # Render the last sample of one pixel, so that the path tracer checks all options before a worker sees them.
     x0, y0 = options.crop[:2]
+    last = Part(x0, y0, x0 + 1, y0 + 1, options.first_sample + options.spp - 1, 1)
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
-        run_pathtracer(program, [*shared, *merging, "--first-sample", str(options.first_sample + options.spp - 1), "--spp", "1",
-                                 "--crop", f"{x0},{y0},{x0 + 1},{y0 + 1}", "-o", os.path.join(folder, "probe.exr")])
+        run_pathtracer(program, [*shared, *merging, *last.arguments(), "-o", os.path.join(folder, "probe.exr")])
     found = worker.fingerprint(program, inputs)
     output.parent.mkdir(parents=True, exist_ok=True)
     folder = PartsFolder(output, {"arguments": shared, "files": found, "crop": options.crop, "tile": options.tile,
@@ -174,7 +157,7 @@ def run(arguments):
         print(f"farm: {kept} of {len(parts)} parts are in {folder.path}", flush=True)
     begun = time.monotonic()
     try:
-        made = render_parts(options, program, shared, inputs, folder, parts, found) / 1e6 if kept < len(parts) else 0
+        made = render_parts(options, program, inputs, folder, parts, found) / 1e6 if kept < len(parts) else 0
         seconds = time.monotonic() - begun
         done = run_pathtracer(program, [*(["--quiet"] if options.quiet else []), *merging, "-o", output,
                                         "--merge", *(part.file_name for part in parts)], folder.path)

@@ -18,7 +18,7 @@ import pytest
 from conftest import ROOT
 from pathtracer_driver import assert_same, read_layers
 from render_farm import cluster, worker
-from render_farm.__main__ import parse, sort_out
+from render_farm.__main__ import parse
 from render_farm.parts import FarmError, PartsFolder, names_of, split
 from scene_files import write_environment
 
@@ -126,8 +126,9 @@ def test_names_of_inputs(pathtracer):
 def test_options_for_parts_and_for_merging(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "sky.exr").write_bytes(b"")
-    _, others = parse(["--env", "sky.exr", "--exposure", "-1", "--photometric", "-o", "a.exr"])
-    assert sort_out(others) == (["--env", str(tmp_path / "sky.exr"), "--photometric"], ["--exposure", "-1"])
+    options = parse(["--env", "sky.exr", "--exposure", "-1", "--photometric", "-o", "a.exr"])
+    assert options.shared == ["--env", str(tmp_path / "sky.exr"), "--photometric", "--size", "512x512"]
+    assert options.merging == ["--exposure", "-1"]
 
 
 def test_workers_notice_another_program_or_file(tmp_path, monkeypatch):
@@ -156,7 +157,7 @@ def test_mistakes_are_one_line_before_a_cluster_starts(pathtracer, even_sky):
         (["--spp", "0", "-o", "a.exr"], "--spp"),
         (["--resume", "a.exr", "-o", "a.exr"], "--resume"),
         (["--noise", "0.1", "-o", "a.exr"], "--noise does not work in parts"),
-        (["--scene", "--size", "512x512", "-o", "a.exr"], "--scene needs a value"),
+        (["--scene", "--size", "512x512", "-o", "a.exr"], "--scene: expected one argument"),
         (["--tile", "8", "-o", "a.exr"], "WIDTHxHEIGHT"),
         (["--size", "9x9", "--crop", "0,0,10,3", "-o", "a.exr"], "--crop"),
         (["--size", "1000x1000", "--tile", "1x1", "-o", "a.exr"], "--tile"),

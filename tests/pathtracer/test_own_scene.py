@@ -5,9 +5,8 @@ import csv
 import json
 import re
 
-import numpy as np
 import pytest
-from own_scene import convergence, spectra
+from own_scene import convergence
 
 from evidence.base.command import run_or_say_why
 from evidence.base.files import read_exr
@@ -74,11 +73,3 @@ def test_ratios_need_seeds_and_a_good_reference():
     assert "blue is 2.00 times smaller" in said([2.0, 2.1, 1.9], [1.0, 1.0, 1.0])
     assert "No significant difference" in said([1.0, 1.1, 0.9], [1.0, 1.0, 1.0])
     assert "at least 3 seeds" in said([2.0], [1.0]) and "own error" in said([2.0, 2.1, 1.9], [1.0, 1.0, 1.0], 0.9)
-
-
-def test_spectrum_of_white_noise_is_its_variance():
-    frequency, power = spectra.radial_spectrum(3 * np.random.default_rng(1).standard_normal((256, 256)))
-    assert np.all(np.diff(frequency) > 0) and 0 < frequency[0] and frequency[-1] < 0.5
-    # Rings beyond the first few hold hundreds of bins; five standard errors of the smallest taken are 0.35.
-    np.testing.assert_allclose(power[4:], 9, rtol=0.35)
-    assert power.mean() == pytest.approx(9, rel=0.05)
