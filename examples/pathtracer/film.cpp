@@ -13,7 +13,8 @@
 
 namespace {
 
-constexpr int LARGE_BLOCK = 16; // pixels
+constexpr int BLOCK_SIZE = 8;   // pixels per side; blocks at the image's edges may be smaller
+constexpr int LARGE_BLOCK = 16; // of auto_exposure
 constexpr double MIDDLE_GREY = 0.18;
 constexpr double LARGEST = 64; // stops; the command line has the same limit
 
@@ -25,14 +26,6 @@ bool shows_surface(const FilmPixel &p) {
 
 Film film_create(int full_width, int full_height, const Crop &crop) {
     return {full_width, full_height, crop, std::vector<FilmPixel>(pixel_count(crop))};
-}
-
-Film film_with_crop(const Film &film, const Crop &crop) {
-    Film result = film_create(film.full_width, film.full_height, crop);
-    for (int y = std::max(crop.y0, film.crop.y0); y < std::min(crop.y1, film.crop.y1); ++y)
-        for (int x = std::max(crop.x0, film.crop.x0); x < std::min(crop.x1, film.crop.x1); ++x)
-            film_pixel(result, x, y) = film_pixel(film, x, y);
-    return result;
 }
 
 void film_add(FilmPixel &pixel, const PathSample &sample) {
@@ -61,18 +54,13 @@ void film_merge(FilmPixel &pixel, const FilmPixel &other) {
 }
 
 SampleCounts film_counts(const Film &film) {
-    SampleCounts counts = {film.pixels[0].count, film.pixels[0].count};
+    SampleCounts counts = {UINT32_MAX, 0, 0};
     for (const FilmPixel &pixel : film.pixels) {
         counts.least = std::min(counts.least, pixel.count);
         counts.most = std::max(counts.most, pixel.count);
+        counts.mean += pixel.count / double(film.pixels.size());
     }
     return counts;
-}
-
-double film_samples(const Film &film) {
-    double samples = 0;
-    for (const FilmPixel &pixel : film.pixels) samples += pixel.count;
-    return samples;
 }
 
 Image film_image(const Film &film) {
@@ -95,13 +83,14 @@ float auto_exposure(const Film &film) {
     for (int top = film.crop.y0; top < film.crop.y1; top += LARGE_BLOCK)
         for (int left = film.crop.x0; left < film.crop.x1; left += LARGE_BLOCK) {
             double light = 0, count = 0;
-            for (int y = top; y < std::min(top + LARGE_BLOCK, film.crop.y1); ++y)
-                for (int x = left; x < std::min(left + LARGE_BLOCK, film.crop.x1); ++x) {
-                    const FilmPixel &p = film_pixel(film, x, y);
-                    if (p.count == 0 || (surfaces_only && !shows_surface(p))) continue;
-                    light += luminance(p.radiance);
-                    ++count;
-                }
+            const Crop block = {left, top, std::min(left + LARGE_BLOCK, film.crop.x1),
+                                std::min(top + LARGE_BLOCK, film.crop.y1)};
+            each_pixel(block, [&](int x, int y) {
+                const FilmPixel &p = film_pixel(film, x, y);
+                if (p.count == 0 || (surfaces_only && !shows_surface(p))) return;
+                light += luminance(p.radiance);
+                ++count;
+            });
             if (!(light > 0)) continue;
             sum += count * std::log2(light / count);
             weight += count;
@@ -126,26 +115,33 @@ std::string film_warning(const Film &film, const std::string &extent) {
     return "";
 }
 
-// ---- Adaptive sampling
+// ---- Rendering: threads take blocks from a shared counter until none are left. Each pixel's samples
+// are added in order, so the film is bit-identical for any number of threads and any crop.
 
-Crop whole_blocks(const Crop &crop, int full_width, int full_height) {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double DARKEST = 0.02; // a fiftieth of white, so that black does not need endless samples
+constexpr double PROGRESS_SECONDS = 0.1; // between two reports
+constexpr uint32_t LONGEST_PASS = 256;   // samples per pixel
+
+// A crop extended to whole blocks.
+Crop whole_blocks(const Crop &crop, const Film &film) {
     const auto up = [](int v, int limit) {
         return std::min((v + BLOCK_SIZE - 1) / BLOCK_SIZE * BLOCK_SIZE, limit);
     };
     return {crop.x0 / BLOCK_SIZE * BLOCK_SIZE, crop.y0 / BLOCK_SIZE * BLOCK_SIZE,
-            up(crop.x1, full_width), up(crop.y1, full_height)};
+            up(crop.x1, film.full_width), up(crop.y1, film.full_height)};
 }
 
-namespace {
-
-// A fiftieth of white, added so that black does not need endless samples.
-constexpr double DARKEST = 0.02;
-
-// The next count after `count` at which blocks are tested, or UINT32_MAX.
-uint32_t next_look(const NoiseSettings &noise, uint32_t count) {
-    uint64_t look = 2;
-    while (look <= count || look < noise.min_spp) look *= 2;
-    return uint32_t(std::min<uint64_t>(look, UINT32_MAX));
+// The film of another crop, which is inside or around its own. Pixels around have no samples.
+Film film_with_crop(const Film &film, const Crop &crop) {
+    Film result = film_create(film.full_width, film.full_height, crop);
+    const bool inside = pixel_count(crop) < film.pixels.size();
+    each_pixel(inside ? crop : film.crop,
+               [&](int x, int y) { film_pixel(result, x, y) = film_pixel(film, x, y); });
+    return result;
 }
 
 // Estimates the relative error of a block of equal counts of at least 2: the root mean square, over
@@ -154,128 +150,134 @@ uint32_t next_look(const NoiseSettings &noise, uint32_t count) {
 double displayed_error(const Film &film, const Crop &block, float exposure) {
     const double gain = std::exp2(double(exposure));
     double squares = 0, light = 0;
-    for (int y = block.y0; y < block.y1; ++y)
-        for (int x = block.x0; x < block.x1; ++x) {
-            const FilmPixel &pixel = film_pixel(film, x, y);
-            const Vec3 mean = pixel.radiance, variance = film_variance(pixel);
-            const glm::dvec3 value = gain * glm::dvec3(mean);
-            const glm::dvec3 error = gain * sqrt(glm::dvec3(variance) / double(pixel.count));
-            // A quarter of the displayed range from two errors below to two errors above the mean: the
-            // error itself below white, and 0 above.
-            const glm::dvec3 shown =
-                0.25 * (min(value + 2.0 * error, 1.0) - min(value - 2.0 * error, 1.0));
-            squares += dot(shown, shown);
-            light += dot(min(value, 1.0), glm::dvec3(1));
-        }
+    each_pixel(block, [&](int x, int y) {
+        const FilmPixel &pixel = film_pixel(film, x, y);
+        const Vec3 mean = pixel.radiance, variance = film_variance(pixel);
+        const glm::dvec3 value = gain * glm::dvec3(mean);
+        const glm::dvec3 error = gain * sqrt(glm::dvec3(variance) / double(pixel.count));
+        // A quarter of the displayed range from two errors below to two errors above the mean: the
+        // error itself below white, and 0 above.
+        const glm::dvec3 shown =
+            0.25 * (min(value + 2.0 * error, 1.0) - min(value - 2.0 * error, 1.0));
+        squares += dot(shown, shown);
+        light += dot(min(value, 1.0), glm::dvec3(1));
+    });
     const double values = 3 * double(pixel_count(block));
     return std::sqrt(squares / values) / (light / values + DARKEST);
 }
 
-// Whether a block with `count` samples per pixel is done; always false between tests.
-bool is_done(const NoiseSettings &noise, const Film &film, const Crop &block, uint32_t count) {
-    if (!(noise.level > 0) || count < 2 || next_look(noise, count - 1) != count) return false;
-    return displayed_error(film, block, noise.exposure) < double(noise.level);
-}
+struct Renderer {
+    const Integrator &integrator;
+    const RenderSettings &settings;
+    const volatile std::sig_atomic_t &interrupted;
+    Film &film;
+    RenderTotals &totals;
 
-// ---- Rendering: threads take blocks from a shared counter until none are left. Each pixel's samples
-// are added in order, so the film is bit-identical for any number of threads and any crop.
+    // The next count after `count` at which blocks are tested, or UINT32_MAX.
+    uint32_t next_look(uint32_t count) const {
+        uint64_t look = 2;
+        while (look <= count || look < settings.min_spp) look *= 2;
+        return uint32_t(std::min<uint64_t>(look, UINT32_MAX));
+    }
 
-using Clock = std::chrono::steady_clock;
+    // Whether a block with `count` samples per pixel is done; always false between tests.
+    bool is_done(const Crop &block, uint32_t count) const {
+        if (!(settings.noise > 0) || count < 2 || next_look(count - 1) != count) return false;
+        return displayed_error(film, block, settings.exposure) < double(settings.noise);
+    }
 
-constexpr double PROGRESS_SECONDS = 0.1; // between two reports
-constexpr uint32_t LONGEST_PASS = 256;   // samples per pixel
-
-// Renders up to `count` samples for each pixel of a block.
-void render_pixels(const Integrator &integrator, uint32_t first_sample, Film &film,
-                   const Crop &block, uint32_t count, PathCounters &counters) {
-    for (int y = block.y0; y < block.y1; ++y)
-        for (int x = block.x0; x < block.x1; ++x)
-            for (FilmPixel &pixel = film_pixel(film, x, y); pixel.count < count;) {
-                PathSample sample =
-                    trace_path(integrator, x, y, first_sample + pixel.count, counters);
-                // One such sample would ruin the pixel. The total is reported at the end.
-                if (!is_finite(sample.radiance)) {
-                    sample.radiance = {0, 0, 0};
-                    ++counters.lost;
-                }
-                film_add(pixel, sample);
+    // Renders up to `count` samples for a pixel.
+    void render_pixel(int x, int y, uint32_t count, PathCounters &counters) {
+        for (FilmPixel &pixel = film_pixel(film, x, y); pixel.count < count;) {
+            const uint32_t index = settings.first_sample + pixel.count;
+            PathSample sample = trace_path(integrator, x, y, index, counters);
+            // One such sample would ruin the pixel. The total is reported at the end.
+            if (!is_finite(sample.radiance)) {
+                sample.radiance = {0, 0, 0};
+                ++counters.lost;
             }
-}
-
-// Renders up to `limit` samples, or until a test finds enough. Missing pixels of a resumed image catch up.
-void render_block(const Integrator &integrator, const RenderSettings &settings, Film &film,
-                  const Crop &block, uint32_t limit, PathCounters &counters) {
-    uint32_t count = settings.noise.level > 0 ? 0 : limit;
-    for (int y = block.y0; y < block.y1; ++y)
-        for (int x = block.x0; x < block.x1; ++x)
-            count = std::max(count, film_pixel(film, x, y).count);
-    for (;;) {
-        render_pixels(integrator, settings.first_sample, film, block, count, counters);
-        if (count >= limit || is_done(settings.noise, film, block, count)) return;
-        count = std::min(next_look(settings.noise, count), limit);
-    }
-}
-
-// Gives every pixel `count` samples, unless its block is done. Returns false if `interrupted`.
-bool render_pass(const Integrator &integrator, const RenderSettings &settings, uint32_t count,
-                 Film &film, RenderTotals &totals, const Progress &progress,
-                 const volatile std::sig_atomic_t &interrupted) {
-    const Crop &crop = film.crop, all = whole_blocks(crop, film.full_width, film.full_height);
-    std::vector<Crop> blocks; // row by row, those at the edges smaller
-    for (int y = all.y0; y < all.y1; y += BLOCK_SIZE)
-        for (int x = all.x0; x < all.x1; x += BLOCK_SIZE)
-            blocks.push_back({std::max(x, crop.x0), std::max(y, crop.y0),
-                              std::min(x + BLOCK_SIZE, crop.x1),
-                              std::min(y + BLOCK_SIZE, crop.y1)});
-
-    const double seconds_before = totals.seconds;
-    const Clock::time_point start = Clock::now();
-    double reported = 0;
-    std::mutex mutex; // guards totals, reported and done
-    size_t done = 0;
-    std::atomic<size_t> next{0};
-    const auto work = [&] {
-        geometry_thread_begin();
-        for (size_t i; !interrupted && (i = next++) < blocks.size();) {
-            PathCounters counters;
-            render_block(integrator, settings, film, blocks[i], count, counters);
-            const std::lock_guard<std::mutex> lock(mutex);
-            const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-            totals += counters;
-            totals.seconds = seconds_before + seconds;
-            ++done;
-            if (seconds - reported < PROGRESS_SECONDS && done < blocks.size()) continue;
-            reported = seconds;
-            progress(double(done) / double(blocks.size()), totals);
+            film_add(pixel, sample);
         }
-    };
-    std::vector<std::thread> threads;
-    try {
-        while (threads.size() + 1 < settings.threads) threads.emplace_back(work);
-    } catch (const std::system_error &) {
-        // If the system grants no more threads, those already started do the work.
     }
-    work();
-    for (std::thread &thread : threads) thread.join();
-    return done == blocks.size();
-}
+
+    // Renders up to `limit` samples, or until a test finds enough. Missing pixels of a resumed image
+    // catch up.
+    PathCounters render_block(const Crop &block, uint32_t limit) {
+        PathCounters counters;
+        uint32_t count = settings.noise > 0 ? 0 : limit;
+        each_pixel(block,
+                   [&](int x, int y) { count = std::max(count, film_pixel(film, x, y).count); });
+        for (;; count = std::min(next_look(count), limit)) {
+            each_pixel(block, [&](int x, int y) { render_pixel(x, y, count, counters); });
+            if (count >= limit || is_done(block, count)) return counters;
+        }
+    }
+
+    // Gives every pixel `count` samples, unless its block is done. Returns false if interrupted.
+    bool render_pass(uint32_t count, const Progress &progress) {
+        const Crop &crop = film.crop, all = whole_blocks(crop, film);
+        std::vector<Crop> blocks; // row by row, those at the edges smaller
+        for (int y = all.y0; y < all.y1; y += BLOCK_SIZE)
+            for (int x = all.x0; x < all.x1; x += BLOCK_SIZE)
+                blocks.push_back({std::max(x, crop.x0), std::max(y, crop.y0),
+                                  std::min(x + BLOCK_SIZE, crop.x1),
+                                  std::min(y + BLOCK_SIZE, crop.y1)});
+        const double seconds_before = totals.seconds;
+        const Clock::time_point start = Clock::now();
+        double reported = 0;
+        std::mutex mutex; // guards totals, reported and done
+        size_t done = 0;
+        std::atomic<size_t> next{0};
+        const auto work = [&] {
+            geometry_thread_begin();
+            for (size_t i; !interrupted && (i = next++) < blocks.size();) {
+                const PathCounters counters = render_block(blocks[i], count);
+                const std::lock_guard<std::mutex> lock(mutex);
+                const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+                totals += counters;
+                totals.seconds = seconds_before + seconds;
+                ++done;
+                if (seconds - reported < PROGRESS_SECONDS && done < blocks.size()) continue;
+                reported = seconds;
+                progress(double(done) / double(blocks.size()), totals);
+            }
+        };
+        std::vector<std::thread> threads;
+        try {
+            while (threads.size() + 1 < settings.threads) threads.emplace_back(work);
+        } catch (const std::system_error &) {
+            // If the system grants no more threads, those already started do the work.
+        }
+        work();
+        for (std::thread &thread : threads) thread.join();
+        return done == blocks.size();
+    }
+
+    bool render(const Progress &progress) {
+        const SampleCounts counts = film_counts(film);
+        for (uint32_t count = counts.least; count < settings.spp;) {
+            const uint32_t step = std::clamp(count / 2, 1u, LONGEST_PASS);
+            const uint32_t next = std::max(std::min(count + step, settings.spp), counts.most);
+            const auto report = [&](double fraction, const RenderTotals &so_far) {
+                const double samples = count + fraction * (next - count) - counts.least;
+                progress(samples / (settings.spp - counts.least), so_far);
+            };
+            if (!render_pass(next, report)) return false;
+            count = next;
+        }
+        return true;
+    }
+};
 
 } // namespace
 
 bool render_frame(const Integrator &integrator, const RenderSettings &settings, Film &film,
                   RenderTotals &totals, const Progress &progress,
                   const volatile std::sig_atomic_t &interrupted) {
-    const SampleCounts counts = film_counts(film);
-    for (uint32_t count = counts.least; count < settings.spp;) {
-        const uint32_t step = std::clamp(count / 2, 1u, LONGEST_PASS);
-        const uint32_t next = std::max(std::min(count + step, settings.spp), counts.most);
-        const auto report = [&](double fraction, const RenderTotals &so_far) {
-            const double samples = count + fraction * (next - count) - counts.least;
-            progress(samples / (settings.spp - counts.least), so_far);
-        };
-        if (!render_pass(integrator, settings, next, film, totals, report, interrupted))
-            return false;
-        count = next;
-    }
-    return true;
+    const Crop crop = film.crop;
+    if (settings.noise > 0) film = film_with_crop(film, whole_blocks(crop, film));
+    Renderer renderer = {integrator, settings, interrupted, film, totals};
+    const bool complete = renderer.render(progress);
+    if (settings.noise > 0) film = film_with_crop(film, crop);
+    return complete;
 }

@@ -39,8 +39,12 @@ auto &film_pixel(FilmOrConst &film, int x, int y) {
     return film.pixels[row * width(film.crop) + x - film.crop.x0];
 }
 
-// The film of another crop. Pixels in both crops keep their samples; others have none.
-Film film_with_crop(const Film &film, const Crop &crop);
+// Calls visit(x, y) for all pixels, row by row.
+template <typename Visit>
+void each_pixel(const Crop &crop, Visit visit) {
+    for (int y = crop.y0; y < crop.y1; ++y)
+        for (int x = crop.x0; x < crop.x1; ++x) visit(x, y);
+}
 
 // Adds a sample to a pixel (Welford, "Note on a Method for Calculating Corrected Sums of Squares
 // and Products", 1962). Sample order affects only the last bits of the result.
@@ -52,10 +56,9 @@ void film_merge(FilmPixel &pixel, const FilmPixel &other);
 
 struct SampleCounts {
     uint32_t least, most;
+    double mean;
 };
 SampleCounts film_counts(const Film &film);
-
-double film_samples(const Film &film);
 
 // The mean radiance; black where there are no samples.
 Image film_image(const Film &film);
@@ -72,28 +75,17 @@ float auto_exposure(const Film &film);
 // `extent` describes the bounds of the scene.
 std::string film_warning(const Film &film, const std::string &extent);
 
-// ---- Adaptive sampling (--noise): where an image has enough samples. It tests blocks of 8x8 pixels, on
-// the grid of the whole image, at powers of two; README.md explains why.
-
-constexpr int BLOCK_SIZE = 8; // pixels per side; blocks at the image's edges may be smaller
-
-struct NoiseSettings {
-    float level = 0;       // relative error as displayed at which a block stops; 0: never
-    uint32_t min_spp = 16; // the first look is at the first power of two from here on
-    float exposure = 0;    // of the display, in stops
-};
-
-// A crop extended to whole blocks.
-Crop whole_blocks(const Crop &crop, int full_width, int full_height);
-
 // ---- Rendering on all cores, in passes over the whole image, so that an interrupt leaves an image with
-// fewer samples
+// fewer samples. Adaptive sampling (--noise) tests where an image has enough samples: blocks of 8x8
+// pixels, on the grid of the whole image, at powers of two; README.md explains why.
 
 struct RenderSettings {
-    uint32_t spp = 1;          // samples of each pixel
-    uint32_t first_sample = 0; // index of the first
-    unsigned threads = 1;
-    NoiseSettings noise = {}; // with a level, the film's crop must consist of whole blocks
+    uint32_t spp;          // samples of each pixel
+    uint32_t first_sample; // index of the first
+    unsigned threads;
+    float noise;      // relative error as displayed at which a block stops; 0: never
+    uint32_t min_spp; // the first look is at the first power of two from here on
+    float exposure;   // of the display, in stops
 };
 
 struct RenderTotals : PathCounters {

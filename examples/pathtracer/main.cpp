@@ -220,12 +220,10 @@ Film merge_images(const std::vector<std::string> &paths, ExrHead &merged) {
     Film film = film_create(merged.full_width, merged.full_height, crop);
     for (const auto &[first, path] : order) {
         const Film part = exr_read_film(path);
-        for (int y = part.crop.y0; y < part.crop.y1; ++y)
-            for (int x = part.crop.x0; x < part.crop.x1; ++x) {
-                FilmPixel &to = film_pixel(film, x, y);
-                add_samples(to, film_pixel(part, x, y), x, y, all.first_sample + to.count, first,
-                            path);
-            }
+        each_pixel(part.crop, [&](int x, int y) {
+            FilmPixel &to = film_pixel(film, x, y);
+            add_samples(to, film_pixel(part, x, y), x, y, all.first_sample + to.count, first, path);
+        });
     }
     all.spp = film_counts(film).most;
     return film;
@@ -307,8 +305,7 @@ void print_summary(const Options &o, const Film &film, const RenderTotals &total
     const SampleCounts counts = film_counts(film);
     std::string spp = std::to_string(counts.least) + " spp";
     if (o.number<double>("--noise") > 0)
-        spp = joined(counts.least, " to ", counts.most, " spp, ",
-                     film_samples(film) / double(film.pixels.size()), " on average");
+        spp = joined(counts.least, " to ", counts.most, " spp, ", counts.mean, " on average");
     const auto rays = double(totals.rays);
     std::printf("%s: %s, %s, %s, %.2f s, %.0f rays, %.2f M rays/s, %.2f %% cut off at depth %s\n",
                 without_controls(o.text("-o")).c_str(), without_controls(o.text("--scene")).c_str(),
@@ -339,14 +336,10 @@ int run_render(Options o) {
     check_samples(o, scene, *sampler);
     ExrHead head = image_head(o, scene, crop, record);
     Film film = resumes ? resume_film(o, resumed, head) : film_create(size[0], size[1], crop);
-    const RenderSettings settings = {o.number<uint32_t>("--spp"),
-                                     o.number<uint32_t>("--first-sample"),
-                                     o.number<unsigned>("--threads"),
-                                     {o.number<float>("--noise"), o.number<uint32_t>("--min-spp"),
-                                      o.number<float>("--exposure")}};
-    const bool adaptive = settings.noise.level > 0;
-    if (adaptive) film = film_with_crop(film, whole_blocks(crop, size[0], size[1]));
-
+    const RenderSettings settings = {
+        o.number<uint32_t>("--spp"),     o.number<uint32_t>("--first-sample"),
+        o.number<unsigned>("--threads"), o.number<float>("--noise"),
+        o.number<uint32_t>("--min-spp"), o.number<float>("--exposure")};
     const GeometryPointer geometry = geometry_build(scene);
     const Integrator integrator{&scene, geometry.get(), sampler.get(),
                                 o.number<uint32_t>("--max-depth")};
@@ -359,7 +352,6 @@ int run_render(Options o) {
     const bool complete = render_frame(integrator, settings, film, totals, progress, interrupted);
     if (show_progress) std::fprintf(stderr, "\n");
 
-    if (adaptive) film = film_with_crop(film, crop);
     const SampleCounts counts = film_counts(film);
     head.statistics.spp = counts.most;
     head.statistics.end_sample = head.statistics.first_sample + counts.most;
