@@ -70,8 +70,8 @@ struct Scene {
     std::vector<Vec3> motions; // per vertex, on a straight line while the shutter is open
     std::vector<Vec2> texture_coordinates[2]; // per vertex
     std::vector<glm::vec4> colours;           // per vertex, linear
-    // One per corner of each triangle, or none. The sign w is that of the other tangent,
-    // w cross(normal, tangent). Zero: from the triangle.
+    // One per corner of each triangle, or none. w is the sign of the bitangent, w cross(normal, tangent).
+    // Zero: use the triangle's.
     std::vector<glm::vec4> tangents;
     std::vector<Triangle> triangles;
     std::vector<Surface> surfaces; // one per triangle

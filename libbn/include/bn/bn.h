@@ -313,7 +313,7 @@ typedef struct bn_void_and_cluster_options {
     /* Standard deviation of the Gaussian in texels, from 0.25 to 16. Default 1.5, which looks best up close;
      * from further away, about 1.9 looks best. */
     double sigma;
-    double initial_fraction; /* texels in the initial pattern, in (0, 0.5]; default 0.1 */
+    double initial_fraction; /* share of texels in the initial pattern: (0, 0.5], default 0.1 */
     uint64_t seed;           /* default 0 */
 } bn_void_and_cluster_options;
 
@@ -392,9 +392,9 @@ BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_
 BN_API float bn_rank_to_float(uint32_t rank, size_t count);
 
 /* Returns the built-in mask of size x size texels, with 16-bit ranks in static storage. Annealed for minutes,
- * so better than masks made on the spot. CC0-1.0. Sizes are 16, 32, 64, 128 and, unless the library was built
- * with BN_SMALL_DATA, 256. For any other size, ranks is NULL. A statically linked program contains these
- * masks, 175 KB, only if it calls this function; samplers and bn_dither() use only the 64 x 64 mask. */
+ * so better than a mask made on the spot. CC0-1.0. Sizes are 16, 32, 64, 128 and, unless the library was
+ * built with BN_SMALL_DATA, 256. For any other size, ranks is NULL. A statically linked program contains
+ * these masks, 175 KB, only if it calls this function; samplers and bn_dither() use only the 64 x 64 mask. */
 BN_API bn_mask bn_builtin_mask(uint32_t size);
 
 /* ---- Using masks */
@@ -416,11 +416,11 @@ BN_API bn_result bn_power_spectrum(const bn_mask *mask, float *power, size_t cou
 
 typedef struct bn_dither_options {
     size_t struct_size; /* sizeof(bn_dither_options) */
-    uint32_t levels;    /* output levels, evenly spaced from 0 to 1: 2 (default) to 256 */
+    uint32_t levels;    /* of the output, evenly spaced from 0 to 1; from 2 (default) to 256 */
     /* 0 (default): preserve the local mean of the values. 1: input and output are sRGB-encoded; preserve the
      * local mean of linear light. */
     int32_t srgb;
-    /* 1 (default): shift the mask for each channel, so that their errors are uncorrelated. */
+    /* 1 (default): shift the mask from channel to channel, so that their errors are uncorrelated. */
     int32_t channel_offset;
     const bn_mask *mask; /* 2-D, of one channel; NULL (default): the built-in 64 x 64 mask */
 } bn_dither_options;

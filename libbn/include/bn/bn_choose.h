@@ -33,7 +33,7 @@
 extern "C" {
 #endif
 
-/* Returns 1 with the given probability, exactly if *u < probability, and 0 otherwise. Either way *u becomes
+/* Returns 1 with the given probability, namely if *u < probability, and 0 otherwise. Either way *u becomes
  * the remainder. The actual probability is rounded up to a multiple of 2^-24: if it is far below 2^-12,
  * divide by the rounded value, or your estimate is biased by the difference. Never returns 1 if the
  * probability is NaN or at most 0, and always does if it is 1 or more. */
@@ -43,7 +43,7 @@ BN_DEVICE_INLINE int bn_choose(float probability, float *u);
  * than 2^24 items, only 2^24 can be chosen, evenly spaced. Returns 0 if count is 0. */
 BN_DEVICE_INLINE uint32_t bn_choose_u32(uint32_t count, float *u);
 
-/* Returns item i with a probability in proportion to cdf[i] - cdf[i - 1]: the first item for which *u * sum <
+/* Returns item i with a probability proportional to cdf[i] - cdf[i - 1]: the first item for which *u * sum <
  * cdf[i]. The cumulative weights must ascend to a sum from 1e-30 to 1e30. They are rounded up to steps of
  * 2^-24 of the sum; if they are whole steps, the probabilities are exact. An item whose limits round to the
  * same step is never chosen. Any table is safe: out of order, with NaN or with another sum, some item is
@@ -53,7 +53,7 @@ BN_DEVICE_INLINE uint32_t bn_choose_u32(uint32_t count, float *u);
  * row. A single search over all texels would break the stratification of the pair. */
 BN_DEVICE_INLINE uint32_t bn_choose_cdf(const float *cdf, uint32_t count, float *u);
 
-/* ---- The text that shaders share */
+/* ---- The code that shaders share */
 
 /* Whether v > 0, tested on its bits, because -ffast-math assumes that no operand of a comparison is NaN. */
 BN_DEVICE_INLINE int bn_choose_positive(float v) {

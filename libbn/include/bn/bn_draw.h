@@ -12,7 +12,7 @@
  *
  * HOW BLUE WORKS
  *
- * The samples of a pixel are a digital sequence: each bit of the sample index, and each bit of the pixel's
+ * The samples of a pixel form a digital sequence: each bit of the sample index, and each bit of the pixel's
  * label, adds (XOR) a vector of digits to each of the four coordinates. A search
  * (libbn/tools/bn_bake_sampler.c) arranged the labels in a tile of 64 x 64 pixels so that errors of
  * neighbours cancel. Each copy of the tile adds random digits and has its own sample order. Each family
@@ -40,7 +40,7 @@
 extern "C" {
 #endif
 
-/* ---- The text that shaders share */
+/* ---- The code that shaders share */
 
 typedef struct bn_uint4 bn_uint4;
 typedef struct bn_uint2 bn_uint2;
