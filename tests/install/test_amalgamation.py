@@ -16,6 +16,7 @@ from test_symbols import DRAWS, declared, symbols
 
 HERE = ROOT / "tests" / "install"
 STRICT = ["-std=c11", "-pedantic", "-Werror", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Wsign-conversion"]
+LOOPS = ("simd/mask_hashes", "simd/many_equals_single")  # of each instruction set
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 
 
@@ -60,7 +61,7 @@ def test_the_readmes_program_compiles_unchanged(folder, compiled, tmp_path):
     assert len(run(tmp_path / "a.out").splitlines()) == 4
 
 
-@pytest.mark.parametrize("test", ["c/test_draw_hashes", "c/test_dither", "c/test_float_environment", "c/test_path"])
+@pytest.mark.parametrize("test", ["c/test_draw_hashes", "c/test_dither", "c/test_float_environment", "c/test_path", *LOOPS])
 def test_passes_the_tests_of_the_library(test, folder, compiled):
     run(program(folder, compiled[0], ROOT / "tests" / f"{test}.c", compiled[1]))
 
@@ -81,25 +82,16 @@ def test_the_draws_alone_are_one_file(compiler, tmp_path):
     assert "bn_sampler_init" in external and [name for name in external if not name.startswith("bn_")] == []
 
 
-# The inner loops of each instruction set, and what /proc/cpuinfo calls it.
-SETS = {"avx2": ["-mavx2"]} if platform.machine() == "x86_64" else {}
-
-
-@pytest.mark.parametrize("set_", ["", *SETS])
-def test_every_instruction_set_gives_the_same(set_, folder, compiled, tmp_path):
-    compiler, objects = compiled
-    if set_:
-        if set_ not in Path("/proc/cpuinfo").read_text().split():
-            pytest.skip(f"this processor has no {set_}")
-        objects = tmp_path / "bn.o"
-        run(compiler, "-O2", *STRICT, *SETS[set_], "-c", folder / "bn.c", "-o", objects)
-    for test in ("mask_hashes", "many_equals_single"):
-        run(program(folder, compiler, ROOT / f"tests/simd/{test}.c", objects))
-
-
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="instructions of x86-64")
-def test_no_multiplications_and_additions_are_fused(folder, compiled):
-    assert "vfm" not in run(compiled[0], "-O1", "-mfma", "-S", folder / "bn.c", "-o", "-")
+def test_avx2_gives_the_same_and_fuses_no_multiplications_and_additions(folder, compiled, tmp_path):
+    run(compiled[0], "-O1", "-mavx2", "-mfma", *STRICT, "-S", folder / "bn.c", "-o", tmp_path / "bn.s")
+    assembly = (tmp_path / "bn.s").read_text()
+    assert "ymm" in assembly and "vfm" not in assembly
+    if not {"avx2", "fma"} <= set(Path("/proc/cpuinfo").read_text().split()):
+        pytest.skip("this processor has no AVX2 or FMA")
+    run(compiled[0], "-c", tmp_path / "bn.s", "-o", tmp_path / "bn.o")
+    for test in LOOPS:
+        run(program(folder, compiled[0], ROOT / "tests" / f"{test}.c", tmp_path / "bn.o"))
 
 
 def test_symbols(folder, compiled, tmp_path):

@@ -20,12 +20,6 @@ def expected(static_library, tmp_path_factory) -> str:
     return run(program)
 
 
-@pytest.fixture(scope="module")
-def build_folder(tmp_path_factory):
-    """One that builds the library once, for several folders to install it in."""
-    return tmp_path_factory.mktemp("build")
-
-
 def test_find_package(installed, expected, tmp_path):
     cmake_build(HERE / "find_package", tmp_path, f"-DCMAKE_PREFIX_PATH={installed.prefix}")
     assert run(tmp_path / "consumer") == expected
@@ -57,26 +51,34 @@ def test_pkg_config_names_only_the_moved_tree(installed):
     assert all(os.path.realpath(path).startswith(f"{installed.prefix}/") for path in paths)
 
 
+@pytest.fixture(scope="module")
+def install_small(tmp_path_factory):
+    """Installs the library without the network in other folders; it is built once for all of them."""
+    build = tmp_path_factory.mktemp("build")
+
+    def install_small(folder, lib, include):
+        cmake_build(ROOT, build, "-DBN_NEURAL=OFF", "-DBN_SMALL_DATA=ON", "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF",
+                    f"-DCMAKE_INSTALL_PREFIX={folder / 'prefix'}", f"-DCMAKE_INSTALL_LIBDIR={lib}", f"-DCMAKE_INSTALL_INCLUDEDIR={include}")
+        run("cmake", "--install", build)
+        return Installed("static", folder / "prefix" / lib)  # an absolute one stays what it is
+
+    return install_small
+
+
 @pytest.mark.parametrize("lib, include", [("lib/some-arch", "include"), ("{0}/a/lib", "{0}/b/include")],
                          ids=["deeper", "given whole"])
-def test_other_folders(lib, include, expected, build_folder, tmp_path):
+def test_other_folders(lib, include, expected, install_small, tmp_path):
     """Debian has a deeper folder for libraries; other systems give libraries and headers prefixes of their own."""
-    lib, include, prefix = lib.format(tmp_path), include.format(tmp_path), tmp_path / "prefix"
-    cmake_build(ROOT, build_folder, "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF", "-DBN_SMALL_DATA=ON",
-                f"-DCMAKE_INSTALL_PREFIX={prefix}", f"-DCMAKE_INSTALL_LIBDIR={lib}",
-                f"-DCMAKE_INSTALL_INCLUDEDIR={include}")
-    run("cmake", "--install", build_folder)
-    lib = prefix / lib  # an absolute one stays what it is
-    Installed("static", lib).compile(HERE / "consumer.c", tmp_path / "consumer")
+    made = install_small(tmp_path, lib.format(tmp_path), include.format(tmp_path))
+    made.compile(HERE / "consumer.c", tmp_path / "consumer")
     assert run(tmp_path / "consumer") == expected
-    cmake_build(HERE / "find_package", tmp_path / "found", f"-Dbn_DIR={lib}/cmake/bn")
+    cmake_build(HERE / "find_package", tmp_path / "found", f"-Dbn_DIR={made.prefix}/cmake/bn", target="consumer")
     assert run(tmp_path / "found" / "consumer") == expected
 
 
-@pytest.mark.parametrize("language", ["C", "CXX"])
-@pytest.mark.parametrize("way", ["add_subdirectory", "find_package"])
+@pytest.mark.parametrize(("way", "language"), [("add_subdirectory", "CXX"), ("find_package", "C"), ("find_package", "CXX")])
 def test_a_project_of_one_language(way, language, static_library, expected, tmp_path):
-    """One of C++ alone knows no standard of C."""
+    """One of C++ alone knows no standard of C. That of a tag, below, is one of C that compiles the library."""
     cmake_build(HERE / "part", tmp_path, f"-DWAY={way}", f"-DLANGUAGE={language}", f"-DBN_SOURCE_DIR={ROOT}", "-DBN_SMALL_DATA=ON",
                 f"-DCMAKE_PREFIX_PATH={static_library.prefix}")
     printed = run(tmp_path / "consumer")
@@ -143,16 +145,11 @@ def test_a_project_without_a_build_type_gets_fast_draws(type_of_build, optimised
     assert ("-O2" in command.split()) == optimised
 
 
-def test_library_without_the_network(expected, tmp_path):
-    cmake_build(ROOT, tmp_path / "build", "-DBN_NEURAL=OFF", "-DBN_SMALL_DATA=ON", "-DBN_BUILD_TESTS=OFF",
-                "-DBN_BUILD_TOOLS=OFF", f"-DCMAKE_INSTALL_PREFIX={tmp_path / 'prefix'}")
-    run("cmake", "--install", tmp_path / "build")
+def test_library_without_the_network(expected, install_small, tmp_path):
+    without = install_small(tmp_path, "lib", "include")
     (header,) = (tmp_path / "prefix").rglob("bn.h")
     (pkgconfig,) = (tmp_path / "prefix").rglob("bn.pc")
     assert not (header.parent / "neural.h").exists() and "-ldl" not in pkgconfig.read_text()
-    without = Installed("static", tmp_path / "prefix")
-    without.compile(HERE / "consumer.c", tmp_path / "consumer")
-    assert run(tmp_path / "consumer") == expected
     symbols = run("nm", "-g", without.library)
     assert "bn_void_and_cluster" in symbols
     for name in ("bn_neural", "bn_data_neural", "bn_runtime", "dlopen", "fopen", "setenv"):
