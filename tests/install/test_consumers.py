@@ -112,7 +112,7 @@ SETTINGS = {
                          "-DCMAKE_C_CLANG_TIDY=false", "-DCMAKE_C_CPPCHECK=false", "-DCMAKE_DEBUG_POSTFIX=d",
                          "-DCMAKE_ARCHIVE_OUTPUT_DIRECTORY=lib"],
     "fetch_content": ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_C_STANDARD=17", "-DCMAKE_INTERPROCEDURAL_OPTIMIZATION=ON",
-                      "-DCMAKE_C_VISIBILITY_PRESET=hidden", "-DBUILD_SHARED_LIBS=ON", "-DCMAKE_C_FLAGS=-Ofast -funsigned-char"],
+                      "-DCMAKE_C_VISIBILITY_PRESET=hidden", "-DBUILD_SHARED_LIBS=ON", "-DCMAKE_C_FLAGS=-O1 -ffast-math -funsigned-char"],
 }
 
 
