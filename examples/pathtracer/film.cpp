@@ -101,7 +101,8 @@ float auto_exposure(const Film &film) {
 }
 
 std::string film_warning(const Film &film, const std::string &extent) {
-    if (film_counts(film).most == 0) return "";
+    const bool part = film.pixels.size() < size_t(film.full_width) * film.full_height;
+    if (part || film_counts(film).most == 0) return "";
     const auto any = [&](auto holds) {
         return std::any_of(film.pixels.begin(), film.pixels.end(), holds);
     };

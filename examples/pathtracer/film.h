@@ -71,7 +71,8 @@ glm::dvec3 film_variance(const FilmPixel &pixel);
 // few. Luminance is averaged over 16x16 pixels, so that noise and black shadows have little effect.
 float auto_exposure(const Film &film);
 
-// A one-line warning, with advice, if the image has no visible surfaces or light; otherwise empty.
+// A one-line warning, with advice, if the image has no visible surfaces or light; empty otherwise, and
+// for parts of an image.
 // `extent` describes the bounds of the scene.
 std::string film_warning(const Film &film, const std::string &extent);
 

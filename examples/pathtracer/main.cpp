@@ -65,10 +65,8 @@ void write_outputs(const Options &o, const Film &film, ExrHead head) {
                  {preview_path(o), png_encode_preview(film_image(film), exposure)}});
 }
 
-// Prints even with --quiet, except for parts of an image, which may well be empty.
+// Prints even with --quiet.
 void warn(const Film &film, const std::string &extent) {
-    const Crop &c = film.crop;
-    if (width(c) < film.full_width || height(c) < film.full_height) return;
     const std::string warning = film_warning(film, extent);
     if (!warning.empty()) say(warning);
 }
@@ -121,10 +119,9 @@ void check_samples(const Options &o, const Scene &scene, const Sampler &sampler)
 }
 
 // The header, as far as it is known before rendering. The camera must already be fitted.
-ExrHead image_head(const Options &o, const Scene &scene, const Crop &crop,
-                   const InputRecord &record) {
+ExrHead image_head(const Options &o, const Scene &scene, const InputRecord &record) {
     const std::vector<int> size = o.integers("--size");
-    ExrHead head{size[0], size[1], crop, {}, {}};
+    ExrHead head{size[0], size[1], o.crop(), {}, {}};
     for (const std::string &name : Options::settings())
         head.settings[name.substr(2)] = o.text(name);
     std::string &camera = head.settings["camera"];
@@ -328,14 +325,13 @@ int run_render(Options o) {
     check_outputs(o, inputs);
     if (!o.text("--light-samples").empty())
         scene.light_samples = o.number<uint32_t>("--light-samples");
-    const std::vector<int> size = o.integers("--size"), c = o.integers("--crop");
-    const Crop crop = c.empty() ? Crop{0, 0, size[0], size[1]} : Crop{c[0], c[1], c[2], c[3]};
+    const std::vector<int> size = o.integers("--size");
     camera_fit(scene.camera, size[0], size[1]);
     const SamplerPointer sampler = sampler_create(o.text("--sampler"), o.number<uint64_t>("--seed"),
                                                   o.number<uint32_t>("--declare"));
     check_samples(o, scene, *sampler);
-    ExrHead head = image_head(o, scene, crop, record);
-    Film film = resumes ? resume_film(o, resumed, head) : film_create(size[0], size[1], crop);
+    ExrHead head = image_head(o, scene, record);
+    Film film = resumes ? resume_film(o, resumed, head) : film_create(size[0], size[1], o.crop());
     const RenderSettings settings = {
         o.number<uint32_t>("--spp"),     o.number<uint32_t>("--first-sample"),
         o.number<unsigned>("--threads"), o.number<float>("--noise"),

@@ -123,33 +123,24 @@ float loss(const Material &m, bool front, float cosine) {
                     1 - interpolate(m.energy->kept[front ? 0 : 1], std::sqrt(std::abs(cosine))));
 }
 
-// The facet that scatters light from `wi` to `wo`. False if there is none.
-bool dielectric_facet(Vec3 wo, Vec3 wi, float eta, Vec3 &h) {
-    h = normalize_or(wi.z > 0 ? wo + wi : wo + eta * wi, {0, 0, 1});
-    if (h.z < 0) h = -h;
-    return dot(wo, h) > 0 && (dot(wi, h) > 0) == (wi.z > 0);
-}
-
-// The Jacobian from directions to facet normals: dh/dwi.
-float dielectric_jacobian(Vec3 wo, Vec3 wi, Vec3 h, float eta) {
-    const float wo_h = dot(wo, h), wi_h = dot(wi, h);
-    if (wi.z > 0) return 1 / (4 * wo_h);
-    const float sum = wo_h + eta * wi_h;
-    return eta * eta * std::abs(wi_h) / (sum * sum);
-}
-
 MaterialValue dielectric_value(const Material &m, bool front, Vec3 wo, Vec3 wi) {
     const bool reflected = wi.z > 0;
     const float eta = relative_ior(m, front), alpha = alpha_of(m);
     float facets = 0, facet_pdf = 0;
-    Vec3 h;
-    if (dielectric_facet(wo, wi, eta, h)) {
-        const float fresnel = fresnel_dielectric(dot(wo, h), eta);
+    // The facet that scatters light from `wi` to `wo`, if there is one.
+    Vec3 h = normalize_or(reflected ? wo + wi : wo + eta * wi, {0, 0, 1});
+    if (h.z < 0) h = -h;
+    const float wo_h = dot(wo, h), wi_h = dot(wi, h);
+    if (wo_h > 0 && (wi_h > 0) == reflected) {
+        const float fresnel = fresnel_dielectric(wo_h, eta), sum = wo_h + eta * wi_h;
         const float chosen = reflected ? fresnel : 1 - fresnel;
-        const float jacobian = dielectric_jacobian(wo, wi, h, eta);
-        facets = chosen * ggx_density(alpha, h) * ggx_shadowing(alpha, wo, wi) * std::abs(wi.z) *
-                 dot(wo, h) * jacobian;
-        facet_pdf = chosen * ggx_visible_density(alpha, wo, h) * jacobian;
+        // From directions to facet normals: dh/dwi.
+        const float jacobian =
+            reflected ? 1 / (4 * wo_h) : eta * eta * std::abs(wi_h) / (sum * sum);
+        const float density = ggx_density(alpha, h);
+        facets = chosen * density * ggx_shadowing(alpha, wo, wi) * std::abs(wi.z) * wo_h * jacobian;
+        // The density of the normals visible from `wo`: G1(wo) max(0, wo.h) D(h) / wo.z.
+        facet_pdf = chosen * (ggx_masking(alpha, wo) * wo_h * density) * jacobian;
     }
     const int near = front ? 0 : 1, far = reflected ? near : 1 - near;
     const float passed = m.energy->passed_loss[near], mean_loss = m.energy->mean_loss[far];

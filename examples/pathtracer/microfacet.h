@@ -32,11 +32,6 @@ inline float ggx_shadowing(float alpha, Vec3 o, Vec3 i) {
     return 2 / (zi * (ggx_smith(alpha, o) - zo) + zo * (ggx_smith(alpha, i) - zi));
 }
 
-// The density of the normals visible from o, per steradian: G1(o) max(0, o.h) D(h) / o.z.
-inline float ggx_visible_density(float alpha, Vec3 o, Vec3 h) {
-    return ggx_masking(alpha, o) * std::max(0.0f, dot(o, h)) * ggx_density(alpha, h);
-}
-
 // From a uniform point on the disc (Heitz, "Sampling the GGX Distribution of Visible Normals", 2018).
 inline Vec3 ggx_visible_normal(float alpha, Vec3 o, Vec2 disc) {
     const Vec3 stretched = normalize(Vec3{alpha * o.x, alpha * o.y, o.z});

@@ -154,6 +154,11 @@ std::optional<Point3d> Options::point(const std::string &name) const {
     return p.empty() ? std::nullopt : std::optional<Point3d>({p[0], p[1], p[2]});
 }
 
+Crop Options::crop() const {
+    const std::vector<int> size = integers("--size"), c = integers("--crop");
+    return c.empty() ? Crop{0, 0, size[0], size[1]} : Crop{c[0], c[1], c[2], c[3]};
+}
+
 bool Options::has_auto_exposure(const std::string &scene) const {
     const std::string &exposure = text("--exposure");
     return exposure == "auto" || (exposure.empty() && is_scene_file(scene));
@@ -246,12 +251,11 @@ void Options::check() const {
         return;
     }
     const std::vector<int> size = integers("--size");
-    std::vector<int> c = integers("--crop");
-    if (c.empty()) c = {0, 0, size[0], size[1]};
-    if (c[2] > size[0] || c[3] > size[1])
+    const Crop c = crop();
+    if (c.x1 > size[0] || c.y1 > size[1])
         throw Error("--crop extends beyond the image of ", size[0], "x", size[1],
                     " pixels; set --size");
-    if (pixel_count({c[0], c[1], c[2], c[3]}) > MAX_PIXELS)
+    if (pixel_count(c) > MAX_PIXELS)
         throw Error("at most ", MAX_PIXELS,
                     " pixels are rendered at once; render the image in parts with --crop");
     check_noise();

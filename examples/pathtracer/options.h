@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "math.h"
+#include "image.h"
 
 class Options {
   public:
@@ -33,6 +33,7 @@ class Options {
     }
     std::vector<int> integers(const std::string &name) const;
     std::optional<Point3d> point(const std::string &name) const;
+    Crop crop() const; // the whole image by default
     // Whether the exposure follows from the image, of this scene.
     bool has_auto_exposure(const std::string &scene) const;
 
