@@ -24,23 +24,20 @@ namespace {
 
 // Signals that would end the program wait as long as this lives, so that no temporary file stays. Any thread
 // may get them, so a mask of this one would not do.
-class Undisturbed {
-  public:
+struct Undisturbed {
+    static constexpr std::array<int, 3> SIGNALS = {SIGINT, SIGTERM, SIGHUP};
+    static inline volatile std::sig_atomic_t pending = 0;
+    std::array<void (*)(int), SIGNALS.size()> before;
+
     Undisturbed() {
-        pending_ = 0;
-        struct sigaction later = {};
-        later.sa_handler = [](int signal) { pending_ = signal; };
-        for (size_t i = 0; i < SIGNALS.size(); ++i) sigaction(SIGNALS[i], &later, &before_[i]);
+        pending = 0;
+        for (size_t i = 0; i < SIGNALS.size(); ++i)
+            before[i] = std::signal(SIGNALS[i], [](int signal) { pending = signal; });
     }
     ~Undisturbed() {
-        for (size_t i = 0; i < SIGNALS.size(); ++i) sigaction(SIGNALS[i], &before_[i], nullptr);
-        if (pending_ != 0) std::raise(pending_);
+        for (size_t i = 0; i < SIGNALS.size(); ++i) std::signal(SIGNALS[i], before[i]);
+        if (pending != 0) std::raise(pending);
     }
-
-  private:
-    static constexpr std::array<int, 3> SIGNALS = {SIGINT, SIGTERM, SIGHUP};
-    static inline volatile std::sig_atomic_t pending_ = 0;
-    struct sigaction before_[SIGNALS.size()];
 };
 
 Error cannot_write(const fs::path &path, const std::string &why) {
@@ -96,12 +93,6 @@ class TemporaryFile {
     bool renamed_ = false;
 };
 
-// Whether a path lies below a folder. Both must be canonical.
-bool is_below(const fs::path &path, const fs::path &folder) {
-    const auto [end, rest] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
-    return end == folder.end() && rest != path.end();
-}
-
 bool is_utf8(const std::string &text) {
     using Utf8 = std::codecvt<char32_t, char, std::mbstate_t>;
     std::mbstate_t state{};
@@ -155,52 +146,14 @@ void check_regular(const fs::path &path) {
     if (!fs::is_regular_file(status)) throw Error("is not a regular file");
 }
 
-std::vector<unsigned char> read_file(const fs::path &path) {
+std::vector<unsigned char> InputRecord::read(const fs::path &path) {
     check_regular(path);
     std::ifstream file(path, std::ios::binary | std::ios::ate);
     if (!file) throw Error("cannot be opened: ", std::strerror(errno));
-    const std::streamoff size = file.tellg();
-    std::vector<unsigned char> bytes;
-    bytes.resize(size_t(size));
+    std::vector<unsigned char> bytes(size_t(file.tellg()));
     file.seekg(0);
-    if (!file.read(reinterpret_cast<char *>(bytes.data()), size))
+    if (!file.read(reinterpret_cast<char *>(bytes.data()), std::streamsize(bytes.size())))
         throw Error("cannot be read completely");
-    return bytes;
-}
-
-SceneFolder::SceneFolder(const fs::path &scene, bool allow_outside, InputRecord *record)
-    : scene_(scene), allow_outside_(allow_outside), record_(record) {
-    std::error_code error;
-    const fs::path folder = scene.parent_path();
-    folder_ = fs::canonical(folder.empty() ? fs::path(".") : folder, error);
-    if (error) throw Error("there is no such file");
-}
-
-fs::path SceneFolder::resolve(const std::string &name) const {
-    // The system would stop reading the name there, but the checks below would see all of it.
-    if (name.find('\0') != std::string::npos) throw Error("has a zero byte in its name");
-    std::error_code error;
-    // Follows links in the part of the path that exists and normalises the rest.
-    const fs::path path = fs::weakly_canonical(folder_ / name, error);
-    if (error) throw Error("cannot be opened: ", error.message());
-    if (!allow_outside_ && !is_below(path, folder_))
-        throw Error("is outside the scene's folder; use --allow-outside to read it");
-    return path;
-}
-
-std::vector<unsigned char> SceneFolder::load(const fs::path &path, const fs::path &name) const {
-    std::vector<unsigned char> bytes = read_file(path);
-    if (record_) record_->add(name, bytes);
-    return bytes;
-}
-
-std::vector<unsigned char> SceneFolder::read(const std::string &name) const {
-    const fs::path path = resolve(name);
-    // As the scene's own path is written.
-    return load(path, scene_.parent_path() / path.lexically_relative(folder_));
-}
-
-void InputRecord::add(const fs::path &path, const std::vector<unsigned char> &bytes) {
     const std::string name = path.string();
     if (without_controls(name) != name || !is_utf8(name))
         throw Error("has a name that is not plain UTF-8; rename it");
@@ -209,11 +162,12 @@ void InputRecord::add(const fs::path &path, const std::vector<unsigned char> &by
                   bytes.size());
     const auto [known, is_new] = files.try_emplace(name, hash);
     if (!is_new && known->second != hash) throw Error("has changed while it was read; try again");
+    return bytes;
 }
 
 void InputRecord::add_file(const fs::path &path) {
     try {
-        add(path, read_file(path));
+        read(path);
     } catch (const Error &error) {
         throw Error("cannot read ", path.string(), ": ", error.what());
     }
@@ -223,6 +177,20 @@ std::string InputRecord::text() const {
     std::string result;
     for (const auto &[name, hash] : files) result += hash + "  " + name + "\n";
     return result;
+}
+
+fs::path resolve_beside(const fs::path &scene, const std::string &name, bool allow_outside) {
+    // The system would stop reading the name there, but the checks below would see all of it.
+    if (name.find('\0') != std::string::npos) throw Error("has a zero byte in its name");
+    std::error_code error;
+    const fs::path folder = scene.parent_path(),
+                   real = fs::canonical(folder.empty() ? "." : folder);
+    // Follows links in the part of the path that exists and normalises the rest.
+    const fs::path path = fs::weakly_canonical(real / name, error).lexically_relative(real);
+    if (error) throw Error("cannot be opened: ", error.message());
+    if (!allow_outside && *path.begin() == "..")
+        throw Error("is outside the scene's folder; use --allow-outside to read it");
+    return folder / path;
 }
 
 void check_writable(const fs::path &path) {

@@ -36,46 +36,25 @@ void say(const std::string &message);
 // If memory runs out inside a library's noexcept function, prints one line and exits with code 1.
 void exit_where_it_would_abort();
 
-// The bytes of a file. Throws Error with a message that continues the file's name.
-std::vector<unsigned char> read_file(const std::filesystem::path &path);
-
 // Throws Error, with a message that continues the name, unless it is a regular file.
 void check_regular(const std::filesystem::path &path);
 
 // The files that were read, with checksums of their contents.
-class InputRecord {
-  public:
-    // Throws Error if the file was read before with other contents, or its name does not fit on a line.
-    void add(const std::filesystem::path &path, const std::vector<unsigned char> &bytes);
+struct InputRecord {
+    std::map<std::string, std::string> files = {}; // by name
+
+    // The bytes of a file. Throws Error, with a message that continues the name, also if the file was read
+    // before with other contents, or its name does not fit on a line.
+    std::vector<unsigned char> read(const std::filesystem::path &path);
     void add_file(const std::filesystem::path &path);
     // One line per file, sorted by name: CRC-32, size, two spaces and the name.
     std::string text() const;
-
-    std::map<std::string, std::string> files; // by name
 };
 
-// The files of one scene, by the names that the scene uses.
-class SceneFolder {
-  public:
-    // With `allow_outside`, files may be anywhere. `record` receives every file that is read.
-    SceneFolder(const std::filesystem::path &scene, bool allow_outside,
-                InputRecord *record = nullptr);
-
-    // The path of a name, with all links resolved. Throws Error if it is outside the folder.
-    std::filesystem::path resolve(const std::string &name) const;
-    bool has(const std::string &name) const { return std::filesystem::exists(resolve(name)); }
-    // The bytes of the scene file, and of another file. Throw Error.
-    std::vector<unsigned char> read_scene() const { return load(scene_, scene_); }
-    std::vector<unsigned char> read(const std::string &name) const;
-
-  private:
-    std::vector<unsigned char> load(const std::filesystem::path &path,
-                                    const std::filesystem::path &name) const;
-
-    std::filesystem::path scene_, folder_;
-    bool allow_outside_;
-    InputRecord *record_;
-};
+// The path of a file that a scene names, with all links below the scene's folder resolved. Throws Error if
+// it is outside the folder, unless that is allowed.
+std::filesystem::path resolve_beside(const std::filesystem::path &scene, const std::string &name,
+                                     bool allow_outside);
 
 // ---- Writing. A file is written completely or not at all: a temporary file with a random name is
 // created beside it, and renamed once it is on disk.

@@ -142,14 +142,16 @@ bool is_known(const std::string &name) {
 }
 
 struct File {
-    SceneFolder folder;
-    Bytes bytes; // of the scene file
+    const std::string &path;
+    const SceneOptions &options;
+    InputRecord own_record = {};
+    Bytes bytes = read(path); // of the scene file
     Json json = {};
     Span chunk = {};                       // the binary chunk of a .glb
     std::map<int64_t, Bytes> buffers = {}; // those that were read
 
-    File(const std::string &path, const SceneOptions &options)
-        : folder(path, options.allow_outside, options.record), bytes(folder.read_scene()) {
+    File(const std::string &scene_path, const SceneOptions &scene_options)
+        : path(scene_path), options(scene_options) {
         Span all = {bytes.data(), bytes.size(), 0};
         if (all.size >= 4 && std::memcmp(all.data, "glTF", 4) == 0) all = glb_text();
         json = Json::parse(all.data, all.data + all.size);
@@ -188,9 +190,17 @@ struct File {
         return text;
     }
 
+    Bytes read(const std::filesystem::path &file) {
+        return (options.record ? *options.record : own_record).read(file);
+    }
+
+    std::filesystem::path resolve(const std::string &uri) const {
+        return resolve_beside(path, percent_decoded(uri), options.allow_outside);
+    }
+
     // The bytes in a data URI, or of the file that a URI names.
-    Bytes resource(const std::string &uri) const {
-        if (!holds_data(uri)) return folder.read(percent_decoded(uri));
+    Bytes resource(const std::string &uri) {
+        if (!holds_data(uri)) return read(resolve(uri));
         const size_t comma = uri.find(";base64,");
         if (comma == std::string::npos) throw Error("is not base64");
         return base64_decoded(uri, comma + 8);
@@ -233,67 +243,66 @@ using Elements = std::vector<glm::dvec4>;
 
 // Calls visit with a number of a component type.
 template <typename Visit>
-void with_number(int64_t type, const char *what, const Visit &visit) {
+void with_number(int64_t type, const char *name, const Visit &visit) {
     if (type == 5120) return visit(int8_t{});
     if (type == 5121) return visit(uint8_t{});
     if (type == 5122) return visit(int16_t{});
     if (type == 5123) return visit(uint16_t{});
     if (type == 5125) return visit(uint32_t{});
     if (type == 5126) return visit(float{});
-    throw Error(what, " have a number type that glTF does not have");
+    throw Error(name, " has a number type that glTF does not have");
 }
 
 // The elements in a buffer view, or zeros without one. They have the accessor's types; normalized
 // integers become [0, 1] or [-1, 1]. Single numbers are indices, unsigned in the file.
 Elements stored(File &file, const Json &source, const Json &accessor, size_t width, size_t count,
-                const char *what) {
+                const char *name) {
     Elements elements(count, {0, 0, 0, width < 4 ? 1 : 0});
     if (!source.contains("bufferView")) return elements;
-    const Span from = file.view(source, what);
+    const Span from = file.view(source, name);
     const size_t offset = size_in(source, "byteOffset");
-    with_number(integer(accessor, "componentType"), what, [&](auto number) {
+    with_number(integer(accessor, "componentType"), name, [&](auto number) {
         using Number = decltype(number);
         if (width == 1 && !std::is_unsigned_v<Number>)
-            throw Error("has ", what, " that are not unsigned integers");
+            throw Error("has ", name, " that are not unsigned integers");
         const size_t size = width * sizeof number, stride = from.stride ? from.stride : size;
-        if (stride < size) throw Error(what, " overlap each other in their buffer");
+        if (stride < size) throw Error(name, " has elements that overlap");
         if (count > 0 && (offset > from.size || size > from.size - offset ||
                           (count - 1) > (from.size - offset - size) / stride))
-            throw Error(what, " run past the end of their buffer view");
+            throw Error(name, " runs past the end of its buffer view");
         const bool normalized = std::is_integral_v<Number> && accessor.value("normalized", false);
         const double limit = normalized ? std::numeric_limits<Number>::max() : 1;
-        for (size_t i = 0; i < count; ++i)
+        const unsigned char *at = from.data + offset;
+        for (glm::dvec4 &element : elements) {
             for (size_t c = 0; c < width; ++c) {
-                std::memcpy(&number, from.data + offset + i * stride + c * sizeof number,
-                            sizeof number);
-                elements[i][int(c)] = std::max(double(number) / limit, normalized ? -1 : -HUGE_VAL);
+                std::memcpy(&number, at + c * sizeof number, sizeof number);
+                element[int(c)] = std::max(double(number) / limit, normalized ? -1 : -HUGE_VAL);
             }
+            at += stride;
+        }
     });
     return elements;
 }
 
-// The elements of an accessor of one of these types.
-Elements elements(File &file, int64_t number, const std::set<std::string> &types,
-                  const char *what) {
-    const Json &accessor = element(file.json, "accessors", number);
+// The elements of an accessor, such as an attribute, of one of these types.
+Elements elements(File &file, const Json &of, const char *name,
+                  const std::set<std::string> &types) {
+    const Json &accessor = element(file.json, "accessors", integer(of, name));
     const size_t count = size_in(accessor, "count");
-    if (count > MAX_ELEMENTS) throw Error("has ", count, " ", what, "; at most 2^26 are read");
-    const std::string kind = accessor.value("type", "");
-    if (types.count(kind) == 0) throw Error(what, " have the wrong number of components");
-    const size_t width = kind == "SCALAR" ? 1 : size_t(kind[3] - '0');
-    Elements values = stored(file, accessor, accessor, width, count, what);
-    if (const Json &sparse = member(accessor, "sparse"); !sparse.empty()) {
-        const size_t changes = size_in(sparse, "count");
-        if (changes > count) throw Error(what, " have invalid sparse parts");
-        const Json &where = member(sparse, "indices");
-        const Elements places = stored(file, where, where, 1, changes, what),
-                       changed =
-                           stored(file, member(sparse, "values"), accessor, width, changes, what);
-        for (size_t i = 0; i < changes; ++i) {
-            const auto place = size_t(places[i].x);
-            if (place >= count) throw Error("has an index out of range: ", place, " of ", count);
-            values[place] = changed[i];
-        }
+    if (count > MAX_ELEMENTS) throw Error(name, " has ", count, " elements; at most 2^26 are read");
+    const std::string type = accessor.value("type", "");
+    if (types.count(type) == 0) throw Error(name, " has the wrong number of components");
+    const size_t width = type == "SCALAR" ? 1 : size_t(type[3] - '0');
+    Elements values = stored(file, accessor, accessor, width, count, name);
+    const Json &sparse = member(accessor, "sparse"), &where = member(sparse, "indices");
+    const size_t changes = size_in(sparse, "count");
+    if (changes > count) throw Error(name, " has invalid sparse parts");
+    const Elements places = stored(file, where, where, 1, changes, name),
+                   changed = stored(file, member(sparse, "values"), accessor, width, changes, name);
+    for (size_t i = 0; i < changes; ++i) {
+        const auto place = size_t(places[i].x);
+        if (place >= count) throw Error("has an index out of range: ", place, " of ", count);
+        values[place] = changed[i];
     }
     return values;
 }
@@ -335,7 +344,7 @@ int32_t load_texture(Reader &r, int64_t number, bool srgb) {
         if (image.contains("bufferView")) {
             const Span bytes = r.view(image, "an image");
             loaded = texture_decode({bytes.data, bytes.data + bytes.size});
-        } else if (!holds_data(uri) && !r.folder.has(percent_decoded(uri))) {
+        } else if (!holds_data(uri) && !std::filesystem::exists(r.resolve(uri))) {
             r.ignored.insert("the missing " + name);
             return -1;
         } else {
@@ -519,44 +528,6 @@ Vec3 direction(const glm::dmat3 &t, glm::dvec3 v) {
     return size > 0 && std::isfinite(size) ? Vec3(v / size) : Vec3(0);
 }
 
-// Tangents where a file has none, after Mikkelsen ("Simulation of Wrinkled Surfaces Revisited", 2008):
-// at each vertex, the mean over the faces that share its position, normal and texture coordinates,
-// weighted by their angles there. Faces with mirrored textures do not share tangents.
-void make_tangents(Reader &r, const TextureUse &map, size_t first_triangle) {
-    Scene &scene = r.scene;
-    const std::vector<Vec2> &coordinates = scene.texture_coordinates[map.set];
-    std::map<std::array<float, 9>, Vec3> sums;
-    std::vector<const Vec3 *> sum_of; // of each corner
-    const auto place = [&](uint32_t vertex) {
-        return map.transform * Vec3(coordinates[vertex], 1);
-    };
-    for (size_t i = first_triangle; i < scene.triangles.size(); ++i) {
-        const auto &t = scene.triangles[i].vertices;
-        const Vec2 u = place(t[1]) - place(t[0]), v = place(t[2]) - place(t[0]);
-        const float turn = u.x * v.y - u.y * v.x > 0 ? 1 : -1;
-        for (size_t c = 0; c < 3; ++c) {
-            const uint32_t own = t[c], next = t[(c + 1) % 3], last = t[(c + 2) % 3];
-            const Vec3 p = Vec3(r.points[own] - r.points[0]), n = scene.normals[own];
-            const Vec3 a = Vec3(r.points[next] - r.points[own]),
-                       b = Vec3(r.points[last] - r.points[own]);
-            const Vec2 uv = coordinates[own];
-            Vec3 &sum = sums[{p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y, turn}];
-            const Vec3 along =
-                turn * ((place(last) - place(own)).y * a - (place(next) - place(own)).y * b);
-            const float cosine = dot(normalize_or(a, {}), normalize_or(b, {}));
-            sum += std::acos(std::clamp(cosine, -1.0f, 1.0f)) *
-                   normalize_or(along - dot(along, n) * n, {});
-            sum_of.push_back(&sum);
-            const bool against_winding = dot(n, cross(a, b)) < 0;
-            scene.tangents[3 * i + c].w = against_winding ? turn : -turn;
-        }
-    }
-    for (size_t i = 0; i < sum_of.size(); ++i) {
-        glm::vec4 &own = scene.tangents[3 * first_triangle + i];
-        own = glm::vec4(normalize_or(*sum_of[i], {}), own.w);
-    }
-}
-
 void read_primitive(Reader &r, const Json &primitive, const Transform &transform) {
     const int64_t mode = integer(primitive, "mode", 4);
     if (mode < 4 || mode > 6) {
@@ -566,23 +537,21 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
     if (!member(primitive, "targets").empty()) r.ignored.insert("morph targets");
     const Json &attributes = member(primitive, "attributes");
     if (!attributes.contains("POSITION")) return; // glTF says to skip it
-    const Elements positions = elements(r, integer(attributes, "POSITION"), {"VEC3"}, "positions");
+    const Elements positions = elements(r, attributes, "POSITION", {"VEC3"});
     const size_t count = positions.size();
     if (r.points.size() + count > MAX_ELEMENTS) throw Error("has more than 2^26 vertices");
     // Other attributes have the same number of elements, or none.
-    const auto optional = [&](const char *name, const std::set<std::string> &types,
-                              const char *what) {
+    const auto optional = [&](const char *name, const std::set<std::string> &types) {
         if (!attributes.contains(name)) return Elements{};
-        const Elements values = elements(r, integer(attributes, name), types, what);
-        if (values.size() != count)
-            throw Error("has ", what, " of another count than its positions");
+        const Elements values = elements(r, attributes, name, types);
+        if (values.size() != count) throw Error("has ", name, " of another count than POSITION");
         return values;
     };
-    const Elements normals = optional("NORMAL", {"VEC3"}, "normals"),
-                   tangents = optional("TANGENT", {"VEC4"}, "tangents"),
-                   colours = optional("COLOR_0", {"VEC3", "VEC4"}, "vertex colours"),
-                   coordinates[] = {optional("TEXCOORD_0", {"VEC2"}, "texture coordinates"),
-                                    optional("TEXCOORD_1", {"VEC2"}, "texture coordinates")};
+    const Elements normals = optional("NORMAL", {"VEC3"}),
+                   tangents = optional(normals.empty() ? "" : "TANGENT", {"VEC4"}),
+                   colours = optional("COLOR_0", {"VEC3", "VEC4"}),
+                   coordinates[] = {optional("TEXCOORD_0", {"VEC2"}),
+                                    optional("TEXCOORD_1", {"VEC2"})};
 
     // The cofactor matrix transforms normals correctly under any scale. A mirror would flip them, so
     // its cofactors are negated.
@@ -591,17 +560,18 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
     const bool mirrored = dot(m[0], cofactors[0]) < 0;
     const glm::dmat3 normal_matrix = mirrored ? -cofactors : cofactors;
     const auto first = uint32_t(r.points.size());
+    const auto at = [](const Elements &values, size_t i, double otherwise) {
+        return values.empty() ? glm::dvec4(otherwise) : values[i];
+    };
     for (size_t i = 0; i < count; ++i) {
         const Point3d position = transform * positions[i];
         if (!is_finite(position) || max_magnitude(position) > MAX_COORDINATE)
             throw Error("has a vertex that is not a finite number, or beyond 1e15");
         r.points.push_back(position);
-        r.scene.normals.push_back(normals.empty() ? Vec3(0) : direction(normal_matrix, normals[i]));
+        r.scene.normals.push_back(direction(normal_matrix, at(normals, i, 0)));
+        r.scene.colours.push_back(clamp(at(colours, i, 1), 0.0, 1.0));
         for (int set = 0; set < 2; ++set)
-            r.scene.texture_coordinates[set].push_back(
-                coordinates[set].empty() ? Vec2(0) : Vec2(coordinates[set][i]));
-        r.scene.colours.push_back(colours.empty() ? glm::vec4(1)
-                                                  : glm::vec4(clamp(colours[i], 0.0, 1.0)));
+            r.scene.texture_coordinates[set].push_back(at(coordinates[set], i, 0));
     }
 
     const uint32_t material = material_number(r, integer(primitive, "material"), !colours.empty());
@@ -609,13 +579,11 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
     if (!primitive.contains("indices"))
         for (uint32_t i = 0; i < count; ++i) indices.push_back(i);
     else
-        for (const glm::dvec4 &v :
-             elements(r, integer(primitive, "indices"), {"SCALAR"}, "indices"))
+        for (const glm::dvec4 &v : elements(r, primitive, "indices", {"SCALAR"}))
             indices.push_back(uint32_t(v.x));
     for (const uint32_t vertex : indices)
         if (vertex >= count)
             throw Error("has an index out of range: vertex ", vertex, " of ", count);
-    const size_t first_triangle = r.scene.triangles.size();
     for (size_t i = 0; i + 2 < indices.size(); i += mode == 4 ? 3 : 1) {
         std::array<size_t, 3> corners = {i, i + 1, i + 2};
         if (mode == 5) corners = {i, i + 1 + i % 2, i + 2 - i % 2};
@@ -625,24 +593,18 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
         for (size_t c = 0; c < 3; ++c) {
             const uint32_t vertex = indices[corners[c]];
             triangle.vertices[c] = first + vertex;
-            glm::vec4 tangent(0);
-            if (!tangents.empty() && !normals.empty())
-                tangent = {direction(m, tangents[vertex]),
-                           (tangents[vertex].w < 0) != mirrored ? -1.0f : 1.0f};
-            r.scene.tangents.push_back(tangent);
+            const glm::dvec4 tangent = at(tangents, vertex, 0);
+            const float sign = (tangent.w < 0) != mirrored ? -1 : 1;
+            r.scene.tangents.push_back({direction(m, tangent), sign});
         }
         r.scene.triangles.push_back(triangle);
         r.scene.surfaces.push_back({material, -1});
     }
-    const int32_t maps = r.scene.materials[material].maps;
-    if (maps >= 0 && r.scene.maps[maps].normal.texture >= 0 && !normals.empty() && tangents.empty())
-        make_tangents(r, r.scene.maps[maps].normal, first_triangle);
 }
 
 // ---- Nodes
 
 void read_nodes(Reader &r) {
-    const Json &nodes = member(r.json, "nodes"), &scenes = member(r.json, "scenes");
     std::vector<std::pair<const Json *, Transform>> open; // a stack of nodes still to be read
     std::set<const Json *> reached;
     const auto reach = [&](const Json &children, const Transform &parent) {
@@ -654,19 +616,11 @@ void read_nodes(Reader &r) {
             open.push_back({&node, parent});
         }
     };
-    if (!scenes.empty()) {
-        const Json &chosen = element(r.json, "scenes", integer(r.json, "scene", 0));
-        reach(member(chosen, "nodes"), Transform(1));
-        if (scenes.size() > 1) r.ignored.insert("scenes but the default one");
-    } else { // glTF leaves this open: read every node without a parent
-        std::set<Json> children;
-        for (const Json &node : nodes)
-            for (const Json &child : member(node, "children")) children.insert(child);
-        Json roots = Json::array();
-        for (size_t i = 0; i < nodes.size(); ++i)
-            if (children.count(i) == 0) roots.push_back(i);
-        reach(roots, Transform(1));
-    }
+    const Json &scenes = member(r.json, "scenes");
+    if (!scenes.empty())
+        reach(member(element(r.json, "scenes", integer(r.json, "scene", 0)), "nodes"),
+              Transform(1));
+    if (scenes.size() > 1) r.ignored.insert("scenes but the default one");
     while (!open.empty()) {
         const auto [at, parent] = open.back();
         open.pop_back();
@@ -697,6 +651,46 @@ void recentre(Reader &r) {
     r.points = {};
 }
 
+// Tangents where a file has none, after Mikkelsen ("Simulation of Wrinkled Surfaces Revisited", 2008):
+// at each vertex, the mean over the faces that share its position, normal and texture coordinates,
+// weighted by their angles there. Faces with mirrored textures do not share tangents.
+void make_tangents(Scene &scene) {
+    std::map<std::array<float, 9>, Vec3> sums;
+    std::vector<std::pair<glm::vec4 *, const Vec3 *>> corners;
+    for (size_t i = 0; i < scene.triangles.size(); ++i) {
+        const int32_t maps = scene.materials[scene.surfaces[i].material].maps;
+        glm::vec4 *const tangents = &scene.tangents[3 * i];
+        if (maps < 0 || scene.maps[maps].normal.texture < 0 || Vec3(tangents[0]) != Vec3(0))
+            continue;
+        const TextureUse &map = scene.maps[maps].normal;
+        Vec3 p[3], n[3];
+        Vec2 uv[3];
+        for (size_t c = 0; c < 3; ++c) {
+            const uint32_t vertex = scene.triangles[i].vertices[c];
+            p[c] = scene.vertices[vertex];
+            n[c] = scene.normals[vertex];
+            uv[c] = map.transform * Vec3(scene.texture_coordinates[map.set][vertex], 1);
+        }
+        const Vec2 u = uv[1] - uv[0], v = uv[2] - uv[0];
+        const float turn = u.x * v.y - u.y * v.x > 0 ? 1 : -1;
+        const Vec3 along = turn * (v.y * (p[1] - p[0]) - u.y * (p[2] - p[0]));
+        const Vec3 flat = normalize_or(cross(p[1] - p[0], p[2] - p[0]), {});
+        for (size_t c = 0; c < 3; ++c) {
+            if (n[c] == Vec3(0)) n[c] = flat;
+            Vec3 &sum =
+                sums[{p[c].x, p[c].y, p[c].z, n[c].x, n[c].y, n[c].z, uv[c].x, uv[c].y, turn}];
+            const Vec3 a = normalize_or(p[(c + 1) % 3] - p[c], {}),
+                       b = normalize_or(p[(c + 2) % 3] - p[c], {});
+            sum += std::acos(std::clamp(dot(a, b), -1.0f, 1.0f)) *
+                   normalize_or(along - dot(along, n[c]) * n[c], {});
+            tangents[c].w = dot(n[c], flat) < 0 ? turn : -turn;
+            corners.push_back({&tangents[c], &sum});
+        }
+    }
+    for (const auto &[tangent, sum] : corners)
+        *tangent = glm::vec4(normalize_or(*sum, {}), tangent->w);
+}
+
 // A camera's target is the point on its axis nearest to the scene's centre.
 void read_camera(Reader &r, const Json &node, const glm::dmat3 &turn, Vec3 position) {
     const Json &source = element(r.json, "cameras", integer(node, "camera"));
@@ -718,8 +712,7 @@ void read_camera(Reader &r, const Json &node, const glm::dmat3 &turn, Vec3 posit
     }
 }
 
-void read_light(Reader &r, const Json &node, const glm::dmat3 &turn, Vec3 position,
-                bool photometric) {
+void read_light(Reader &r, const Json &node, const glm::dmat3 &turn, Vec3 position) {
     const std::map<std::string, Light::Kind> kinds = {
         {"point", Light::POINT}, {"spot", Light::SPOT}, {"directional", Light::DIRECTIONAL}};
     const Json &source = element(extension(r.json, "KHR_lights_punctual"), "lights",
@@ -736,7 +729,7 @@ void read_light(Reader &r, const Json &node, const glm::dmat3 &turn, Vec3 positi
     light.kind = kind->second;
     const Vec3 tint = numbers(source, "color", glm::dvec3(1));
     const auto intensity = float(source.value("intensity", 1.0));
-    light.radiance = (photometric ? intensity / LUMENS_PER_WATT : intensity) * tint;
+    light.radiance = (r.options.photometric ? intensity / LUMENS_PER_WATT : intensity) * tint;
     if (!is_finite(light.radiance) || std::min({tint.x, tint.y, tint.z}) < 0)
         throw Error("has a light whose intensity is negative or not a number");
     const Json &cone = member(source, "spot");
@@ -747,7 +740,7 @@ void read_light(Reader &r, const Json &node, const glm::dmat3 &turn, Vec3 positi
 }
 
 // Cameras and lights both point along their node's -z.
-void read_cameras_and_lights(Reader &r, bool photometric) {
+void read_cameras_and_lights(Reader &r) {
     for (const auto &[node, t] : r.placed) {
         if (!is_finite(t[3]) || max_magnitude(t[3]) > MAX_COORDINATE) {
             r.ignored.insert("a camera or a light beyond 1e15");
@@ -756,8 +749,7 @@ void read_cameras_and_lights(Reader &r, bool photometric) {
         const glm::dmat3 turn(t);
         const Vec3 position = t[3] - r.scene.origin;
         if (node->contains("camera")) read_camera(r, *node, turn, position);
-        if (!extension(*node, "KHR_lights_punctual").empty())
-            read_light(r, *node, turn, position, photometric);
+        if (!extension(*node, "KHR_lights_punctual").empty()) read_light(r, *node, turn, position);
     }
 }
 
@@ -838,14 +830,15 @@ Scene scene_file_read(const std::string &path, const SceneOptions &options) {
         read_nodes(r);
         Scene &scene = r.scene;
         if (scene.triangles.empty()) throw Error("has no triangles to render");
+        recentre(r);
+        make_tangents(scene);
         if (scene.maps.empty()) { // then nothing looks these up
             scene.texture_coordinates[0] = scene.texture_coordinates[1] = {};
             scene.colours = scene.tangents = {};
         }
         const auto none = [](Vec3 n) { return !(max_magnitude(n) > 0); };
         if (std::all_of(scene.normals.begin(), scene.normals.end(), none)) scene.normals = {};
-        recentre(r);
-        read_cameras_and_lights(r, options.photometric);
+        read_cameras_and_lights(r);
         scene.camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras[0].camera;
         const bool punctual = !scene.lights.empty(), lamps = make_area_lights(r);
         scene.environment = options.environment;

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <memory>
 #include <new>
+#include <string_view>
 
 #include "files.h"
 
@@ -168,16 +169,11 @@ std::string png_encode_preview(const Image &image, float exposure) {
 }
 
 Texture texture_decode(const std::vector<unsigned char> &bytes) {
-    const auto starts_with = [&](const std::string &start) {
-        return bytes.size() >= start.size() &&
-               std::equal(start.begin(), start.end(), bytes.begin(), [](char a, unsigned char b) {
-                   return static_cast<unsigned char>(a) == b;
-               });
-    };
+    const std::string_view data(reinterpret_cast<const char *>(bytes.data()), bytes.size());
     Texture texture;
-    if (starts_with("\xff\xd8"))
+    if (data.substr(0, 2) == "\xff\xd8")
         decode_jpeg(bytes, texture);
-    else if (!starts_with("\x89PNG\r\n"))
+    else if (data.substr(0, 6) != "\x89PNG\r\n")
         throw Error("is not an image that can be read (PNG or JPEG)");
     else if (!decode_png(bytes, texture))
         throw Error(DAMAGED);

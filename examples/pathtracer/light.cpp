@@ -51,25 +51,23 @@ Environment environment_create(int width, int height, std::vector<Vec3> texels, 
     const auto w = size_t(width), h = size_t(height);
     e.row_limits.resize(h + 1);
     e.column_limits.resize(h * (w + 1));
-    e.row_cosines.resize(h + 1);
     for (size_t y = 0; y <= h; ++y)
-        e.row_cosines[y] = float(std::cos(3.14159265358979 * double(y) / double(h)));
+        e.row_cosines.push_back(float(std::cos(3.14159265358979 * double(y) / double(h))));
 
-    std::vector<double> weights(w * h), row_weights(h);
+    std::vector<double> weights, row_weights(h);
     const auto solid_angle = [&](size_t y) {
         return double((e.row_cosines[y] - e.row_cosines[y + 1]) * 2 * PI) / width;
     };
     double total = 0, sampled = 0;
-    for (size_t i = 0; i < w * h; ++i) {
-        weights[i] = double(luminance(e.texels[i]));
-        total += weights[i] * solid_angle(i / w);
+    for (const Vec3 texel : e.texels) {
+        total += double(luminance(texel)) * solid_angle(weights.size() / w);
+        weights.push_back(double(luminance(texel)));
     }
     const double mean = total / (4 * double(PI));
     for (size_t y = 0; y < h; ++y) {
-        for (size_t x = 0; x < w; ++x) {
-            double &weight = weights[y * w + x];
-            weight = std::max(0.0, weight - mean);
-            row_weights[y] += weight * solid_angle(y);
+        for (size_t i = y * w; i < (y + 1) * w; ++i) {
+            weights[i] = std::max(0.0, weights[i] - mean);
+            row_weights[y] += weights[i] * solid_angle(y);
         }
         distribution_build(&weights[y * w], w, &e.column_limits[y * (w + 1)]);
         sampled += row_weights[y];

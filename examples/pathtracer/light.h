@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -21,27 +22,18 @@ constexpr float DRAW_STEP = 1.0f / (1 << 24);
 // Writes count + 1 limits, from 0 to 1, at least one step apart around every weight above zero. Weights
 // must be finite and non-negative, 2^23 at most; if all are zero, the first item is always chosen.
 inline void distribution_build(const double *weights, size_t count, float *limits) {
-    double total = 0;
-    size_t used = 0;
-    for (size_t i = 0; i < count; ++i) {
-        total += weights[i];
-        used += weights[i] > 0 ? 1 : 0;
-    }
-    const double shared = double((1u << 24) - used); // steps left after one each
+    const double total = std::accumulate(weights, weights + count, 0.0);
+    const auto used = std::count_if(weights, weights + count, [](double w) { return w > 0; });
+    const double shared = double((1 << 24) - used); // steps left after one each
     double sum = 0;
-    size_t before = 0;
+    uint32_t before = 0;
     limits[0] = 0;
     for (size_t i = 0; i < count; ++i) {
-        sum += weights[i];
+        sum += weights[i]; // in the order of `total`, so that they end at the same value
         before += weights[i] > 0 ? 1 : 0;
-        const double share = total > 0 ? std::min(sum / total, 1.0) : 0;
-        const auto steps = uint32_t(share * shared) + uint32_t(before);
-        limits[i + 1] = float(steps) * DRAW_STEP;
+        const double share = total > 0 ? sum / total : 1;
+        limits[i + 1] = float(uint32_t(share * shared) + before) * DRAW_STEP;
     }
-    // Rounding may leave one step over, which must not go to trailing items of weight zero.
-    size_t last = count;
-    while (last > 1 && !(weights[last - 1] > 0)) --last;
-    for (size_t i = last; i <= count; ++i) limits[i] = 1;
 }
 
 struct Choice {
@@ -142,13 +134,6 @@ struct LightSample {
     Vec2 place; // TRIANGLE: barycentric weights of its second and third vertices
 };
 
-// The fraction of its intensity that a spotlight emits at this cosine to its axis.
-inline float spot_share(const Light &light, float cosine) {
-    const float range = std::max(light.cosine_inner - light.cosine_outer, 1e-3f);
-    const float t = std::clamp((cosine - light.cosine_outer) / range, 0.0f, 1.0f);
-    return t * t;
-}
-
 // Samples a point uniformly over the light's area, or a direction with environment_sample.
 inline LightSample light_sample(const Light &light, Vec3 lit_point, Vec2 u) {
     if (light.kind == Light::ENVIRONMENT) {
@@ -163,8 +148,13 @@ inline LightSample light_sample(const Light &light, Vec3 lit_point, Vec2 u) {
         const float squared = dot(to_light, to_light);
         if (!(squared > 0)) return {light.corner, {}, {}, 0, u};
         const Vec3 direction = (1 / std::sqrt(squared)) * to_light;
-        const float share =
-            light.kind == Light::SPOT ? spot_share(light, -dot(direction, light.normal)) : 1;
+        float share = 1; // of the intensity that a spot emits in this direction
+        if (light.kind == Light::SPOT) {
+            const float range = std::max(light.cosine_inner - light.cosine_outer, 1e-3f);
+            const float beyond = -dot(direction, light.normal) - light.cosine_outer;
+            const float ramp = std::clamp(beyond / range, 0.0f, 1.0f);
+            share = ramp * ramp;
+        }
         return {light.corner, direction, (share / squared) * light.radiance,
                 share > 0 ? 1.0f : 0.0f, u};
     }

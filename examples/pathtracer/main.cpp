@@ -232,8 +232,7 @@ void check_inside(const Options &o, const std::string &name) {
     const bool is_file = name == "--scene" ? is_scene_file(file) : is_environment_file(file);
     if (!is_file || o.given(name)) return;
     try {
-        SceneFolder(o.text("--resume"), o.flag("--allow-outside"))
-            .resolve(fs::absolute(file).string());
+        resolve_beside(o.text("--resume"), fs::absolute(file).string(), o.flag("--allow-outside"));
     } catch (const std::exception &) {
         throw Error(o.text("--resume"), " names the file ", printable(file),
                     ", which is outside the image's folder; name it with ", name,

@@ -2,7 +2,6 @@
 // A heterogeneous medium such as fog: a box of particles that scatter and absorb light. Density is the
 // same at every wavelength; only the colour of the scattered light varies.
 //
-//
 // Density is extinction: the mean number of collisions of a ray per unit of length. Tracking uses a
 // majorant that is constant in each block of cells. medium_free_flight is delta tracking, which accepts
 // or rejects each collision at random (Woodcock et al., "Techniques Used in the GEM Code for Monte

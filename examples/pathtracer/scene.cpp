@@ -42,21 +42,7 @@ void drop_triangles_without_area(Scene &scene) {
 }
 
 void prepare_lights(Scene &scene) {
-    const Bounds e = extent_of(scene);
-    const float half_diagonal = 0.5f * length(e.high - e.low);
-    const float radius = half_diagonal > 0 ? half_diagonal : 1;
-    if (scene.environment && scene.environment->irradiance > 0) {
-        scene.environment_light = int32_t(scene.lights.size());
-        Light light{};
-        light.kind = Light::ENVIRONMENT;
-        light.environment = scene.environment.get();
-        scene.lights.push_back(light);
-    }
-    // Lights without a position are beyond everything, and beyond the camera.
-    const float beyond = 4 * (radius + length(scene.camera.position - 0.5f * (e.low + e.high)));
-    for (Light &light : scene.lights) light.distance = beyond;
-
-    std::vector<int32_t> new_index;
+    std::vector<int32_t> new_index; // -1: it never shines
     size_t kept = 0;
     for (const Light &light : scene.lights) {
         const float power = light_power(light);
@@ -65,15 +51,24 @@ void prepare_lights(Scene &scene) {
         if (shines) scene.lights[kept++] = light;
     }
     scene.lights.resize(kept);
-    const auto renumber = [&](int32_t &light) {
-        if (light >= 0) light = new_index[light];
-    };
-    for (Surface &surface : scene.surfaces) renumber(surface.light);
-    renumber(scene.environment_light);
     for (size_t i = 0; i < scene.surfaces.size(); ++i) {
-        const int32_t light = scene.surfaces[i].light;
+        int32_t &light = scene.surfaces[i].light;
+        if (light >= 0) light = new_index[light];
         if (light >= 0) scene.lights[light].triangle = uint32_t(i);
     }
+    if (scene.environment && scene.environment->irradiance > 0) {
+        scene.environment_light = int32_t(kept);
+        Light light{};
+        light.kind = Light::ENVIRONMENT;
+        light.environment = scene.environment.get();
+        scene.lights.push_back(light);
+    }
+    // Lights without a position are beyond everything, and beyond the camera.
+    const Bounds e = extent_of(scene);
+    const float half_diagonal = 0.5f * length(e.high - e.low);
+    const float radius = half_diagonal > 0 ? half_diagonal : 1;
+    const float beyond = 4 * (radius + length(scene.camera.position - 0.5f * (e.low + e.high)));
+    for (Light &light : scene.lights) light.distance = beyond;
     scene.light_tree = light_tree(scene.lights);
 }
 
@@ -84,49 +79,25 @@ Value interpolated(const Scene &scene, const std::vector<Value> &values, Surface
     return (1 - p.u - p.v) * a + p.u * b + p.v * c;
 }
 
-Vec2 transformed(const TextureUse &use, Vec2 uv) {
-    return use.transform * Vec3(uv, 1);
-}
-
 const SurfaceMaps &maps_of(const Scene &scene, SurfacePoint p) {
-    const Material &material = material_of(scene, p.triangle);
-    return scene.maps[material.maps];
+    return scene.maps[material_of(scene, p.triangle).maps];
 }
 
 glm::vec4 looked_up(const Scene &scene, const TextureUse &use, SurfacePoint p) {
-    const std::vector<Vec2> &coordinates = scene.texture_coordinates[use.set];
-    const Vec2 uv = coordinates.empty() ? Vec2{0, 0} : interpolated(scene, coordinates, p);
-    return texture_at(scene.textures[use.texture], transformed(use, uv));
+    const Vec2 uv = interpolated(scene, scene.texture_coordinates[use.set], p);
+    return texture_at(scene.textures[use.texture], use.transform * Vec3(uv, 1));
 }
 
 // The shading normal, bent by the material's normal map if it has one.
 Vec3 mapped_normal(const Scene &scene, SurfacePoint p, Vec3 normal) {
-    const int32_t index = material_of(scene, p.triangle).maps;
-    if (index < 0 || scene.maps[index].normal.texture < 0) return normal;
-    const SurfaceMaps &maps = scene.maps[index];
-    const std::vector<Vec2> &coordinates = scene.texture_coordinates[maps.normal.set];
-    if (coordinates.empty()) return normal;
-    const Triangle &t = scene.triangles[p.triangle];
-    const auto along_surface = [&](Vec3 v) {
-        return normalize_or(v - dot(v, normal) * normal, {0, 0, 0});
-    };
-    Vec3 across, up; // the directions in which u, and the image upwards, increase
-    const glm::vec4 *const tangents = &scene.tangents[3 * p.triangle];
-    const glm::vec4 tangent = (1 - p.u - p.v) * tangents[0] + p.u * tangents[1] + p.v * tangents[2];
-    if (max_magnitude(Vec3(tangent)) > 0) {
-        across = along_surface(Vec3(tangent));
-        up = (tangent.w < 0 ? -1.0f : 1.0f) * cross(normal, across);
-    } else {
-        const Vec3 edge1 = scene.vertices[t.vertices[1]] - scene.vertices[t.vertices[0]];
-        const Vec3 edge2 = scene.vertices[t.vertices[2]] - scene.vertices[t.vertices[0]];
-        const Vec2 uv0 = transformed(maps.normal, coordinates[t.vertices[0]]);
-        const Vec2 uv1 = transformed(maps.normal, coordinates[t.vertices[1]]) - uv0;
-        const Vec2 uv2 = transformed(maps.normal, coordinates[t.vertices[2]]) - uv0;
-        const float turn = uv1.x * uv2.y - uv1.y * uv2.x > 0 ? 1.0f : -1.0f;
-        across = along_surface(turn * (uv2.y * edge1 - uv1.y * edge2));
-        up = along_surface(-turn * (uv1.x * edge2 - uv2.x * edge1)); // v points down
-    }
-    const Vec3 n = looked_up(scene, maps.normal, p);
+    if (material_of(scene, p.triangle).maps < 0) return normal;
+    const SurfaceMaps &maps = maps_of(scene, p);
+    if (maps.normal.texture < 0) return normal;
+    const glm::vec4 *const corners = &scene.tangents[3 * p.triangle];
+    const glm::vec4 mean = (1 - p.u - p.v) * corners[0] + p.u * corners[1] + p.v * corners[2];
+    const Vec3 tangent = mean, n = looked_up(scene, maps.normal, p);
+    const Vec3 across = normalize_or(tangent - dot(tangent, normal) * normal, {0, 0, 0});
+    const Vec3 up = (mean.w < 0 ? -1.0f : 1.0f) * cross(normal, across);
     const float x = maps.normal_scale * (2 * n.x - 1), y = maps.normal_scale * (2 * n.y - 1);
     return normalize_or(x * across + y * up + (2 * n.z - 1) * normal, normal);
 }
@@ -194,8 +165,7 @@ ShadingNormals shading_normals(const Scene &scene, SurfacePoint p, Vec3 normal, 
 Material material_at(const Scene &scene, const Material &material, SurfacePoint p) {
     Material m = material;
     const SurfaceMaps &maps = maps_of(scene, p);
-    if (maps.vertex_colours && !scene.colours.empty())
-        m.albedo *= Vec3(interpolated(scene, scene.colours, p));
+    if (maps.vertex_colours) m.albedo *= Vec3(interpolated(scene, scene.colours, p));
     if (maps.colour.texture >= 0) m.albedo *= Vec3(looked_up(scene, maps.colour, p));
     if (maps.metallic_roughness.texture >= 0) {
         const glm::vec4 texel = looked_up(scene, maps.metallic_roughness, p);
@@ -309,23 +279,6 @@ std::string scene_extent_text(const Scene &scene) {
 }
 
 // ---- Finding scenes by name
-
-const std::vector<SceneEntry> &scene_entries() {
-    static const std::vector<SceneEntry> entries = {
-        {"cornell", "the Cornell box: one area light, diffuse walls and blocks", scene_cornell},
-        {"penumbra", "a large and a small light behind thin bars: soft and hard shadows",
-         scene_penumbra},
-        {"glossy", "Veach's plates: four lights mirrored by metal of four roughnesses",
-         scene_glossy},
-        {"lens", "depth of field under a sky with a sun", scene_lens},
-        {"motion", "things that move in many directions while the shutter is open", scene_motion},
-        {"glass", "smooth and rough glass: light that only scattered rays find", scene_glass},
-        {"interior", "a room lit through a small window: many bounces", scene_interior},
-        {"fog", "two lamps in drifting fog, whose beams pillars cut", scene_fog},
-        {"furnace", "a closed glowing cube of known radiance: a check", scene_furnace},
-    };
-    return entries;
-}
 
 Scene scene_build(const std::string &name, const SceneOptions &options) {
     Scene scene;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Building blocks for scenes in code, and the built-in scenes made from them. y is up.
+// Building blocks for scenes in code, and the scenes made of them. y is up.
 #include "scene.h"
+
+#include <array>
 
 namespace {
 
@@ -22,9 +24,20 @@ void add_vertex(Scene &scene, Vec3 position, Vec3 normal) {
     scene.normals.push_back(normal);
 }
 
-void add_triangle(Scene &scene, Surface surface, uint32_t a, uint32_t b, uint32_t c) {
+void add_triangle(Scene &scene, uint32_t material, uint32_t a, uint32_t b, uint32_t c,
+                  int32_t light = -1) {
     scene.triangles.push_back({{a, b, c}});
-    scene.surfaces.push_back(surface);
+    scene.surfaces.push_back({material, light});
+}
+
+// Joins the last pairs of vertices, each with the next one, and if it is closed the last with the first.
+void add_strip(Scene &scene, uint32_t material, uint32_t pairs, bool closed) {
+    const uint32_t first = uint32_t(scene.vertices.size()) - 2 * pairs;
+    for (uint32_t i = 0; i + (closed ? 0 : 1) < pairs; ++i) {
+        const uint32_t p = first + 2 * i, q = first + 2 * ((i + 1) % pairs);
+        add_triangle(scene, material, p, q, q + 1);
+        add_triangle(scene, material, p, q + 1, p + 1);
+    }
 }
 
 } // namespace
@@ -41,40 +54,25 @@ uint32_t add_dielectric(Scene &scene, float ior, float roughness, Vec3 passed) {
     return add_material(scene, Material::DIELECTRIC, passed, roughness, ior);
 }
 
-void add_quad(Scene &scene, Surface surface, Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
+void add_quad(Scene &scene, uint32_t material, Vec3 a, Vec3 b, Vec3 c, Vec3 d, int32_t light) {
     const auto first = uint32_t(scene.vertices.size());
     scene.vertices.insert(scene.vertices.end(), {a, b, c, d});
-    add_triangle(scene, surface, first, first + 1, first + 2);
-    add_triangle(scene, surface, first, first + 2, first + 3);
-}
-
-void add_quad(Scene &scene, uint32_t material, Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
-    add_quad(scene, Surface{material, -1}, a, b, c, d);
+    add_triangle(scene, material, first, first + 1, first + 2, light);
+    add_triangle(scene, material, first, first + 2, first + 3, light);
 }
 
 void add_light(Scene &scene, uint32_t material, Vec3 radiance, Vec3 a, Vec3 b, Vec3 c) {
-    const auto number = int32_t(scene.lights.size());
     scene.lights.push_back(area_light(Light::PARALLELOGRAM, a, b - a, c - b, radiance));
-    add_quad(scene, Surface{material, number}, a, b, c, a + (c - b));
+    add_quad(scene, material, a, b, c, a + (c - b), int32_t(scene.lights.size() - 1));
 }
 
-void add_light_towards(Scene &scene, uint32_t material, Vec3 radiance, Vec3 middle, Vec3 target,
-                       float width, float height) {
+void add_panel(Scene &scene, uint32_t material, Vec3 radiance, Vec3 middle, Vec3 target,
+               float width, float height) {
     const Vec3 normal = normalize(target - middle);
     const Vec3 x = normalize_or(cross({0, 1, 0}, normal), {1, 0, 0});
     const Vec3 half_x = (0.5f * width) * x, half_y = (0.5f * height) * cross(normal, x);
     add_light(scene, material, radiance, middle - half_x - half_y, middle + half_x - half_y,
               middle + half_x + half_y);
-}
-
-void add_block(Scene &scene, uint32_t material, float height, const Vec2 (&corners)[4]) {
-    const auto at = [](Vec2 corner, float y) { return Vec3{corner.x, y, corner.y}; };
-    add_quad(scene, material, at(corners[0], height), at(corners[1], height),
-             at(corners[2], height), at(corners[3], height));
-    for (int i = 0; i < 4; ++i) {
-        const Vec2 p = corners[i], q = corners[(i + 1) % 4];
-        add_quad(scene, material, at(p, 0), at(q, 0), at(q, height), at(p, height));
-    }
 }
 
 void add_box(Scene &scene, uint32_t material, Vec3 m, Vec3 x, Vec3 y, Vec3 z) {
@@ -87,10 +85,6 @@ void add_box(Scene &scene, uint32_t material, Vec3 m, Vec3 x, Vec3 y, Vec3 z) {
     face(z, x, y), face(-z, y, x);
 }
 
-void add_box(Scene &scene, uint32_t material, Vec3 middle, Vec3 half) {
-    add_box(scene, material, middle, {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z});
-}
-
 void add_sphere(Scene &scene, uint32_t material, Vec3 middle, float radius, int around) {
     const int rings = around / 2;
     const auto top = uint32_t(scene.vertices.size());
@@ -101,53 +95,52 @@ void add_sphere(Scene &scene, uint32_t material, Vec3 middle, float radius, int 
             const Vec3 n = {std::sin(theta) * std::cos(phi), std::cos(theta),
                             std::sin(theta) * std::sin(phi)};
             add_vertex(scene, middle + radius * n, n);
-        }
-    const auto index = [&](int ring, int column) {
-        return top + uint32_t(ring * around + column % around);
-    };
-    for (int ring = 0; ring < rings; ++ring)
-        for (int column = 0; column < around; ++column) {
+            if (ring == rings) continue;
+            const auto index = [&](int row, int place) {
+                return top + uint32_t(row * around + place % around);
+            };
             const uint32_t a = index(ring, column), b = index(ring, column + 1);
             const uint32_t c = index(ring + 1, column), d = index(ring + 1, column + 1);
-            if (ring > 0) add_triangle(scene, {material, -1}, a, b, c);
-            if (ring + 1 < rings) add_triangle(scene, {material, -1}, b, d, c);
+            if (ring > 0) add_triangle(scene, material, a, b, c);
+            if (ring + 1 < rings) add_triangle(scene, material, b, d, c);
         }
 }
 
-void add_bar(Scene &scene, uint32_t material, Vec3 a, Vec3 b, float radius, int around) {
+void add_motion(Scene &scene, size_t first, const std::function<Vec3(Vec3)> &end) {
+    scene.motions.resize(scene.vertices.size(), {0, 0, 0});
+    for (size_t i = first; i < scene.vertices.size(); ++i)
+        scene.motions[i] = end(scene.vertices[i]) - scene.vertices[i];
+}
+
+namespace {
+
+// A scene with a camera whose up is +y.
+Scene scene_from(Vec3 eye, Vec3 target, float tan_half_height) {
+    Scene scene;
+    scene.camera = camera_look_at(eye, target, {0, 1, 0}, tan_half_height);
+    return scene;
+}
+
+// A box along the axes.
+void add_box(Scene &scene, uint32_t material, Vec3 middle, Vec3 half) {
+    add_box(scene, material, middle, {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z});
+}
+
+// A smooth-shaded cylinder between two points, without end caps.
+void add_bar(Scene &scene, uint32_t material, Vec3 a, Vec3 b, float radius) {
+    constexpr int AROUND = 16;
     const glm::mat3 frame = frame_around(normalize(b - a));
-    const auto first = uint32_t(scene.vertices.size());
-    for (int i = 0; i < around; ++i) {
-        const float phi = 2 * PI * float(i) / float(around);
+    for (int i = 0; i < AROUND; ++i) {
+        const float phi = 2 * PI * float(i) / AROUND;
         const Vec3 n = std::cos(phi) * frame[0] + std::sin(phi) * frame[1];
         add_vertex(scene, a + radius * n, n);
         add_vertex(scene, b + radius * n, n);
     }
-    for (int i = 0; i < around; ++i) {
-        const auto p = first + uint32_t(2 * i);
-        const auto q = first + uint32_t(2 * ((i + 1) % around));
-        add_triangle(scene, {material, -1}, p, q, q + 1);
-        add_triangle(scene, {material, -1}, p, q + 1, p + 1);
-    }
+    add_strip(scene, material, AROUND, true);
 }
 
-void add_profile(Scene &scene, uint32_t material, float x0, float x1,
-                 const std::vector<Vec2> &profile) {
-    const auto first = uint32_t(scene.vertices.size());
-    for (size_t i = 0; i < profile.size(); ++i) {
-        const Vec2 before = profile[i > 0 ? i - 1 : 0];
-        const Vec2 after = profile[std::min(i + 1, profile.size() - 1)];
-        const Vec3 n = normalize(Vec3{0, after.x - before.x, before.y - after.y});
-        add_vertex(scene, {x0, profile[i].y, profile[i].x}, n);
-        add_vertex(scene, {x1, profile[i].y, profile[i].x}, n);
-    }
-    for (size_t i = 0; i + 1 < profile.size(); ++i) {
-        const auto p = first + uint32_t(2 * i);
-        add_triangle(scene, {material, -1}, p, p + 2, p + 3);
-        add_triangle(scene, {material, -1}, p, p + 3, p + 1);
-    }
-}
-
+// A smooth-shaded sheet that curves up behind everything. In (z, y): from `top` along a quarter of a
+// circle to `front`.
 void add_backdrop(Scene &scene, uint32_t material, float half_width, Vec2 top, Vec2 centre,
                   float radius, Vec2 front) {
     constexpr int PARTS = 24;
@@ -157,23 +150,21 @@ void add_backdrop(Scene &scene, uint32_t material, float half_width, Vec2 top, V
         sheet.push_back({centre.x - radius * std::cos(angle), centre.y - radius * std::sin(angle)});
     }
     sheet.push_back(front);
-    add_profile(scene, material, -half_width, half_width, sheet);
-}
-
-void add_motion(Scene &scene, size_t first, const std::function<Vec3(Vec3)> &end) {
-    scene.motions.resize(scene.vertices.size(), {0, 0, 0});
-    for (size_t i = first; i < scene.vertices.size(); ++i)
-        scene.motions[i] = end(scene.vertices[i]) - scene.vertices[i];
+    for (size_t i = 0; i < sheet.size(); ++i) {
+        const Vec2 along = sheet[std::min(i + 1, sheet.size() - 1)] - sheet[i > 0 ? i - 1 : 0];
+        const Vec3 n = normalize(Vec3{0, along.x, -along.y});
+        add_vertex(scene, {-half_width, sheet[i].y, sheet[i].x}, n);
+        add_vertex(scene, {half_width, sheet[i].y, sheet[i].x}, n);
+    }
+    add_strip(scene, material, uint32_t(sheet.size()), false);
 }
 
 // The box measured at Cornell (Goral et al., "Modeling the Interaction of Light Between Diffuse
 // Surfaces", 1984; dimensions, camera and materials as published by the Program of Computer Graphics,
 // in millimetres). Included because it is well known.
 Scene scene_cornell() {
-    Scene scene;
     const float sensor_height = 0.025f, focal_length = 0.035f;
-    scene.camera = camera_look_at({278, 273, -800}, {278, 273, 0}, {0, 1, 0},
-                                  0.5f * sensor_height / focal_length);
+    Scene scene = scene_from({278, 273, -800}, {278, 273, 0}, 0.5f * sensor_height / focal_length);
 
     const uint32_t white = add_diffuse(scene, {0.725f, 0.71f, 0.68f});
     const uint32_t red = add_diffuse(scene, {0.63f, 0.065f, 0.05f});
@@ -199,16 +190,22 @@ Scene scene_cornell() {
     add_quad(scene, green, {0, 0, back}, {0, 0, 0}, {0, top, 0}, {0, top, back});
     add_quad(scene, red, {552.8f, 0, 0}, {549.6f, 0, back}, {556, top, back}, {556, top, 0});
 
-    add_block(scene, white, 165, {{130, 65}, {82, 225}, {240, 272}, {290, 114}});
-    add_block(scene, white, 330, {{423, 247}, {265, 296}, {314, 456}, {472, 406}});
+    // A block on the floor, without a bottom, from the corners of its top.
+    const auto block = [&](float height, const std::array<Vec2, 4> &corners) {
+        const auto at = [&](int i, float y) { return Vec3{corners[i % 4].x, y, corners[i % 4].y}; };
+        add_quad(scene, white, at(0, height), at(1, height), at(2, height), at(3, height));
+        for (int i = 0; i < 4; ++i)
+            add_quad(scene, white, at(i, 0), at(i + 1, 0), at(i + 1, height), at(i, height));
+    };
+    block(165, {{{130, 65}, {82, 225}, {240, 272}, {290, 114}}});
+    block(330, {{{423, 247}, {265, 296}, {314, 456}, {472, 406}}});
     return scene;
 }
 
 // A large panel and a lamp of a hundredth of its area, each giving half of the light, behind bars
 // and slats. Included because neighbouring pixels differ mainly in visibility.
 Scene scene_penumbra() {
-    Scene scene;
-    scene.camera = camera_look_at({0.15f, 2.3f, 6.0f}, {0, 0.42f, 0.1f}, {0, 1, 0}, 0.235f);
+    Scene scene = scene_from({0.15f, 2.3f, 6.0f}, {0, 0.42f, 0.1f}, 0.235f);
 
     const uint32_t paper = add_diffuse(scene, {0.31f, 0.30f, 0.285f});
     const uint32_t blue = add_diffuse(scene, {0.08f, 0.14f, 0.28f});
@@ -218,9 +215,8 @@ Scene scene_penumbra() {
 
     add_backdrop(scene, paper, 9, {-3.4f, 9}, {-1.6f, 1.8f}, 1.8f, {9, 0});
 
-    add_light_towards(scene, lamp, {16, 19, 23}, {-3.4f, 4.4f, -0.6f}, {0, 0.3f, 0}, 1.8f, 1.8f);
-    add_light_towards(scene, lamp, {2000, 1450, 860}, {3.2f, 3.2f, -0.9f}, {0, 0.3f, 0}, 0.18f,
-                      0.18f);
+    add_panel(scene, lamp, {16, 19, 23}, {-3.4f, 4.4f, -0.6f}, {0, 0.3f, 0}, 1.8f, 1.8f);
+    add_panel(scene, lamp, {2000, 1450, 860}, {3.2f, 3.2f, -0.9f}, {0, 0.3f, 0}, 0.18f, 0.18f);
 
     // Bars in an arc, each taller and thinner than the last.
     for (int i = 0; i < 11; ++i) {
@@ -245,10 +241,8 @@ Scene scene_penumbra() {
 // and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995). Included
 // because neither light sampling nor BSDF sampling is good everywhere.
 Scene scene_glossy() {
-    Scene scene;
     const Vec3 eye = {0, 2.4f, 8}, lamps = {0, 4.3f, -1.6f};
-    scene.camera = camera_look_at(eye, {0, 0.95f, 0.9f}, {0, 1, 0}, 0.245f);
-
+    Scene scene = scene_from(eye, {0, 0.95f, 0.9f}, 0.245f);
     scene.light_samples = 4; // there are five lights, and most points reflect one
 
     const uint32_t wall = add_diffuse(scene, {0.30f, 0.31f, 0.34f});
@@ -260,12 +254,11 @@ Scene scene_glossy() {
     const Vec3 colours[4] = {
         {1.0f, 0.45f, 0.25f}, {0.95f, 0.85f, 0.45f}, {0.4f, 0.85f, 0.6f}, {0.4f, 0.6f, 1.0f}};
     for (int i = 0; i < 4; ++i)
-        add_light_towards(scene, black, (1.3f / (sides[i] * sides[i])) * colours[i],
-                          lamps + Vec3{places[i], 0, 0}, {0.7f * places[i], 1, 2}, sides[i],
-                          sides[i]);
+        add_panel(scene, black, (1.3f / (sides[i] * sides[i])) * colours[i],
+                  lamps + Vec3{places[i], 0, 0}, {0.7f * places[i], 1, 2}, sides[i], sides[i]);
 
     // A dim panel above the eye fills in what the lamps do not reach.
-    add_light_towards(scene, black, {0.6f, 0.6f, 0.6f}, {0, 6, 7}, {0, 0.8f, 0}, 4, 3);
+    add_panel(scene, black, {0.6f, 0.6f, 0.6f}, {0, 6, 7}, {0, 0.8f, 0}, 4, 3);
 
     // Each plate is tilted to reflect the lamps to the eye.
     const float roughnesses[4] = {0.14f, 0.22f, 0.33f, 0.5f};
@@ -283,8 +276,7 @@ Scene scene_glossy() {
 // Balls and posts under a sky with a sun, through a wide-aperture lens. Included because the positions
 // in the pixel, on the lens and on the light form a six-dimensional integrand.
 Scene scene_lens() {
-    Scene scene;
-    scene.camera = camera_look_at({0, 0.8f, 4.2f}, {0, 0.33f, 0}, {0, 1, 0}, 0.23f);
+    Scene scene = scene_from({0, 0.8f, 4.2f}, {0, 0.33f, 0}, 0.23f);
     camera_set_lens(scene.camera, 0.075f, {0, 0.3f, 0.35f});
     scene.environment =
         std::make_shared<Environment>(environment_sky(normalize(Vec3{-0.62f, 0.52f, 0.40f})));
@@ -312,21 +304,16 @@ Scene scene_lens() {
     return scene;
 }
 
-namespace {
-
 Vec3 turned(Vec3 point, Vec3 middle, Vec3 axis, float angle) {
     const Vec3 p = point - middle;
     const Vec3 along = dot(p, axis) * axis;
     return middle + along + std::cos(angle) * (p - along) + std::sin(angle) * cross(axis, p);
 }
 
-} // namespace
-
 // Moving objects under soft light, with the shutter open. Included because time multiplies with the
 // position in the pixel: each edge moves with its own speed and direction.
 Scene scene_motion() {
-    Scene scene;
-    scene.camera = camera_look_at({0.1f, 1.5f, 6.0f}, {0, 0.93f, 0}, {0, 1, 0}, 0.225f);
+    Scene scene = scene_from({0.1f, 1.5f, 6.0f}, {0, 0.93f, 0}, 0.225f);
 
     const uint32_t paper = add_diffuse(scene, {0.50f, 0.50f, 0.49f});
     const uint32_t red = add_diffuse(scene, {0.62f, 0.10f, 0.07f});
@@ -337,9 +324,8 @@ Scene scene_motion() {
     const uint32_t lamp = add_diffuse(scene, {0.1f, 0.1f, 0.1f});
 
     add_backdrop(scene, paper, 9, {-3.4f, 9}, {-1.6f, 1.8f}, 1.8f, {9, 0});
-    add_light_towards(scene, lamp, {46, 41, 34}, {-3.2f, 4.6f, 2.2f}, {0, 0.7f, 0}, 1.5f, 1.5f);
-    add_light_towards(scene, lamp, {3.6f, 4.8f, 6.6f}, {4.6f, 3.0f, 1.5f}, {0, 0.8f, 0}, 2.0f,
-                      2.6f);
+    add_panel(scene, lamp, {46, 41, 34}, {-3.2f, 4.6f, 2.2f}, {0, 0.7f, 0}, 1.5f, 1.5f);
+    add_panel(scene, lamp, {3.6f, 4.8f, 6.6f}, {4.6f, 3.0f, 1.5f}, {0, 0.8f, 0}, 2.0f, 2.6f);
 
     size_t first = scene.vertices.size();
     const auto flies = [&](Vec3 by) {
@@ -407,8 +393,7 @@ Scene scene_motion() {
 // Smooth, rough and tinted glass in a studio. Included because only scattered rays find light behind a
 // smooth surface, and because a path can continue in two ways at each surface.
 Scene scene_glass() {
-    Scene scene;
-    scene.camera = camera_look_at({0, 1.45f, 5.0f}, {0.02f, 0.42f, 0}, {0, 1, 0}, 0.265f);
+    Scene scene = scene_from({0, 1.45f, 5.0f}, {0.02f, 0.42f, 0}, 0.265f);
 
     const uint32_t paper = add_diffuse(scene, {0.66f, 0.65f, 0.63f});
     const uint32_t red = add_diffuse(scene, {0.60f, 0.10f, 0.07f});
@@ -421,10 +406,8 @@ Scene scene_glass() {
 
     add_backdrop(scene, paper, 9, {-2.6f, 8}, {-1.4f, 1.2f}, 1.2f, {9, 0});
 
-    add_light_towards(scene, black, {5.5f, 5.3f, 5.0f}, {-2.6f, 3.2f, 1.0f}, {0, 0.3f, 0}, 2.4f,
-                      2.4f);
-    add_light_towards(scene, black, {2.2f, 2.6f, 3.2f}, {3.2f, 2.0f, 1.6f}, {0, 0.4f, 0}, 1.0f,
-                      2.6f);
+    add_panel(scene, black, {5.5f, 5.3f, 5.0f}, {-2.6f, 3.2f, 1.0f}, {0, 0.3f, 0}, 2.4f, 2.4f);
+    add_panel(scene, black, {2.2f, 2.6f, 3.2f}, {3.2f, 2.0f, 1.6f}, {0, 0.4f, 0}, 1.0f, 2.6f);
 
     for (int i = 0; i < 9; ++i) {
         const float x = -1.5f + 0.375f * float(i);
@@ -441,8 +424,7 @@ Scene scene_glass() {
 // A room lit through a small window by a bright panel outside. Included because most of the light
 // comes from the third bounce and later, where samples of many domains multiply.
 Scene scene_interior() {
-    Scene scene;
-    scene.camera = camera_look_at({1.9f, 1.5f, 2.6f}, {-0.5f, 1.1f, -1.6f}, {0, 1, 0}, 0.46f);
+    Scene scene = scene_from({1.9f, 1.5f, 2.6f}, {-0.5f, 1.1f, -1.6f}, 0.46f);
 
     const uint32_t plaster = add_diffuse(scene, {0.76f, 0.74f, 0.70f});
     const uint32_t wood = add_diffuse(scene, {0.46f, 0.30f, 0.17f});
@@ -454,34 +436,29 @@ Scene scene_interior() {
     // The room, with a window in the left wall from (low_z, low_y) to (high_z, high_y).
     const float left = -2.4f, right = 2.4f, back = -3.2f, front = 3.0f, top = 2.7f;
     const float low_z = -1.9f, high_z = -0.7f, low_y = 0.95f, high_y = 2.15f, sill = -2.65f;
-    add_quad(scene, wood, {left, 0, front}, {right, 0, front}, {right, 0, back}, {left, 0, back});
-    add_quad(scene, plaster, {left, top, back}, {right, top, back}, {right, top, front},
-             {left, top, front});
-    add_quad(scene, plaster, {left, 0, back}, {right, 0, back}, {right, top, back},
-             {left, top, back});
-    add_quad(scene, plaster, {right, 0, front}, {left, 0, front}, {left, top, front},
-             {right, top, front});
-    add_quad(scene, cloth, {right, 0, back}, {right, 0, front}, {right, top, front},
-             {right, top, back});
+    const auto wall = [&](uint32_t material, Vec3 a, Vec3 b, Vec3 c) {
+        const Vec3 d = Point3d(a) + Point3d(c) - Point3d(b);
+        add_quad(scene, material, a, b, c, d);
+    };
+    wall(wood, {left, 0, front}, {right, 0, front}, {right, 0, back});
+    wall(plaster, {left, top, back}, {right, top, back}, {right, top, front});
+    wall(plaster, {left, 0, back}, {right, 0, back}, {right, top, back});
+    wall(plaster, {right, 0, front}, {left, 0, front}, {left, top, front});
+    wall(cloth, {right, 0, back}, {right, 0, front}, {right, top, front});
     const auto left_wall = [&](float z0, float z1, float y0, float y1) {
-        add_quad(scene, plaster, {left, y0, z1}, {left, y0, z0}, {left, y1, z0}, {left, y1, z1});
+        wall(plaster, {left, y0, z1}, {left, y0, z0}, {left, y1, z0});
     };
     left_wall(back, low_z, 0, top);
     left_wall(high_z, front, 0, top);
     left_wall(low_z, high_z, 0, low_y);
     left_wall(low_z, high_z, high_y, top);
     // The window's reveal.
-    add_quad(scene, plaster, {sill, low_y, low_z}, {sill, low_y, high_z}, {left, low_y, high_z},
-             {left, low_y, low_z});
-    add_quad(scene, plaster, {sill, high_y, high_z}, {sill, high_y, low_z}, {left, high_y, low_z},
-             {left, high_y, high_z});
-    add_quad(scene, plaster, {sill, low_y, low_z}, {left, low_y, low_z}, {left, high_y, low_z},
-             {sill, high_y, low_z});
-    add_quad(scene, plaster, {left, low_y, high_z}, {sill, low_y, high_z}, {sill, high_y, high_z},
-             {left, high_y, high_z});
+    wall(plaster, {sill, low_y, low_z}, {sill, low_y, high_z}, {left, low_y, high_z});
+    wall(plaster, {sill, high_y, high_z}, {sill, high_y, low_z}, {left, high_y, low_z});
+    wall(plaster, {sill, low_y, low_z}, {left, low_y, low_z}, {left, high_y, low_z});
+    wall(plaster, {left, low_y, high_z}, {sill, low_y, high_z}, {sill, high_y, high_z});
 
-    add_light_towards(scene, outside, {15, 17, 20}, {-4.4f, 2.2f, -2.2f}, {0, 1.2f, -1.6f}, 6.5f,
-                      3.6f);
+    add_panel(scene, outside, {15, 17, 20}, {-4.4f, 2.2f, -2.2f}, {0, 1.2f, -1.6f}, 6.5f, 3.6f);
 
     // A table with a bowl, a chest, a rug.
     const auto box = [&](uint32_t material, Vec3 low, Vec3 high) {
@@ -498,8 +475,6 @@ Scene scene_interior() {
     return scene;
 }
 
-namespace {
-
 constexpr Vec3 FOG_LOW = {-6, -0.1f, -6}, FOG_HIGH = {6, 4.4f, 6};
 
 // Banks of fog over the ground, thinner with height and broken up by waves that distort each other.
@@ -514,13 +489,10 @@ float fog_density(Vec3 p) {
     return 0.16f * torn * std::exp(-std::max(p.y, 0.0f) / 1.8f) + 0.012f;
 }
 
-} // namespace
-
 // A pergola at night between two lamps, above drifting fog. Included because free flight and shadow
 // rays are loops that take an unknown number of samples.
 Scene scene_fog() {
-    Scene scene;
-    scene.camera = camera_look_at({-0.6f, 2.0f, 8.8f}, {0, 1.2f, 0}, {0, 1, 0}, 0.265f);
+    Scene scene = scene_from({-0.6f, 2.0f, 8.8f}, {0, 1.2f, 0}, 0.265f);
     scene.medium = std::make_shared<Medium>(
         medium_create(FOG_LOW, FOG_HIGH, {96, 40, 96}, {0.92f, 0.94f, 0.96f}, 0.5f, fog_density));
 
@@ -529,10 +501,8 @@ Scene scene_fog() {
     const uint32_t black = add_diffuse(scene, {0.02f, 0.02f, 0.02f});
     add_quad(scene, ground, {-40, 0, 40}, {40, 0, 40}, {40, 0, -40}, {-40, 0, -40});
 
-    add_light_towards(scene, black, {1700, 950, 400}, {-4.2f, 7.6f, -6.5f}, {0.2f, 0.8f, 0}, 0.7f,
-                      0.7f);
-    add_light_towards(scene, black, {80, 150, 270}, {6.8f, 5.6f, 0.8f}, {0, 0.8f, 0.4f}, 0.8f,
-                      0.8f);
+    add_panel(scene, black, {1700, 950, 400}, {-4.2f, 7.6f, -6.5f}, {0.2f, 0.8f, 0}, 0.7f, 0.7f);
+    add_panel(scene, black, {80, 150, 270}, {6.8f, 5.6f, 0.8f}, {0, 0.8f, 0.4f}, 0.8f, 0.8f);
 
     for (int row = 0; row < 2; ++row) {
         const float z = row == 0 ? -1.6f : 1.2f;
@@ -550,15 +520,33 @@ Scene scene_fog() {
 
 // A closed cube whose walls emit half and reflect half: radiance 1 - 2^-(bounces + 1) in every pixel.
 Scene scene_furnace() {
-    Scene scene;
-    scene.camera = camera_look_at({0.1f, 0.2f, -0.3f}, {1, 0.5f, 1}, {0, 1, 0}, 0.8f);
+    Scene scene = scene_from({0.1f, 0.2f, -0.3f}, {1, 0.5f, 1}, 0.8f);
     const uint32_t wall = add_diffuse(scene, {0.5f, 0.5f, 0.5f});
-    const Vec3 glow = {0.5f, 0.5f, 0.5f};
-    add_light(scene, wall, glow, {-1, -1, -1}, {-1, -1, 1}, {1, -1, 1});
-    add_light(scene, wall, glow, {-1, 1, -1}, {1, 1, -1}, {1, 1, 1});
-    add_light(scene, wall, glow, {-1, -1, -1}, {-1, 1, -1}, {-1, 1, 1});
-    add_light(scene, wall, glow, {1, -1, -1}, {1, -1, 1}, {1, 1, 1});
-    add_light(scene, wall, glow, {-1, -1, -1}, {1, -1, -1}, {1, 1, -1});
-    add_light(scene, wall, glow, {-1, -1, 1}, {-1, 1, 1}, {1, 1, 1});
+    const auto side = [&](Vec3 a, Vec3 b, Vec3 c) { add_light(scene, wall, Vec3(0.5f), a, b, c); };
+    side({-1, -1, -1}, {-1, -1, 1}, {1, -1, 1});
+    side({-1, 1, -1}, {1, 1, -1}, {1, 1, 1});
+    side({-1, -1, -1}, {-1, 1, -1}, {-1, 1, 1});
+    side({1, -1, -1}, {1, -1, 1}, {1, 1, 1});
+    side({-1, -1, -1}, {1, -1, -1}, {1, 1, -1});
+    side({-1, -1, 1}, {-1, 1, 1}, {1, 1, 1});
     return scene;
+}
+
+} // namespace
+
+const std::vector<SceneEntry> &scene_entries() {
+    static const std::vector<SceneEntry> entries = {
+        {"cornell", "the Cornell box: one area light, diffuse walls and blocks", scene_cornell},
+        {"penumbra", "a large and a small light behind thin bars: soft and hard shadows",
+         scene_penumbra},
+        {"glossy", "Veach's plates: four lights mirrored by metal of four roughnesses",
+         scene_glossy},
+        {"lens", "depth of field under a sky with a sun", scene_lens},
+        {"motion", "things that move in many directions while the shutter is open", scene_motion},
+        {"glass", "smooth and rough glass: light that only scattered rays find", scene_glass},
+        {"interior", "a room lit through a small window: many bounces", scene_interior},
+        {"fog", "two lamps in drifting fog, whose beams pillars cut", scene_fog},
+        {"furnace", "a closed glowing cube of known radiance: a check", scene_furnace},
+    };
+    return entries;
 }

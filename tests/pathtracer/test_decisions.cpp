@@ -37,7 +37,7 @@ Scene floor_below_lamp(bool lens, bool motion) {
     Scene scene = floor_scene();
     if (lens) camera_set_lens(scene.camera, 0.2f, {0, 0, 0});
     if (motion) add_motion(scene, 0, [](Vec3 v) { return v - Vec3{0, 1, 0}; });
-    add_light_towards(scene, add_diffuse(scene, {0, 0, 0}), {5, 5, 5}, {3, 2, 0}, {0, 0, 0}, 2, 2);
+    add_panel(scene, add_diffuse(scene, {0, 0, 0}), {5, 5, 5}, {3, 2, 0}, {0, 0, 0}, 2, 2);
     scene_finish(scene);
     camera_fit(scene.camera, SIDE, SIDE);
     return scene;

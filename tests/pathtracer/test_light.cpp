@@ -228,8 +228,8 @@ void test_a_dim_lamp_that_is_near() {
     Scene scene = floor_scene({1, 1, 1});
     scene.camera = camera_look_at({0, 3, 0}, {0, 0, 0}, {0, 0, -1}, 1e-4f);
     const uint32_t black = add_diffuse(scene, {0, 0, 0});
-    add_light_towards(scene, black, {1e4f, 1e4f, 1e4f}, {0, 1, 0.5f}, {0, 0, 0}, 0.01f, 0.01f);
-    add_light_towards(scene, black, {1e4f, 1e4f, 1e4f}, {1e4f, 1e4f, 0}, {0, 0, 0}, 100, 100);
+    add_panel(scene, black, {1e4f, 1e4f, 1e4f}, {0, 1, 0.5f}, {0, 0, 0}, 0.01f, 0.01f);
+    add_panel(scene, black, {1e4f, 1e4f, 1e4f}, {1e4f, 1e4f, 0}, {0, 0, 0}, 100, 100);
     scene_finish(scene);
     const double near = 1 / 1.25 * std::sqrt(0.8), far = 1e8 / 2e8 * std::sqrt(0.5);
     const Mean seen = render(scene, {16, 1, "sobol"}).mean;

@@ -83,7 +83,7 @@ void test_rays_that_miss() {
 
 // No density is outside the range of its block: that would be light from nothing.
 void test_ranges() {
-    const Scene fog = scene_fog();
+    const Scene fog = scene_build("fog", {});
     const Medium &m = *fog.medium;
     Random random{3};
     Mean loose, mean;
@@ -145,8 +145,8 @@ void test_beam_of_a_lamp() {
     Medium medium = medium_create({-1, -1, -1}, {3, 1, 1}, {8, 8, 8}, {1, 1, 1}, 0,
                                   [=](Vec3) { return density; });
     Scene scene = fog_alone(std::move(medium), 0);
-    add_light_towards(scene, add_diffuse(scene, {0, 0, 0}), {radiance, radiance, radiance},
-                      {1, 4, 0}, {1, 0, 0}, side, side);
+    add_panel(scene, add_diffuse(scene, {0, 0, 0}), {radiance, radiance, radiance}, {1, 4, 0},
+              {1, 0, 0}, side, side);
     scene_finish(scene);
     scene.camera = camera_look_at({1, 0, 6}, {1, 0, 0}, {0, 1, 0}, 0.002f);
     double expected = 0;
@@ -163,8 +163,7 @@ void test_beam_of_a_lamp() {
 
 // Layers for denoisers show what is behind fog, as if there were none.
 void test_layers() {
-    Scene scene = scene_fog();
-    scene_finish(scene);
+    Scene scene = scene_build("fog", {});
     const Render foggy = render(scene, {2, 3, "blue"});
     scene.medium = nullptr;
     const Render clear = render(scene, {2, 3, "blue"});

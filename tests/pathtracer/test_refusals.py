@@ -188,11 +188,11 @@ CASES = {
     # Numbers that lead out of their arrays
     "index_out_of_range": (gltf(lambda g: g.bytes.__setitem__(slice(48, 50), b"\x04\0")), "index out of range"),
     "sparse_index_out_of_range": (gltf(lambda g: zeros(g, 4, 9)), "index out of range"),
-    "count_beyond_the_view": (part("accessors", 0, count=5), "run past the end"),
+    "count_beyond_the_view": (part("accessors", 0, count=5), "runs past the end"),
     "count_overflows": (part("accessors", 0, count=2**60), ""),
     "zeros_without_a_view": (gltf(zeros), "out of memory"),
     "sparse_zeros": (gltf(lambda g: zeros(g, place=0)), "out of memory"),
-    "offset_beyond_the_view": (part("accessors", 0, byteOffset=2**40), "run past the end"),
+    "offset_beyond_the_view": (part("accessors", 0, byteOffset=2**40), "runs past the end"),
     "positions_of_two_numbers": (part("accessors", 0, type="VEC2"), "number of components"),
     "unknown_component_type": (part("accessors", 0, componentType=5124), ""),
     "indices_are_floats": (part("accessors", 1, componentType=5126), "unsigned integers"),

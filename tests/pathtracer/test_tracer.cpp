@@ -16,7 +16,7 @@ void check_near(const Render &seen, double expected, double relative, const char
 
 // Broken faces change nothing: they are dropped, or too thin to be seen.
 void test_degenerate_and_doubled_faces() {
-    Scene clean = scene_cornell();
+    Scene clean = scene_build("cornell", {});
     Scene broken = clean;
     const auto triangle = [&](Vec3 a, Vec3 b, Vec3 c) {
         const auto first = static_cast<uint32_t>(broken.vertices.size());
@@ -43,7 +43,6 @@ void test_degenerate_and_doubled_faces() {
     }
     // Normals of length zero, for all vertices, stand for the triangle's own.
     broken.normals.assign(broken.vertices.size(), {0, 0, 0});
-    scene_finish(clean);
     const size_t count = broken.triangles.size();
     scene_finish(broken);
     CHECK(broken.triangles.size() <= count - 2, "%zu of %zu left", broken.triangles.size(), count);
@@ -224,7 +223,7 @@ void test_a_path_has_one_time() {
     scene.camera = camera_look_at({0, 0.6f, 5}, {0, 0, 0}, {0, 1, 0}, 0.02f);
     const uint32_t white = add_diffuse(scene, {1, 1, 1});
     const uint32_t black = add_diffuse(scene, {0, 0, 0});
-    add_light_towards(scene, black, {1e5f, 1e5f, 1e5f}, {0, 40, 0}, {0, 0, 0}, 0.1f, 0.1f);
+    add_panel(scene, black, {1e5f, 1e5f, 1e5f}, {0, 40, 0}, {0, 0, 0}, 0.1f, 0.1f);
     const size_t first = scene.vertices.size();
     const auto plate = [&](uint32_t material, float y, float half) {
         add_quad(scene, material, {-half - 3, y, half}, {half - 3, y, half}, {half - 3, y, -half},
