@@ -6,6 +6,7 @@ import importlib.util
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,6 +16,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 HERE = ROOT / "tests" / "shaders"
 INCLUDE = ROOT / "libbn" / "include"
+sys.path.append(str(ROOT))  # for the browser of evidence/
 GLSLANG = shutil.which("glslangValidator") or shutil.which("glslang")
 
 

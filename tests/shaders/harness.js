@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs a shader in WebGPU or WebGL 2 and returns its results, for browser.html and random.html.
+// Runs a shader in WebGPU or WebGL 2 and returns its results, for test_browser.py.
 
-export const WIDTH = 4096; // of a picture of results, one word for each pixel
+const WIDTH = 4096; // of a picture of results, one word for each pixel
 
-export const text = async path => (await fetch(path)).text();
-export const words = async path => new Uint32Array(await (await fetch(path)).arrayBuffer());
+const bytes = text => Uint8Array.from(atob(text), character => character.charCodeAt(0)).buffer;
+const words = text => new Uint32Array(bytes(text));
+const floats = text => new Float32Array(bytes(text));
 
 // Inputs are arrays, or {width, texels} for a texture of integers; they have bindings 0, 1 ... and the results the next.
-export async function webgpu(code, inputs, size, threads) {
+async function webgpu(code, inputs, size, threads) {
     const device = await (await navigator.gpu.requestAdapter()).requestDevice();
     device.pushErrorScope("validation");
     const buffer = (size, usage) => device.createBuffer({size, usage});
@@ -43,7 +44,7 @@ export async function webgpu(code, inputs, size, threads) {
 }
 
 // Inputs are {name: {width, texels}}, of integers or floats; the last row of a texture may be short.
-export function webgl(fragment, inputs, height) {
+function webgl(fragment, inputs, height) {
     const gl = document.createElement("canvas").getContext("webgl2");
     const program = gl.createProgram();
     const vertex = `#version 300 es
@@ -86,18 +87,4 @@ export function webgl(fragment, inputs, height) {
     gl.readPixels(0, 0, WIDTH, height, gl.RGBA_INTEGER, gl.UNSIGNED_INT, pixels);
     if (gl.getError()) throw new Error("WebGL error");
     return Uint32Array.from({length: WIDTH * height}, (_, i) => pixels[4 * i]);
-}
-
-// Posts what each function returns, or what went wrong, to the path of its name.
-export async function post(functions) {
-    for (const [name, run] of Object.entries(functions)) {
-        let result;
-        try {
-            result = await run();
-        } catch (error) {
-            result = `${name}: ${error.message ?? error}`;
-        }
-        await fetch(name, {method: "POST", body: result});
-    }
-    await fetch("end", {method: "POST", body: navigator.userAgent});
 }

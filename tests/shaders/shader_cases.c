@@ -10,11 +10,7 @@
  *                   floats; then what bn_choose(), bn_choose_u32() and bn_choose_cdf() return, each with the
  *                   u it leaves; last v.x + 3 v.y + 5 w.x + 7 w.y, v the bits of the pair drawn alone, w those of
  *                   its floats, plus the domain and all words of a path, each times another odd number:
- *                   path_words()
- *     asked.bin     [ASKED_CASES][8] for examples/web/package: x, y, index, bounce, effect, two words of a
- *                   seed, zero
- *     random0.bin   [ASKED_CASES][16]: what rand1() to rand4() must draw, ten floats, and six zeros; in
- *     random1.bin   random1.bin for a renderer that has a lens */
+ *                   path_words() */
 #include "../c/check.h"
 #include "../c/samplers.h"
 #include <bn/bn_choose.h>
@@ -170,83 +166,11 @@ static uint32_t path_words(uint32_t *record, uint32_t *expected) {
            47u * bn_ray_child(&ray, k).domain + 49u * domain;
 }
 
-/* ---- What rngInit(), rngNextBounce() and rand1() to rand4() of examples/web/package must draw */
-
-enum { ASKED = 8, DRAWN = 16, ASKED_CASES = 4096 };
-/* Effects with a place in the layout. Without a lens, those of the lens, the environment and the choice
- * are names as all others are. */
-enum { PIXEL = 0, DIRECTION = 3, LENS = 4, LIGHT = 5, CHOICE = 6, ENVIRONMENT = 7 };
-
-static void copy(float *out, const float *from, size_t count) {
-    memcpy(out, from, count * sizeof *out);
-}
-
-/* The layout of paths.md, with bn_path.h alone. */
-static void expect(const bn_sampler *sampler, int lens, const uint32_t *asked, float *out) {
-    const uint32_t bounce = asked[3], effect = asked[4];
-    const bn_path path = bn_path_start((int32_t)asked[0], (int32_t)asked[1], asked[2], 0);
-    const bn_ray ray = bn_path_ray(&path, bounce), next = bn_path_ray(&path, bounce + 1);
-    const bn_ray keyed = bn_ray_child(&ray, effect), light = bn_ray_child(&ray, LIGHT);
-    float u[4], v[4];
-    bn_ray_draw(sampler, &keyed, u);
-    bn_sample_2d(sampler, (int32_t)asked[0], (int32_t)asked[1], asked[2], keyed.domain, 2, v);
-    out[0] = v[0];
-    copy(out + 1, u, 2);
-    copy(out + 3, u, 3);
-    copy(out + 6, u, 4);
-    if (effect == DIRECTION) bn_ray_draw_direction(sampler, &next, out + 1);
-    if (effect == PIXEL && bounce == 0) bn_ray_draw_direction(sampler, &ray, out + 1);
-    if (effect == LENS && bounce == 0 && lens) {
-        bn_ray_draw_end_light(sampler, &ray, out + 1);
-        copy(out + 3, out + 1, 2);
-        out[5] = out[0];
-    }
-    if (effect == LIGHT || (effect == ENVIRONMENT && lens)) {
-        if (lens && bounce == 0)
-            bn_path_first_light(sampler, &path, 1, 0, out + 1);
-        else
-            bn_ray_draw_end_light(sampler, &ray, out + 1);
-    }
-    if (effect == LIGHT) {
-        out[3] = u[2];
-        copy(out + 4, u, 2);
-    }
-    if (effect == CHOICE && lens) {
-        bn_ray_draw(sampler, &light, v);
-        out[0] = v[3];
-    }
-}
-
-static void ask(uint32_t number, uint32_t *asked) {
-    static const uint32_t bounces[] = {0, 0, 0, 1, 2, 3, 4, 50};
-    static const uint32_t few[] = {0, 1, 2, 5, 64, 255, 256, 1000, 1u << 20, UINT32_MAX};
-    const uint32_t hash = number * 0x9e3779b9u ^ number >> 5;
-    asked[0] = number % 7 ? hash >> 20 : 0u - number;
-    asked[1] = hash & 1023u;
-    asked[2] = few[number % 10];
-    asked[3] = bounces[number / 10 % 8];
-    asked[4] = number % 3 ? number / 3 % 9 : 50 + (hash >> number % 32);
-}
-
 static void put(const char *folder, const char *name, const void *data, size_t size) {
     char path[4096];
     snprintf(path, sizeof path, "%s/%s", folder, name);
     FILE *file = fopen(path, "wb");
     CHECK(file != NULL && fwrite(data, 1, size, file) == size && fclose(file) == 0);
-}
-
-static void put_random_cases(const char *folder) {
-    static uint32_t asked[ASKED_CASES][ASKED];
-    static float drawn[2][ASKED_CASES][DRAWN];
-    const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, UINT64_MAX);
-    for (uint32_t i = 0; i < ASKED_CASES; ++i) {
-        ask(i, asked[i]);
-        bn_sampler_seed(&sampler, asked[i] + 5);
-        for (int lens = 0; lens < 2; ++lens) expect(&sampler, lens, asked[i], drawn[lens][i]);
-    }
-    put(folder, "asked.bin", asked, sizeof asked);
-    put(folder, "random0.bin", drawn[0], sizeof drawn[0]);
-    put(folder, "random1.bin", drawn[1], sizeof drawn[1]);
 }
 
 int main(int count, char **arguments) {
@@ -268,7 +192,6 @@ int main(int count, char **arguments) {
     put(arguments[1], "cdf.bin", cdf, sizeof cdf);
     put(arguments[1], "cases.bin", records, sizeof records);
     put(arguments[1], "expected.bin", expected, sizeof expected);
-    put_random_cases(arguments[1]);
     printf("%d cases for each of %d seeds\n", CASES, SEEDS);
     return check_result();
 }

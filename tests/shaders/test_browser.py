@@ -1,84 +1,182 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws and choices in a browser equal the library's: WGSL in WebGPU and GLSL in WebGL 2, in software, in headless Chromium."""
+"""In headless Chromium, with WGSL in WebGPU and GLSL in WebGL 2, in software: draws and choices equal the library's, and so do the
+numbers of the package of examples/web/package."""
 
-import http.server
-import os
-import shutil
-import subprocess
-import threading
+import base64
+import json
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
-from conftest import HERE, need
-from test_shaders import compare, wgsl, with_texts
+from conftest import HERE, ROOT, need
+from test_shaders import TEXTURES, compare, wgsl, with_texts
 
-# SwiftShader, its renderer in software, is not meant for pages that nobody trusts.
-OPTIONS = ["--headless=new", "--disable-dev-shm-usage", "--no-first-run", "--enable-unsafe-webgpu", "--enable-unsafe-swiftshader",
-           "--use-webgpu-adapter=swiftshader", "--use-angle=swiftshader"]
-
-
-KINDS = {"/": "text/html; charset=utf-8", ".js": "text/javascript"}
-
-
-def posted_by(served, profile):
-    """What the page served["/"] posts until it posts to /end, {path: bytes}."""
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    need(chromium, "Chromium")
-    results, ended = {}, threading.Event()
-
-    class Handler(http.server.BaseHTTPRequestHandler):
-        def do_GET(self):
-            self.answer(served.get(self.path))
-
-        def do_POST(self):
-            results[self.path] = self.rfile.read(int(self.headers["Content-Length"]))
-            self.answer(b"")
-            if self.path == "/end":
-                ended.set()
-
-        def answer(self, body):
-            self.send_response(404 if body is None else 200)
-            kind = next((kind for end, kind in KINDS.items() if self.path.endswith(end)), "application/octet-stream")
-            self.send_header("Content-Type", kind)
-            self.end_headers()
-            self.wfile.write(body or b"")
-
-        def log_message(self, *_):
-            pass
-
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        root = ["--no-sandbox"] if os.geteuid() == 0 else []  # Chromium has no sandbox for root
-        browser = subprocess.Popen([chromium, *OPTIONS, *root, f"--user-data-dir={profile}",
-                                    f"http://127.0.0.1:{server.server_port}/"],
-                                   stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        try:
-            assert ended.wait(300), f"the page did not end; it posted {sorted(results)}"
-        finally:
-            browser.terminate()
-            browser.wait()
-            server.shutdown()
-    return results
+WIDTH = 4096  # of a picture of results
 
 
 @pytest.fixture(scope="module")
-def posted(cases, tmp_path_factory):
-    """What browser.html posts, {path: bytes}."""
-    served = {"/": (HERE / "browser.html").read_bytes(), "/harness.js": (HERE / "harness.js").read_bytes(),
-              "/draw.wgsl": wgsl().encode(), "/cdf": cases.cdf.tobytes(),
-              "/words": cases.words.tobytes(),
-              "/draw.frag": with_texts((HERE / "draw.frag").read_text()).encode()}
-    for seed in range(3):
-        served[f"/cases{seed}"] = cases.asked[seed].tobytes()
-    return posted_by(served, tmp_path_factory.mktemp("profile"))
+def browser(tmp_path_factory):
+    """With the functions of harness.js."""
+    found = pytest.importorskip("evidence.base.browser", reason="not in the source distribution")
+    need(found.chromium(), "Chromium")
+    folder = tmp_path_factory.mktemp("chromium")
+    browser = found.Browser(found.chromium(), folder, 300)
+    page = folder / "page.html"  # WebGPU is for files and servers
+    page.write_text(f"<!doctype html><script>{(HERE / 'harness.js').read_text()}</script>")
+    browser.open(page.as_uri(), 100, 100)
+    yield browser
+    browser.close()
 
 
-@pytest.mark.parametrize("name", ["webgpu", "webgl"])
-def test_browser(posted, cases, name):
-    seeds = iter(range(3))
+def numbers(data, kind="words") -> str:
+    """What numbers are in JavaScript."""
+    return f"{kind}('{base64.b64encode(data).decode()}')"
 
-    def run_shader(code, buffers, result_size, threads):
-        result = posted[f"/{name}{next(seeds)}"]
-        assert len(result) == result_size, result[:2000].decode()
-        return result
 
-    compare(run_shader, None, cases)
+def run_webgpu(browser, code, inputs, size, threads):
+    """The code and the inputs are in JavaScript."""
+    return np.array(browser.value(f"webgpu({code}, [{', '.join(inputs)}], {size}, {threads}).then(found => Array.from(found))"), "<u4")
+
+
+def run_webgl(browser, code, inputs, size):
+    listed = ", ".join(f"{name}: {{width: {width}, texels: {texels}}}" for name, (width, texels) in inputs.items())
+    return np.array(browser.value(f"Array.from(webgl({code}, {{{listed}}}, {-(-size // (4 * WIDTH))}))"), "<u4")[:size // 4]
+
+
+# ---- The cases of shader_cases, every fifth
+
+
+@pytest.fixture(scope="module")
+def some(cases):
+    return SimpleNamespace(**{**vars(cases), "asked": cases.asked[:, ::5], "expected": cases.expected[:, ::5]})
+
+
+def test_webgpu(browser, some):
+    def run(code, buffers, size, threads):
+        return run_webgpu(browser, json.dumps(code), map(numbers, buffers), size, threads)
+
+    compare(run, wgsl(), some)
+
+
+def test_webgl(browser, some):
+    def run(code, buffers, size, threads):
+        textures = {name: (width or len(data) // 4, numbers(data, "words" if kind == "u4" else "floats"))
+                    for (name, (width, kind)), data in zip(TEXTURES.items(), buffers)}
+        return run_webgl(browser, json.dumps(code), textures, size)
+
+    compare(run, with_texts((HERE / "draw.frag").read_text()), some)
+
+
+# ---- The package
+
+PACKAGE = ROOT / "examples" / "web" / "package"
+SEED = 2**64 - 1
+# For a renderer without a lens or with one. Effects with these names have a place in the layout; without a lens, those of
+# the lens, the environment and the choice are names as all others are.
+EFFECTS = [{"pixel": 0, "direction": 3, "light": 5}, {"pixel": 0, "lens": 4, "direction": 3, "light": 5, "choice": 6, "environment": 7}]
+
+WGSL = """
+@group(0) @binding(1) var<storage, read> asked: array<u32>;
+@group(0) @binding(2) var<storage, read_write> results: array<u32>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    if (id.x >= arrayLength(&asked) / 8u) { return; }
+    let at = 8u * id.x;
+    let last = min(asked[at + 3u], 3u);
+    rngSeed(vec2u(asked[at + 5u], asked[at + 6u]));
+    rngInit(vec2u(asked[at], asked[at + 1u]), asked[at + 2u], asked[at + 3u] - last);
+    for (var i = 0u; i < last; i++) { rngNextBounce(); }
+    let effect = asked[at + 4u];
+    let two = bitcast<vec2u>(rand2(effect));
+    let three = bitcast<vec3u>(rand3(effect));
+    let four = bitcast<vec4u>(rand4(effect));
+    let all = array<u32, 10>(bitcast<u32>(rand1(effect)), two.x, two.y, three.x, three.y, three.z, four.x, four.y, four.z, four.w);
+    for (var i = 0u; i < 10u; i++) { results[16u * id.x + i] = all[i]; }
+}
+"""
+
+GLSL = """
+uniform highp usampler2D asked;
+out highp uint word;
+
+uint ask(int i) { return texelFetch(asked, ivec2(int(gl_FragCoord.x) / 16 * 8 + i, int(gl_FragCoord.y)), 0).r; }
+
+void main() {
+    uint last = min(ask(3), 3u), effect = ask(4);
+    rngSeed(uvec2(ask(5), ask(6)));
+    rngInit(uvec2(ask(0), ask(1)), ask(2), ask(3) - last);
+    for (uint i = 0u; i < last; ++i) rngNextBounce();
+    vec2 two = rand2(effect);
+    vec3 three = rand3(effect);
+    vec4 four = rand4(effect);
+    float all[16] = float[16](rand1(effect), two.x, two.y, three.x, three.y, three.z, four.x, four.y, four.z, four.w,
+                              0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    word = floatBitsToUint(all[int(gl_FragCoord.x) % 16]);
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def asked():
+    """x, y, index, bounce, effect, two words of a seed and zero of 4,096 cases."""
+    i = np.arange(4096, dtype=np.uint32)
+    random = i * np.uint32(0x9E3779B9) ^ i >> 5
+    x, bounce = np.where(i % 7 > 0, random >> 20, -i), np.array([0, 0, 0, 1, 2, 3, 4, 50])[i // 10 % 8]
+    index = np.array([0, 1, 2, 5, 64, 255, 256, 1000, 2**20, 2**32 - 1])[i % 10]
+    effect = np.where(i % 3 > 0, i // 3 % 9, 50 + (random >> i % 32))
+    seeds = pytest.importorskip("bluenoise").Sampler(seed=SEED).seed_words()
+    return np.stack(np.broadcast_arrays(x, random & 1023, index, bounce, effect, *seeds, 0), -1).astype("<u4")
+
+
+def expected(asked, effects):
+    """The layout of docs/paths.md: what rand1() to rand4() draw, ten numbers, and six zeros."""
+    import bluenoise
+
+    x, y, index, bounce, effect = asked[:, :5].T
+    path = bluenoise.PathSampler(bluenoise.Sampler(seed=SEED), x.astype(np.int32), y.astype(np.int32), index)
+    ray = path.ray(bounce)
+    keyed, first, lens = ray.child(effect), bounce == 0, "lens" in effects
+    u, light, end = keyed.draw(), effect == effects["light"], ray.draw_end_light()
+    found = np.hstack([u[:, :1], u[:, :2], u[:, :3], u, np.zeros((len(x), 6), np.float32)])
+
+    def put(where, at, values):
+        found[where, at:at + values.shape[1]] = values[where]
+
+    put(effect == effects["direction"], 1, path.ray(bounce + 1).draw_direction())
+    put((effect == effects["pixel"]) & first, 1, ray.draw_direction())
+    put(light | (effect == effects.get("environment")), 1, np.where(first[:, None] & lens, path.first_light(), end))
+    put(light, 3, u[:, [2, 0, 1]])
+    if lens:
+        through = (effect == effects["lens"]) & first
+        put(through, 1, end)
+        put(through, 3, np.hstack([end, u[:, :1]]))
+        put(effect == effects["choice"], 0, ray.child(effects["light"]).draw()[:, 3:])
+    return found
+
+
+@pytest.fixture(scope="module")
+def package(browser):
+    """Loads the package's module as `bn`; a page from disk may not import a file."""
+    browser.value((PACKAGE / "texts.js").read_text() + "; 0")
+    code = (PACKAGE / "index.js").read_text().replace('import "./texts.js";', "")
+    blob = f"new Blob([{json.dumps(code)}], {{type: 'text/javascript'}})"
+    browser.value(f"import(URL.createObjectURL({blob})).then(module => {{ window.bn = module; }})")
+    return browser
+
+
+@pytest.mark.parametrize("way", ["buffer", "texture", "webgl"])
+@pytest.mark.parametrize("effects", EFFECTS, ids=["no lens", "lens"])
+def test_the_package_draws_the_librarys_numbers(package, asked, effects, way):
+    table = "{width: bn.TABLE_WIDTH, texels: bn.tableTexels()}"
+    given, size = json.dumps(effects), 64 * len(asked)
+    if way == "webgl":
+        code = f"'#version 300 es\\n' + bn.glsl({{effects: {given}}}) + {json.dumps(GLSL)}"
+        inputs = {"bn_table": ("bn.TABLE_WIDTH", "bn.tableTexels()"), "asked": (WIDTH // 2, numbers(asked.tobytes()))}
+        found = run_webgl(package, code, inputs, size)
+    else:
+        code = f"bn.wgsl({{effects: {given}, table: '{way}'}}) + {json.dumps(WGSL)}"
+        inputs = ["bn.tableWords()" if way == "buffer" else table, numbers(asked.tobytes())]
+        found = run_webgpu(package, code, inputs, size, len(asked))
+    different = np.flatnonzero((found.reshape(-1, 16) != expected(asked, effects).view("<u4")).any(axis=1))
+    assert len(different) == 0, f"{len(different)} cases differ, first {asked[different[0]]}"

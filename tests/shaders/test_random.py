@@ -1,23 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The package of examples/web/package: its module in Node.js, and its texts run by WebGPU and OpenGL drivers, with the cases of
-shader_cases.c."""
+"""The package of examples/web/package: its module in Node.js; test_browser.py runs its shaders."""
 
 import json
 import re
 import shutil
 import subprocess
 import sys
-from types import SimpleNamespace
 
-import numpy as np
 import pytest
-from conftest import GLSLANG, HERE, ROOT, need, run
-from test_browser import posted_by
+from conftest import GLSLANG, ROOT, need, run
+from test_browser import GLSL, PACKAGE, SEED
 
-PACKAGE = ROOT / "examples" / "web" / "package"
 NODE = shutil.which("node") or shutil.which("nodejs")
-SEED = 2**64 - 1  # of the cases
-EFFECTS = [{"pixel": 0, "direction": 3, "light": 5}, {"pixel": 0, "lens": 4, "direction": 3, "light": 5, "choice": 6, "environment": 7}]
 
 needs_node = pytest.mark.skipif(NODE is None, reason="no Node.js")
 
@@ -26,26 +20,6 @@ def in_node(expression):
     """What an expression over the module `bn` is, through JSON."""
     code = f'import * as bn from {json.dumps((PACKAGE / "index.js").as_uri())}; console.log(JSON.stringify({expression}));'
     return json.loads(run(NODE, "--input-type=module", "-e", code))
-
-
-@pytest.fixture(scope="module", params=[0, 1], ids=["no lens", "lens"])
-def random(request, cases):
-    """For a renderer without a lens or with one."""
-    asked, expected = (np.fromfile(cases.folder / name, "<u4") for name in ("asked.bin", f"random{request.param}.bin"))
-    return SimpleNamespace(words=cases.words, asked=asked, expected=expected.reshape(-1, 16), effects=EFFECTS[request.param])
-
-
-@pytest.fixture(scope="module")
-def posted(random, tmp_path_factory):
-    """What random.html posts in Chromium, {path: bytes}."""
-    served = {"/": (HERE / "random.html").read_bytes(), "/harness.js": (HERE / "harness.js").read_bytes(),
-              "/asked": random.asked.tobytes(), "/main.wgsl": WGSL.encode(),
-              "/main.glsl": GLSL.encode(), "/effects": json.dumps(random.effects).encode()}
-    served |= {f"/{name}": (PACKAGE / name).read_bytes() for name in ("index.js", "texts.js")}
-    return posted_by(served, tmp_path_factory.mktemp("profile"))
-
-
-# ---- The module
 
 
 def test_the_texts_are_up_to_date():
@@ -76,13 +50,14 @@ def test_the_package_is_found_by_its_name(tmp_path):
 
 
 @needs_node
-def test_the_table_and_seeds_are_the_librarys(random):
-    assert in_node("[...bn.tableWords()]") == random.words.tolist()
+def test_the_table_and_seeds_are_the_librarys(cases):
+    words, last = cases.words.tolist(), cases.asked[-1, 0, 10:12].tolist()
+    assert in_node("[...bn.tableWords()]") == words
     texels = in_node("[...bn.tableTexels()]")
-    assert texels[:len(random.words)] == random.words.tolist() and set(texels[len(random.words):]) <= {0}
+    assert texels[:len(words)] == words and set(texels[len(words):]) <= {0}
     assert len(texels) == in_node("bn.TABLE_WIDTH * bn.TABLE_HEIGHT") and len(texels) % 64 == 0
     for seed in (f"{SEED}n", "-1", "-1n"):
-        assert in_node(f"[...bn.seedWords({seed})]") == random.asked.reshape(-1, 8)[0, 5:7].tolist()
+        assert in_node(f"[...bn.seedWords({seed})]") == last
 
 
 @needs_node
@@ -104,63 +79,6 @@ def test_the_seed_is_0_until_it_is_set(language):
     ("bn.glsl({table: 'texture'})", 'no option "table"; there are effects')])
 def test_mistakes_are_one_clear_line(call, message):
     assert message in in_node(f"(() => {{ try {{ {call}; }} catch (error) {{ return error.message; }} }})()")
-
-
-# ---- The shaders
-
-WGSL = """
-@group(0) @binding(1) var<storage, read> asked: array<u32>;
-@group(0) @binding(2) var<storage, read_write> results: array<u32>;
-
-@compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3u) {
-    if (id.x >= arrayLength(&asked) / 8u) { return; }
-    let at = 8u * id.x;
-    let last = min(asked[at + 3u], 3u);
-    rngSeed(vec2u(asked[at + 5u], asked[at + 6u]));
-    rngInit(vec2u(asked[at], asked[at + 1u]), asked[at + 2u], asked[at + 3u] - last);
-    for (var i = 0u; i < last; i++) { rngNextBounce(); }
-    let effect = asked[at + 4u];
-    let two = bitcast<vec2u>(rand2(effect));
-    let three = bitcast<vec3u>(rand3(effect));
-    let four = bitcast<vec4u>(rand4(effect));
-    let all = array<u32, 10>(bitcast<u32>(rand1(effect)), two.x, two.y, three.x, three.y, three.z, four.x, four.y, four.z, four.w);
-    for (var i = 0u; i < 10u; i++) { results[16u * id.x + i] = all[i]; }
-}
-"""
-
-GLSL = """
-uniform highp usampler2D asked;
-out highp uint word;
-
-uint ask(int i) { return texelFetch(asked, ivec2(int(gl_FragCoord.x) / 16 * 8 + i, int(gl_FragCoord.y)), 0).r; }
-
-void main() {
-    uint last = min(ask(3), 3u), effect = ask(4);
-    rngSeed(uvec2(ask(5), ask(6)));
-    rngInit(uvec2(ask(0), ask(1)), ask(2), ask(3) - last);
-    for (uint i = 0u; i < last; ++i) rngNextBounce();
-    vec2 two = rand2(effect);
-    vec3 three = rand3(effect);
-    vec4 four = rand4(effect);
-    float all[16] = float[16](rand1(effect), two.x, two.y, three.x, three.y, three.z, four.x, four.y, four.z, four.w,
-                              0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    word = floatBitsToUint(all[int(gl_FragCoord.x) % 16]);
-}
-"""
-
-
-def compare(random, result):
-    got = np.frombuffer(result, "<u4").reshape(random.expected.shape)
-    different = np.flatnonzero((got != random.expected).any(axis=1))
-    assert len(different) == 0, f"{len(different)} cases differ, first {random.asked.reshape(-1, 8)[different[0]]}"
-
-
-@pytest.mark.parametrize("name", ["buffer", "texture", "webgl"])
-def test_in_a_browser(random, posted, name):
-    result = posted[f"/{name}"]
-    assert len(result) == random.expected.nbytes, result[:2000].decode()
-    compare(random, result)
 
 
 @needs_node

@@ -14,12 +14,16 @@ RESULTS = ["draws of a path", *(f"bits {d}" for d in range(4)), *(f"float {d}" f
            "bn_choose_u32", "what it left", "bn_choose_cdf", "what it left", "pair or path"]
 
 
+# Textures in place of the buffers: {name: (width, kind of number)}; 0: as many as there are.
+TEXTURES = {"bn_words": (64, "u4"), "bn_cdf": (0, "f4"), "cases": (4096, "u4")}
+
+
 def compare(run_shader, code, cases, first=0):
-    for asked, expected in zip(cases.asked, cases.expected):
-        result = run_shader(code, [cases.words.tobytes(), cases.cdf.tobytes(), asked.tobytes()], asked.nbytes, len(asked))
-        different = np.argwhere((np.frombuffer(result, "<u4").reshape(expected.shape) != expected)[:, first:])
-        assert len(different) == 0, (
-            f"{len(different)} words differ, first {RESULTS[first + different[0][1]]} of case {asked[different[0][0]]}")
+    asked, expected = cases.asked.reshape(-1, 16), cases.expected.reshape(-1, 16)  # of all seeds
+    result = run_shader(code, [cases.words.tobytes(), cases.cdf.tobytes(), asked.tobytes()], asked.nbytes, len(asked))
+    different = np.argwhere((np.frombuffer(result, "<u4").reshape(expected.shape) != expected)[:, first:])
+    assert len(different) == 0, (
+        f"{len(different)} words differ, first {RESULTS[first + different[0][1]]} of case {asked[different[0][0]]}")
 
 
 def with_texts(source):
@@ -69,8 +73,7 @@ def test_glsl_with_textures(cases, version):
     need_opengl()
 
     def run_fragments(code, buffers, result_size, threads):
-        textures = {"bn_words": (64, "u4", buffers[0]), "bn_cdf": (len(buffers[1]) // 4, "f4", buffers[1]),
-                    "cases": (4096, "u4", buffers[2])}
+        textures = {name: (width or len(data) // 4, kind, data) for (name, (width, kind)), data in zip(TEXTURES.items(), buffers)}
         return devices.run_fragments(code, textures, 4096, result_size)
 
     # With textures, Mesa takes many minutes to compile all draws of a path.
