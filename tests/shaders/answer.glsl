@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What all shaders but WGSL's do with a case, as shader_cases.c describes it. CASE(i) is word i of it. */
+ * What all shaders do with a case, as shader_cases.c describes it. CASE(i) is word i of it. */
 void answer(out uint result[16]) {
     uint x = CASE(1u), y = CASE(2u), index = CASE(3u);
     uint domain = bn_domain_child(CASE(4u), CASE(5u));
-    uint pair = CASE(0u) >> 2u, type = CASE(0u) & 3u;
+    uint pair = CASE(0u) >> 2u, kind = CASE(0u) & 3u;
     bn_uint2 seed;
     seed.x = CASE(10u);
     seed.y = CASE(11u);
@@ -11,12 +11,12 @@ void answer(out uint result[16]) {
     bn_uint2 v;
     vec4 draw;
     vec2 w;
-    if (type == 0u) {
+    if (kind == 0u) {
         bits = bn_draw_blue_bits(seed, x, y, index, domain);
         draw = bn_draw_blue_4d(seed, x, y, index, domain);
         v = bn_draw_blue_pair_bits(seed, x, y, index, domain, pair);
         w = bn_draw_blue_2d(seed, x, y, index, domain, pair);
-    } else if (type == 1u) {
+    } else if (kind == 1u) {
         bits = bn_draw_sobol_bits(seed, x, y, index, domain);
         draw = bn_draw_sobol_4d(seed, x, y, index, domain);
         v = bn_draw_sobol_pair_bits(seed, x, y, index, domain, pair);

@@ -35,9 +35,21 @@ def with_texts(source):
     return re.sub(r'^#include "(\S+)"$', text, source, flags=re.M)
 
 
+TYPES = {"uint": "u32", "float": "f32", "vec2": "vec2f", "vec4": "vec4f", "bn_uint2": "vec2u", "bn_uint4": "vec4u"}
+
+
 def wgsl():
+    """draw.wgsl with what it names."""
+    def variables(found):
+        indent, of, names = found.groups()
+        return "\n".join(f"{indent}var {each}{'' if '=' in each else ': ' + TYPES[of]};" for each in re.split(r", (?=\w+ = )", names))
+
+    answer = re.sub("^#.*\n", "", (HERE / "answer.glsl").read_text(), flags=re.M)
+    for pattern, new in ((r"void answer\(.*\)", "fn answer()"), (r"^( +)(\w+) (\w+(?: = .*)?);$", variables), (r", left\)", ", &left)"),
+                         (r"= (.*) \? (\w+) : (\w+);", r"= select(\3, \2, \1);"), (r"^( +if \(.*\)) (\w.*;)$", r"\1 { \2 }")):
+        answer = re.sub(pattern, new, answer, flags=re.M)
     texts = [HERE / "draw.wgsl", *(INCLUDE / "bn" / f"{name}.wgsl" for name in ("bn_draw", "bn_path", "bn_choose", "bn_choose_cdf"))]
-    return "\n".join(path.read_text() for path in texts)
+    return "\n".join([answer, *(path.read_text() for path in texts)])
 
 
 def spirv(folder, source, *options):
