@@ -134,43 +134,16 @@ def linear(values):
     return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)
 
 
-# ---- The Cornell box, as the path tracer has it built in
-
-TOP, BACK = 548.8, 559.2
+ROOM_EYE = [0, 1, 4]
 
 
-def ceiling(x0, x1, z0, z1):
-    return [[x0, TOP, z0], [x1, TOP, z0], [x1, TOP, z1], [x0, TOP, z1]]
-
-
-def block(height, corners):
-    at = lambda corner, y: [corner[0], y, corner[1]]
-    sides = [[at(p, 0), at(q, 0), at(q, height), at(p, height)] for p, q in zip(corners, corners[1:] + corners[:1])]
-    return [[at(corner, height) for corner in corners], *sides]
-
-
-CORNELL = {  # name: (colour, emission, quadrilaterals)
-    "white": ((0.725, 0.71, 0.68), None, [
-        ceiling(0, 556, 0, 227), ceiling(0, 556, 332, BACK), ceiling(0, 213, 227, 332), ceiling(343, 556, 227, 332),
-        [[552.8, 0, 0], [0, 0, 0], [0, 0, BACK], [549.6, 0, BACK]],
-        [[549.6, 0, BACK], [0, 0, BACK], [0, TOP, BACK], [556, TOP, BACK]],
-        *block(165, [[130, 65], [82, 225], [240, 272], [290, 114]]),
-        *block(330, [[423, 247], [265, 296], [314, 456], [472, 406]]),
-    ]),
-    "red": ((0.63, 0.065, 0.05), None, [[[552.8, 0, 0], [549.6, 0, BACK], [556, TOP, BACK], [556, TOP, 0]]]),
-    "green": ((0.14, 0.45, 0.091), None, [[[0, 0, BACK], [0, 0, 0], [0, TOP, 0], [0, TOP, BACK]]]),
-    "lamp": ((0.78, 0.78, 0.78), (17, 12, 4), [ceiling(213, 343, 227, 332)]),
-}
-CORNELL_CAMERA = {"translation": [278, 273, -800], "rotation": [0, 1, 0, 0]}
-CORNELL_ANGLE = 2 * np.arctan(0.5 * 0.025 / 0.035)
-
-
-def cornell(scale=1.0, shift=(0.0, 0.0, 0.0)):
-    """The box as a glTF; its root is scaled, then moved."""
+def room(scale=1.0, shift=(0.0, 0.0, 0.0)):
+    """A floor, a red wall and a lamp that shines down, seen from the front; the root is scaled, then moved."""
     g = Gltf()
-    for colour, emission, quads in CORNELL.values():
-        g.quads(quads, g.material(colour, **(g.glow(emission, max(emission)) if emission else {})))
-    g.camera(CORNELL_ANGLE, **CORNELL_CAMERA)
+    g.quads([QUAD], g.material())
+    g.quads([[[-1, 0, -1], [1, 0, -1], [1, 2, -1], [-1, 2, -1]]], g.material((0.6, 0.1, 0.1)))
+    g.quads([0.2 * QUAD[::-1] + np.float32([0, 1.5, 0])], g.material((0, 0, 0), **g.glow((17, 12, 4), 17)))
+    g.camera(translation=ROOM_EYE)
     whole = g.json["scenes"][0]
     whole["nodes"] = [g.node(root=False, children=whole["nodes"], scale=[scale] * 3, translation=[*map(float, shift)])]
     return g

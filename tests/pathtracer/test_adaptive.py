@@ -6,7 +6,7 @@ Statistical tests use fixed seeds; the rates stated are the chances of a false a
 
 import numpy as np
 import pytest
-from pathtracer_driver import assert_near, assert_same, read_exr, read_layers
+from pathtracer_driver import assert_same, read_exr, read_layers
 
 SCENE = ["--scene", "penumbra", "--size", "45x37", "--max-depth", 1]
 NOISE = ["--noise", 0.1, "--min-spp", 4, "--spp", 64]
@@ -68,16 +68,6 @@ def test_images_do_not_depend_on_threads_and_crops(pathtracer, sampler):
     for x0, y0, x1, y1 in ((5, 9, 21, 30), (8, 8, 16, 16), (44, 36, 45, 37), (3, 3, 4, 4)):
         crop = read_layers(pathtracer.render(*common, "--crop", f"{x0},{y0},{x1},{y1}", "--threads", 2))
         assert_same({name: values[y0:y1, x0:x1] for name, values in whole.items()}, crop)
-
-
-def test_merged_regions_equal_the_whole(pathtracer):
-    """Regions that cut through blocks."""
-    whole = read_layers(pathtracer.render(*SCENE, *NOISE))
-    parts = [pathtracer.render(*SCENE, *NOISE, "--crop", c) for c in ("0,0,20,37", "20,0,45,11", "20,11,45,37")]
-    assert_near(whole, read_layers(pathtracer.render("--merge", *parts)))
-    for other in ([], ["--noise", 0.2, "--min-spp", 4], ["--noise", 0.1, "--min-spp", 8], [*NOISE, "--exposure", 1]):
-        part = pathtracer.render(*SCENE, "--spp", 64, *other, "--crop", "0,0,20,37")
-        pathtracer.failure("--merge", part, *parts[1:], "-o", "out.exr", said=["not parts of one image"])
 
 
 @pytest.mark.parametrize("sampler", ["white", "blue"])

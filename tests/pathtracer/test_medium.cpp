@@ -106,16 +106,6 @@ void test_ranges() {
           mean.mean());
 }
 
-// The mean cosine is the anisotropy. (test_material has the rest of the phase function.)
-void test_mean_cosine() {
-    Random random{11};
-    for (const float g : {-0.7f, 0.0f, 0.0005f, 0.3f, 0.9f}) {
-        Mean ahead; // light goes on along -z
-        for (int i = 0; i < 64000; ++i) ahead.add(-phase_sample(g, {random(), random()}).z);
-        check_mean(ahead, g, "mean cosine");
-    }
-}
-
 // ---- Images
 
 Scene fog_alone(Medium medium, float sky) {
@@ -182,7 +172,6 @@ int main() {
     test_walks_against_integrals();
     test_rays_that_miss();
     test_ranges();
-    test_mean_cosine();
     test_furnace();
     test_beam_of_a_lamp();
     test_layers();

@@ -300,9 +300,8 @@ def test_truncated_jpeg_is_rendered_and_named(pathtracer, progressive):
 
 def test_a_scene_reaches_so_far(pathtracer):
     """Up to 1e10 from its middle an image is right; lights beyond 1e15 are left out."""
-    plain = picture(pathtracer, files.cornell(), "--spp", 4)
-    # Its largest extent is 559.2, from the middle half of that.
-    np.testing.assert_allclose(picture(pathtracer, files.cornell(0.99e10 / 279.6), "--spp", 4), plain, rtol=1e-3)
+    plain = picture(pathtracer, files.room(), "--spp", 4)
+    np.testing.assert_allclose(picture(pathtracer, files.room(0.99e10), "--spp", 4), plain, rtol=1e-3)
     g = Gltf()
     ball(g, g.material())
     g.json["nodes"][0].update(scale=[0.99e10] * 3, translation=[9e14, 0, 0])

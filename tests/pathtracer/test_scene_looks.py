@@ -177,70 +177,58 @@ def test_normal_maps(pathtracer):
 # ---- Materials
 
 
-@pytest.mark.parametrize(("distance", "pbr", "glass", "expected"), [
+SPECULAR = {"KHR_materials_ior": {"ior": 1000}, "KHR_materials_specular": {"specularColorFactor": [0.0401606] * 3}}
+
+
+@pytest.mark.parametrize(("colour", "metallic", "transmission", "ior", "mode", "distance", "expected"), [
     # Clear glass under an even sky cannot be seen, from outside or from within; tinted glass can.
-    (4, {"baseColorFactor": [1, 1, 1, 1]}, (1, 1.4), 1), (0.3, {"baseColorFactor": [1, 1, 1, 1]}, (1, 1.4), 1),
-    (4, {"baseColorFactor": [0.5, 0.5, 0.5, 1]}, (1, 1.01), 0.25),
+    ([1, 1, 1, 1], 0, 1, 1.4, "OPAQUE", 4, 1), ([1, 1, 1, 1], 0, 1, 1.4, "OPAQUE", 0.3, 1),
+    ([0.5, 0.5, 0.5, 1], 0, 1, 1.01, "OPAQUE", 4, 0.25),
+    # An index of 1000 beside a colour, as converters write it: 4 % are those of 1.5.
+    ([0.5, 0.5, 0.5, 1], 0, 1, SPECULAR, "OPAQUE", 4, 0.04 + 0.96**2 / 4 / 0.96),
     # A black one that covers a quarter lets three quarters through twice, also where metallicFactor is left out.
-    (4, {"baseColorFactor": [0, 0, 0, 0.25]}, (0.75, 1.01), 0.75**2),
-    (4, {"baseColorFactor": [0, 0, 0, 0.25], "metallicFactor": None}, (0.75, 1.01), 0.75**2),
+    ([0, 0, 0, 0.25], 0, 0.75, 1.01, "BLEND", 4, 0.75**2), ([0, 0, 0, 0.25], None, 0.75, 1.01, "BLEND", 4, 0.75**2),
     # What covers all and leaves it out is metal: a mirror, where glass would show a quarter.
-    (4, {"baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicFactor": None}, (0.75, 1.01), 0.5)])
-def test_transmission_is_glass(pathtracer, even_sky, distance, pbr, glass, expected):
+    ([0.5, 0.5, 0.5, 1], None, 0.75, 1.01, "BLEND", 4, 0.5),
+    # Black glass that a mask leaves out shows the sky.
+    ([0, 0, 0, 0.2], 0, 1, 1.5, "MASK", 4, 1)])
+def test_transmission_is_glass(pathtracer, even_sky, colour, metallic, transmission, ior, mode, distance, expected):
     g = Gltf()
-    pbr = {"metallicFactor": 0, "roughnessFactor": 0.0, **pbr}
-    pbr = {name: value for name, value in pbr.items() if value is not None}
-    extensions = {"KHR_materials_transmission": {"transmissionFactor": glass[0]}, "KHR_materials_ior": {"ior": glass[1]}}
-    blend = {"alphaMode": "BLEND"} if glass[0] < 1 else {}
-    files.ball(g, g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions, **blend))
+    pbr = {"baseColorFactor": colour, "roughnessFactor": 0.0, **({} if metallic is None else {"metallicFactor": metallic})}
+    extensions = {"KHR_materials_transmission": {"transmissionFactor": transmission}}
+    extensions.update(ior if isinstance(ior, dict) else {"KHR_materials_ior": {"ior": ior}})
+    files.ball(g, g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions, alphaMode=mode))
     g.camera(0.1, translation=[0, 0, distance])
     image = picture(pathtracer, g, "--spp", 64, "--env", even_sky, "--max-depth", 100)
     np.testing.assert_allclose(image, expected, atol=0.02)
 
 
-def test_glass_of_a_specular_colour(pathtracer):
-    """An index of refraction of 1000 beside a colour, as converters write it: 4 % are those of 1.5."""
-    sky = files.write_exr(pathtracer.folder / "key.exr", RGB=np.float32(np.random.default_rng(1).random((8, 16, 3))))
-
-    def image(ior, **specular):
-        g = Gltf()
-        extensions = {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": ior}, **specular}
-        pbr = {"metallicFactor": 0, "roughnessFactor": 0.0}
-        files.ball(g, g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions))
-        g.camera(0.4, translation=[0, 0, 6])
-        return picture(pathtracer, g, "--spp", 4, "--env", sky)
-
-    written = image(1000, KHR_materials_specular={"specularColorFactor": [0.0401606] * 3})
-    np.testing.assert_allclose(written, image(1.5), atol=0.02)
-
-
-def test_holes_in_glass(pathtracer, even_sky):
-    """Black glass that a mask leaves out shows the sky."""
-    g = Gltf()
-    extensions = {"KHR_materials_transmission": {"transmissionFactor": 1}}
-    pbr = {"metallicFactor": 0, "baseColorFactor": [0, 0, 0, 0.2]}
-    files.ball(g, g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions, alphaMode="MASK"))
-    g.camera(0.1, translation=[0, 0, 4])
-    np.testing.assert_allclose(picture(pathtracer, g, "--spp", 1, "--env", even_sky), 1, atol=1e-3)
-
-
-def test_textures_in_other_formats(pathtracer, even_sky):
-    """A PNG beside a WebP is taken, whatever the file requires; without one the place is white, and a line says so."""
-
-    def scene(fallback):
-        g = textured_floor()
+@pytest.mark.parametrize("plus", [False, True])
+def test_names_and_formats_of_textures(pathtracer, even_sky, plus):
+    """A plus in a URI is one, and no blank. A PNG beside a WebP is taken, whatever the file requires."""
+    g = textured_floor()
+    if plus:
+        g.json["images"] = [{"uri": "a+b.png"}]
+        for name, pixels in (("a+b.png", files.FOUR), ("a b.png", 0 * files.FOUR)):
+            (pathtracer.folder / name).write_bytes(files.encoded(pixels))
+    else:
         other = g.add("images", mimeType="image/webp", uri="a.webp")
         g.json["textures"][0]["extensions"] = {"EXT_texture_webp": {"source": other}}
-        if not fallback:
-            del g.json["textures"][0]["source"]
-        g.json["extensionsUsed"].append("EXT_texture_webp")
-        g.json["extensionsRequired"] = ["EXT_texture_webp"]
-        return g
+        g.json.update(extensionsUsed=["EXT_texture_webp"], extensionsRequired=["EXT_texture_webp"])
+    assert_corners(pathtracer, g, even_sky, FOUR_COLOURS)
 
-    assert_corners(pathtracer, scene(True), even_sky, FOUR_COLOURS)
-    path = scene(False).save(pathtracer.folder / "other.gltf")
+
+@pytest.mark.parametrize(("texture", "said"), [
+    ({"extensions": {"EXT_texture_webp": {"source": 0}}}, ["textures without a PNG or JPEG"]),
+    ({"source": 0}, ["the missing image none.png", "emissiveFactor"])])
+def test_textures_that_cannot_be_had_are_white_and_named(pathtracer, even_sky, texture, said):
+    """And so are those that a missing factor makes black."""
+    g = textured_floor(**({"emissiveTexture": {"index": 0}} if len(said) > 1 else {}))
+    g.json.update(images=[{"uri": "none.png"}], textures=[texture])
+    path = g.save(pathtracer.folder / "scene.gltf")
     done = pathtracer.success("--scene", path, *SMALL, "--spp", 1, "--env", even_sky, "--max-depth", 1, "-o", "out.exr")
-    assert done.stderr == f"pathtracer: {path}: ignores textures without a PNG or JPEG\n"
+    assert done.stderr.count("\n") == 1 and done.stderr.startswith(f"pathtracer: {path}: ignores ")
+    assert all(word in done.stderr for word in said), done.stderr
     np.testing.assert_allclose(read_exr(pathtracer.folder / "out.exr")[0], 1, atol=1e-3)
 
 
@@ -382,35 +370,6 @@ def test_coats(pathtracer, even_sky, extensions, coat):
     pbr = {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0, "roughnessFactor": 0.05}
     g.node(mesh=g.mesh(QUAD, files.SIX, g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions)))
     assert picture(pathtracer, over_floor(g, yfov=0.01), "--spp", 64, "--env", even_sky).mean() == pytest.approx(coat, rel=0.05)
-
-
-def test_plus_in_uris(pathtracer, even_sky):
-    """A plus in a URI is one; the file with a blank is another one."""
-    g = textured_floor()
-    g.json["images"] = [{"uri": "a+b.png"}]
-    for name, value in (("a+b.png", 255), ("a b.png", 0)):
-        (pathtracer.folder / name).write_bytes(files.encoded(np.full((2, 2, 3), value)))
-    assert_corners(pathtracer, g, even_sky, np.ones((4, 3)))
-
-
-def test_sparse_indices(pathtracer, even_sky):
-    """Twenty zeros, of which six are others: a floor, and faces without area."""
-    g = Gltf()
-    places = {"bufferView": g.view(np.arange(6, dtype=np.uint16).tobytes()), "componentType": 5123}
-    sparse = {"count": 6, "indices": places, "values": {"bufferView": g.view(files.SIX.tobytes())}}
-    indices = g.add("accessors", componentType=5123, count=21, type="SCALAR", sparse=sparse)
-    g.node(mesh=g.mesh(QUAD, indices, g.material((0.5, 0.5, 0.5))))
-    np.testing.assert_allclose(picture(pathtracer, over_floor(g), "--spp", 1, "--env", even_sky, "--max-depth", 1), 0.5, atol=1e-3)
-
-
-def test_missing_textures_are_named(pathtracer, even_sky):
-    """And so are those that a missing factor makes black."""
-    g = textured_floor(emissiveTexture={"index": 0})
-    g.json["images"] = [{"uri": "none.png"}]
-    path = g.save(pathtracer.folder / "scene.gltf")
-    done = pathtracer.success("--scene", path, *SMALL, "--spp", 1, "--env", even_sky, "--max-depth", 1, "-o", "out.exr")
-    assert done.stderr.count("\n") == 1 and "the missing image none.png" in done.stderr and "emissiveFactor" in done.stderr
-    np.testing.assert_allclose(read_exr(pathtracer.folder / "out.exr")[0], 1, atol=1e-3)
 
 
 def test_exr_attributes_that_change_the_pixels(pathtracer):
