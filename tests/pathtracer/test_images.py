@@ -3,27 +3,32 @@
 
 import numpy as np
 import pytest
-from pathtracer_driver import PEERS, SAMPLERS, SCENES, read_exr, read_layers
+from pathtracer_driver import PEERS, SAMPLERS, SCENES, assert_same, read_exr, read_layers
 from PIL import Image
 from scene_files import SMALL, floor, over_floor, write_environment
 
+ADAPTIVE = ["--noise", 0.1, "--min-spp", 4, "--spp", 64]
 
-@pytest.mark.parametrize(("scene", "sampler"), [*((scene, "blue") for scene in SCENES[1:]),
-                                                *(("cornell", sampler) for sampler in (*SAMPLERS, *PEERS))])
-def test_threads_crops_and_ranges_do_not_change_an_image(pathtracer, scene, sampler):
+
+@pytest.mark.parametrize(("scene", "sampler", "more"), [
+    *((scene, "blue", ()) for scene in SCENES[1:]), *(("cornell", sampler, ()) for sampler in (*SAMPLERS, *PEERS)),
+    *(("penumbra", sampler, ADAPTIVE) for sampler in ("blue", "white", "zorder"))])
+def test_threads_crops_and_ranges_do_not_change_an_image(pathtracer, scene, sampler, more):
     pathtracer.needs(sampler)
-    common = ["--scene", scene, "--sampler", sampler, "--size", "29x21", "--light-samples", 3]
-    path = pathtracer.render(*common, "--spp", 4, "--threads", 1)
-    whole = read_exr(path)[0]
+    common = ["--scene", scene, "--sampler", sampler, "--size", "29x21", "--light-samples", 3, "--spp", 4, *more]
+    path = pathtracer.render(*common, "--threads", 1)
+    whole = read_layers(path)
     assert read_exr(path)[1]["sampler"] == sampler
-    assert np.array_equal(whole, pathtracer.image(*common, "--spp", 4, "--threads", 3))
+    assert_same(whole, read_layers(pathtracer.render(*common, "--threads", 3)))
     for x0, y0, x1, y1 in [(0, 0, 29, 21), (11, 3, 20, 19), (28, 20, 29, 21), (0, 7, 29, 8)]:
-        part, header = read_exr(pathtracer.render(*common, "--spp", 4, "--crop", f"{x0},{y0},{x1},{y1}"))
-        assert np.array_equal(whole[y0:y1, x0:x1], part)
+        part = pathtracer.render(*common, "--crop", f"{x0},{y0},{x1},{y1}")
+        assert_same(read_layers(part), {name: values[y0:y1, x0:x1] for name, values in whole.items()})
+        header = read_exr(part)[1]
         assert [*map(list, header["dataWindow"])] == [[x0, y0], [x1 - 1, y1 - 1]]
         assert [*map(list, header["displayWindow"])] == [[0, 0], [28, 20]]
-    first, rest = pathtracer.image(*common, "--spp", 1), pathtracer.image(*common, "--spp", 3, "--first-sample", 1)
-    np.testing.assert_allclose(first / 4 + rest * 3 / 4, whole, rtol=1e-5, atol=1e-6)
+    if not more:
+        first, rest = (pathtracer.image(*common, "--spp", n, "--first-sample", f) for n, f in ((1, 0), (3, 1)))
+        np.testing.assert_allclose(first / 4 + rest * 3 / 4, read_exr(path)[0], rtol=1e-5, atol=1e-6)
 
 
 def test_samples_seeds_and_samplers_differ(pathtracer):

@@ -16,7 +16,7 @@ import scene_files as files
 from PIL import Image
 from scene_files import DOWN, FOUR, QUAD, SIX, SMALL, Gltf, ball, encoded, floor, picture, textured_floor
 
-BOUND = 0.75  # GiB of --max-memory; a run takes 0.03 without any of this
+BOUND = 0.25  # GiB of --max-memory; a run takes 0.03 without any of this
 OUT = [*SMALL, "--spp", 1, "-o", "out.exr"]
 
 
@@ -117,14 +117,14 @@ def zeros(g, count=2**26, place=None):
 
 def one_mesh_of_many_nodes(g):
     mesh = g.mesh(np.random.default_rng(0).random((5000, 3), np.float32), np.arange(3000, dtype=np.uint16))
-    for _ in range(1500):
+    for _ in range(500):
         g.node(mesh=mesh)
 
 
 def many_textures_of_one_image(g):
     source = g.add("images", bufferView=g.view(encoded(np.zeros((4096, 4096)))))
     primitives = g.json["meshes"][0]["primitives"]
-    for _ in range(12):
+    for _ in range(4):
         pbr = {"baseColorTexture": {"index": g.add("textures", source=source)}}
         primitives.append({**primitives[0], "material": g.add("materials", pbrMetallicRoughness=pbr)})
 
