@@ -166,11 +166,7 @@ std::vector<unsigned char> InputRecord::read(const fs::path &path) {
 }
 
 void InputRecord::add_file(const fs::path &path) {
-    try {
-        read(path);
-    } catch (const Error &error) {
-        throw Error("cannot read ", path.string(), ": ", error.what());
-    }
+    named("cannot read " + path.string(), [&] { read(path); });
 }
 
 std::string InputRecord::text() const {

@@ -26,6 +26,16 @@ struct Error : std::runtime_error {
     explicit Error(const Parts &...parts) : runtime_error(joined(parts...)) {}
 };
 
+// Runs a function and puts a name before the message of its Error.
+template <typename Function>
+auto named(const std::string &name, Function function) {
+    try {
+        return function();
+    } catch (const Error &error) {
+        throw Error(name, ": ", error.what());
+    }
+}
+
 // Replace line breaks and control characters, which a terminal would obey. The first also shortens.
 std::string printable(std::string text);
 std::string without_controls(std::string text);

@@ -212,11 +212,7 @@ struct File {
         Span found = chunk;
         if (!uri.empty()) {
             const auto [known, is_new] = buffers.try_emplace(number);
-            try {
-                if (is_new) known->second = resource(uri);
-            } catch (const Error &problem) {
-                throw Error(name, ": ", problem.what());
-            }
+            if (is_new) known->second = named(name, [&] { return resource(uri); });
             found = {known->second.data(), known->second.size(), 0};
         }
         const size_t wanted = size_in(source, "byteLength");
@@ -339,20 +335,16 @@ int32_t load_texture(Reader &r, int64_t number, bool srgb) {
     }
     const Json &image = element(r.json, "images", source);
     const std::string name = name_of("image", image, source), uri = image.value("uri", "");
-    Texture loaded;
-    try {
-        if (image.contains("bufferView")) {
-            const Span bytes = r.view(image, "an image");
-            loaded = texture_decode({bytes.data, bytes.data + bytes.size});
-        } else if (!holds_data(uri) && !std::filesystem::exists(r.resolve(uri))) {
-            r.ignored.insert("the missing " + name);
-            return -1;
-        } else {
-            loaded = texture_decode(r.resource(uri));
-        }
-    } catch (const Error &error) {
-        throw Error(name, ": ", error.what());
+    const bool apart = !image.contains("bufferView") && !holds_data(uri);
+    if (apart && !std::filesystem::exists(named(name, [&] { return r.resolve(uri); }))) {
+        r.ignored.insert("the missing " + name);
+        return -1;
     }
+    Texture loaded = named(name, [&] {
+        if (!image.contains("bufferView")) return texture_decode(r.resource(uri));
+        const Span bytes = r.view(image, "an image");
+        return texture_decode({bytes.data, bytes.data + bytes.size});
+    });
     loaded.srgb = srgb;
     if (loaded.cut_short) r.ignored.insert("that " + name + " is cut short");
     if (texture.contains("sampler")) {

@@ -186,7 +186,7 @@ class Path {
                 medium_transmittance(*scene_.medium, shadow, length(end - shadow.origin), walk);
         }
         const float pdf = float(count) * choice.probability * sample.pdf;
-        const float weight = light_has_extent(light) ? power_heuristic(pdf, own_pdf) : 1;
+        const float weight = light.has_extent() ? power_heuristic(pdf, own_pdf) : 1;
         const SurfacePoint place = {light.triangle, sample.place.x, sample.place.y};
         const Vec3 emitted = light.mapped ? emission_at(scene_, place) : sample.radiance;
         radiance_ += (passed * weight / pdf) * (throughput_ * scattered * emitted);

@@ -130,13 +130,11 @@ Environment environment_sky(Vec3 to_sun) {
 Environment environment_read(const std::string &path, bool clamp) {
     if (path == "sky") return environment_sky(normalize(Vec3{-0.40f, 0.62f, 0.68f}));
     if (path == "none") return environment_create(2, 1, {{0, 0, 0}, {0, 0, 0}});
-    Image image = exr_read(path);
-    try {
+    return named("the environment " + path, [&] {
+        Image image = exr_read(path);
         return environment_create(width(image.crop), height(image.crop), std::move(image.rgb),
                                   clamp);
-    } catch (const Error &error) {
-        throw Error("the environment ", path, ": ", error.what());
-    }
+    });
 }
 
 // ---- Choosing lights
@@ -195,7 +193,7 @@ LightNode node_around(const std::vector<Light> &lights, const uint32_t *first, s
     for (size_t i = 0; i < count; ++i) {
         const Light &light = lights[first[i]];
         node.power += light_power(light);
-        node.distant = node.distant || light_is_distant(light);
+        node.distant = node.distant || light.is_distant();
         to_all_sides = to_all_sides || light.both_sides || light.kind == Light::POINT ||
                        light.kind == Light::ENVIRONMENT;
         node.axis += light.normal;
@@ -224,7 +222,7 @@ LightNode node_around(const std::vector<Light> &lights, const uint32_t *first, s
 // Splits lights in two: separates lights without a position from the others, or splits by position.
 size_t split(const std::vector<Light> &lights, uint32_t *first, size_t count) {
     uint32_t *const end = first + count;
-    const auto distant = [&](uint32_t i) { return light_is_distant(lights[i]); };
+    const auto distant = [&](uint32_t i) { return lights[i].is_distant(); };
     const auto apart = size_t(std::stable_partition(first, end, distant) - first);
     if (apart > 0 && apart < count) return apart;
     const LightNode all = node_around(lights, first, count);
@@ -270,7 +268,7 @@ void add_children(const std::vector<Light> &lights, LightTree &tree, uint32_t pa
 
 float light_power(const Light &light) {
     if (light.kind == Light::ENVIRONMENT) return light.environment->irradiance;
-    return luminance(light.radiance) * (light_has_extent(light) ? light.area : 1);
+    return luminance(light.radiance) * (light.has_extent() ? light.area : 1);
 }
 
 LightTree light_tree(const std::vector<Light> &lights) {

@@ -94,36 +94,22 @@ struct Light {
     Vec3 corner, edge_u, edge_v; // POINT, SPOT: the corner is the position
     Vec3 normal;                 // unit. SPOT, DIRECTIONAL: the direction it shines in
     float area;
-    Vec3 radiance;                  // POINT, SPOT: radiant intensity. DIRECTIONAL: irradiance at
-                                    // normal incidence
-    const Environment *environment; // ENVIRONMENT: the scene's; used instead of `radiance`
-    float distance;                 // ENVIRONMENT, DIRECTIONAL: beyond everything in the scene
-    bool both_sides = false;        // PARALLELOGRAM, TRIANGLE: the back emits too
-    bool mapped = false;   // TRIANGLE: `radiance` is a mean; emission_at() gives it at a point
-    uint32_t triangle = 0; // TRIANGLE: its index in the scene; set by scene_finish
+    Vec3 radiance; // POINT, SPOT: radiant intensity. DIRECTIONAL: irradiance at normal incidence
+    const Environment *environment = nullptr; // ENVIRONMENT: the scene's, in place of `radiance`
+    float distance = 0;      // ENVIRONMENT, DIRECTIONAL: beyond everything in the scene
+    bool both_sides = false; // PARALLELOGRAM, TRIANGLE: the back emits too
+    bool mapped = false;     // TRIANGLE: `radiance` is a mean; emission_at() gives it at a point
+    uint32_t triangle = 0;   // TRIANGLE: its index in the scene; set by scene_finish
     float cosine_inner = 1, cosine_outer = 0; // SPOT: full inside, none outside, smooth between
+
+    bool has_extent() const { return kind < POINT; } // scattered rays can hit it
+    bool is_distant() const { return kind == ENVIRONMENT || kind == DIRECTIONAL; }
 };
 
 inline Light area_light(Light::Kind kind, Vec3 corner, Vec3 edge_u, Vec3 edge_v, Vec3 radiance) {
-    Light light{};
     const Vec3 normal = cross(edge_u, edge_v);
-    light.kind = kind;
-    light.corner = corner;
-    light.edge_u = edge_u;
-    light.edge_v = edge_v;
-    light.normal = normalize_or(normal, {0, 0, 1});
-    light.area = (kind == Light::TRIANGLE ? 0.5f : 1.0f) * length(normal);
-    light.radiance = radiance;
-    return light;
-}
-
-// Whether scattered rays can hit the light.
-inline bool light_has_extent(const Light &light) {
-    return light.kind < Light::POINT;
-}
-
-inline bool light_is_distant(const Light &light) {
-    return light.kind == Light::ENVIRONMENT || light.kind == Light::DIRECTIONAL;
+    const float area = (kind == Light::TRIANGLE ? 0.5f : 1.0f) * length(normal);
+    return {kind, corner, edge_u, edge_v, normalize_or(normal, {0, 0, 1}), area, radiance};
 }
 
 struct LightSample {
@@ -143,11 +129,13 @@ inline LightSample light_sample(const Light &light, Vec3 lit_point, Vec2 u) {
     }
     if (light.kind == Light::DIRECTIONAL)
         return {lit_point - light.distance * light.normal, -light.normal, light.radiance, 1, u};
-    if (!light_has_extent(light)) {
-        const Vec3 to_light = light.corner - lit_point;
-        const float squared = dot(to_light, to_light);
-        if (!(squared > 0)) return {light.corner, {}, {}, 0, u};
-        const Vec3 direction = (1 / std::sqrt(squared)) * to_light;
+    if (light.kind == Light::TRIANGLE) u = square_to_triangle(u);
+    const Vec3 point = light.corner + u.x * light.edge_u + u.y * light.edge_v;
+    const Vec3 to_light = point - lit_point;
+    const float squared = dot(to_light, to_light), distance = std::sqrt(squared);
+    if (!(squared > 0)) return {point, {}, {}, 0, u};
+    const Vec3 direction = (1 / distance) * to_light;
+    if (!light.has_extent()) {
         float share = 1; // of the intensity that a spot emits in this direction
         if (light.kind == Light::SPOT) {
             const float range = std::max(light.cosine_inner - light.cosine_outer, 1e-3f);
@@ -155,19 +143,13 @@ inline LightSample light_sample(const Light &light, Vec3 lit_point, Vec2 u) {
             const float ramp = std::clamp(beyond / range, 0.0f, 1.0f);
             share = ramp * ramp;
         }
-        return {light.corner, direction, (share / squared) * light.radiance,
-                share > 0 ? 1.0f : 0.0f, u};
+        return {point, direction, (share / squared) * light.radiance, share > 0 ? 1.0f : 0.0f, u};
     }
-    if (light.kind == Light::TRIANGLE) u = square_to_triangle(u);
-    const Vec3 point = light.corner + u.x * light.edge_u + u.y * light.edge_v;
-    const Vec3 to_light = point - lit_point;
-    const float squared = dot(to_light, to_light);
     const float facing = -dot(light.normal, to_light);
     const float along_normal = light.both_sides ? std::abs(facing) : facing;
     if (!(along_normal > 0)) return {point, {}, {}, 0, u};
-    const float distance = std::sqrt(squared);
-    return {point, (1 / distance) * to_light, light.radiance,
-            squared * distance / (along_normal * light.area), u};
+    const float pdf = squared * distance / (along_normal * light.area);
+    return {point, direction, light.radiance, pdf, u};
 }
 
 // The density with which light_sample chooses a point at this distance and non-zero cosine.

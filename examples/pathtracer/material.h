@@ -44,7 +44,7 @@ struct Material {
     bool single_sided = false; // the camera does not see its back
     int32_t maps = -1;         // varying properties: index into Scene::maps, or -1
 
-    std::shared_ptr<const DielectricEnergy> energy; // DIELECTRIC, rough: see material_prepare
+    std::shared_ptr<const DielectricEnergy> energy = {}; // DIELECTRIC, rough: see material_prepare
 };
 
 // Below this roughness, surfaces are mirrors: float directions are too coarse for microfacets.

@@ -95,14 +95,9 @@ struct Meetings {
 
 Medium medium_create(Vec3 low, Vec3 high, glm::ivec3 size, Vec3 albedo, float anisotropy,
                      const std::function<float(Vec3)> &density) {
-    Medium m{};
-    m.low = low;
-    m.high = high;
-    m.material.kind = Material::PHASE;
-    m.material.albedo = albedo;
+    const glm::ivec3 blocks = (size + Medium::BLOCK - 1) / Medium::BLOCK;
+    Medium m{low, high, size, {}, blocks, {}, {Material::PHASE, albedo}};
     m.material.anisotropy = anisotropy;
-    m.size = size;
-    m.blocks = (size + Medium::BLOCK - 1) / Medium::BLOCK;
     for (int z = 0; z < size.z; ++z)
         for (int y = 0; y < size.y; ++y)
             for (int x = 0; x < size.x; ++x)

@@ -299,12 +299,8 @@ Scene scene_build(const std::string &name, const SceneOptions &options) {
     else if (scene.cameras.empty())
         throw Error("there is no scene '", name, "'; the scenes are ", known,
                     "or a file named .gltf or .glb");
-    try {
-        choose_camera(scene, options.camera);
-        scene_finish(scene);
-    } catch (const Error &error) {
-        throw Error(name, ": ", error.what());
-    }
+    named(name, [&] { choose_camera(scene, options.camera); });
+    scene_finish(scene);
     if (scene.cameras.size() > 1 && !options.camera.number && !options.camera.eye)
         scene.notes.push_back(joined(name, ": shows the first of ", scene.cameras.size(),
                                      " cameras; see --list-cameras and --camera"));

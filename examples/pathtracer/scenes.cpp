@@ -8,12 +8,7 @@ namespace {
 
 uint32_t add_material(Scene &scene, Material::Kind kind, Vec3 albedo, float roughness = 0,
                       float ior = 1.5f) {
-    Material material;
-    material.kind = kind;
-    material.albedo = albedo;
-    material.roughness = roughness;
-    material.ior = ior;
-    scene.materials.push_back(material);
+    scene.materials.push_back({kind, albedo, Vec3(1), roughness, 1, ior});
     return uint32_t(scene.materials.size() - 1);
 }
 
