@@ -2,6 +2,7 @@
 """Installed copies of libbn, static and shared, and the commands that build programs against them."""
 
 import os
+import re
 import shutil
 import subprocess
 from dataclasses import dataclass
@@ -22,6 +23,13 @@ def run(*command, **options) -> str:
                           stderr=subprocess.STDOUT, text=True, stdin=subprocess.DEVNULL, **options)
     assert done.returncode == 0, f"{' '.join(map(str, command))}\n{done.stdout}"
     return done.stdout
+
+
+def listing(page: str, name: str) -> str:
+    """A listing of a page of docs/, by the name in the comment before it."""
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    (found,) = re.findall(rf"^<!-- listing: {re.escape(name)} -->\n```\w+\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    return found
 
 
 def cmake_build(source: Path, build: Path, *options: str, target: str = "all") -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT, run
+from conftest import ROOT, listing, run
 
 PAGES = {name: (ROOT / name).read_text(encoding="utf-8") for name in
          ("docs/porting.md", "docs/realtime.md", "bindings/README.md", "bindings/api.md")}
@@ -37,7 +37,6 @@ def fragments(page):
 
 @pytest.mark.parametrize("text", fragments("docs/porting.md") + fragments("docs/realtime.md"))
 def test_fragments_compile(text, tmp_path):
-    (blue,) = re.findall(r"<!-- listing: counted.hpp -->\n```cpp\n(.*?)^```", PAGES["docs/porting.md"], re.MULTILINE | re.DOTALL)
     names = dict(NAMES) if "Get1D" not in text else {"BlueSampler &": ("sampler",)}
     parameters = ", ".join(f"[[maybe_unused]] {type} {name}" for type, group in names.items() for name in group
                            if not re.search(rf"bn::\w+ {name}\(", text))
@@ -47,7 +46,7 @@ def test_fragments_compile(text, tmp_path):
         body = body.replace("direction;\n    }\n", "direction;\n    }\n    return {};\n")
     else:
         body = f"void fragment({parameters}) {{\n{body}}}\n"
-    (tmp_path / "fragment.cpp").write_text(f"{blue}{RENDERER}{body}")
+    (tmp_path / "fragment.cpp").write_text(listing("porting.md", "counted.hpp") + RENDERER + body)
     run(os.environ.get("CXX", "c++"), "-std=c++17", "-Wall", "-Wextra", "-Werror", "-Wno-unused-variable", "-Wno-unused-but-set-variable",
         "-I", ROOT / "libbn/include", "-fsyntax-only", tmp_path / "fragment.cpp")
 

@@ -76,9 +76,7 @@ int main() {
 
 def test_calls_are_libbns(static_library, tmp_path):
     (tmp_path / "main.cpp").write_text(PROGRAM)
-    flags = static_library.pkg_config("--cflags"), static_library.pkg_config("--libs", "--static")
-    run(os.environ.get("CXX", "c++"), "-std=c++14", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{FOLDER}", *flags[0], tmp_path / "main.cpp",
-        "-o", tmp_path / "main", *flags[1])
+    static_library.compile_cpp(tmp_path / "main", "-std=c++14", f"-I{FOLDER}", tmp_path / "main.cpp")
     assert run(tmp_path / "main") == "done\n"
 
 

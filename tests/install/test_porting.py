@@ -5,7 +5,7 @@ import os
 import re
 
 import pytest
-from conftest import ROOT, run
+from conftest import ROOT, listing, run
 
 GUIDE = (ROOT / "docs" / "porting.md").read_text(encoding="utf-8")
 FLAGS = ("-Wall", "-Wextra", "-Werror", "-O1")
@@ -32,11 +32,6 @@ MISTAKES = {
     "sobol": "`BN_SAMPLER_SOBOL` in place of `BLUE`",
     "white": "`BN_SAMPLER_WHITE`",
 }
-
-
-def listing(name):
-    (text,) = re.findall(rf"^<!-- listing: {re.escape(name)} -->\n```\w+\n(.*?)^```", GUIDE, re.MULTILINE | re.DOTALL)
-    return text
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +126,7 @@ int main() {
 
 def test_tile(build):
     """Its numbers end up in the picture."""
-    text = listing("tile.hpp")
+    text = listing("porting.md", "tile.hpp")
     for before, after in (
             ("    // ...\n    for", "    Color color{{px, py, s, t}};\n    (void)ray, (void)scene;\n    for"),
             ("        // ...\n        light[0]", "        const float more[] = {direction[0], direction[1], next_s, next_t};\n"
@@ -176,7 +171,7 @@ def test_debug_builds_stop_at_another_order(order, wrong):
 
 @pytest.fixture(scope="module")
 def order(build):
-    return build(sampler_dot_hpp=listing("counted.hpp"), main_dot_cpp=ORDER)
+    return build(sampler_dot_hpp=listing("porting.md", "counted.hpp"), main_dot_cpp=ORDER)
 
 
 WAVEFRONT = """
@@ -206,4 +201,4 @@ int main() {
 
 
 def test_wavefront(build):
-    assert run(build(wavefront_dot_hpp=listing("wavefront.hpp"), main_dot_cpp=WAVEFRONT)) == "0\n"
+    assert run(build(wavefront_dot_hpp=listing("porting.md", "wavefront.hpp"), main_dot_cpp=WAVEFRONT)) == "0\n"

@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import ROOT, cmake_build, run
+from conftest import ROOT, cmake_build, listing, run
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -50,12 +50,6 @@ def test_python(tmp_path, text):
     run(sys.executable, "-W", "error", "example.py", cwd=tmp_path)
 
 
-def listing(name):
-    page = (ROOT / "docs" / "quickstart.md").read_text(encoding="utf-8")
-    (text,) = re.findall(rf"^<!-- listing: {re.escape(name)} -->\n```\w+\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
-    return text
-
-
 def check_shadow(image):
     """White noise, in the lower half, has at least twice the error of blue after a blur by 8 x 8 pixels."""
     edge = 1.3 * np.arange(256) / 256
@@ -67,7 +61,7 @@ def check_shadow(image):
 
 
 def test_quick_start_in_cpp(static_library, tmp_path):
-    (tmp_path / "shadow.cpp").write_text(listing("shadow.cpp"))
+    (tmp_path / "shadow.cpp").write_text(listing("quickstart.md", "shadow.cpp"))
     run(static_library.compile_cpp(tmp_path / "shadow", tmp_path / "shadow.cpp"), cwd=tmp_path)
     data = (tmp_path / "shadow.pgm").read_bytes()
     assert data.startswith(b"P5 256 256 255\n")
@@ -76,6 +70,6 @@ def test_quick_start_in_cpp(static_library, tmp_path):
 
 def test_quick_start_in_python(tmp_path):
     pytest.importorskip("bluenoise")
-    (tmp_path / "shadow.py").write_text(listing("shadow.py"))
+    (tmp_path / "shadow.py").write_text(listing("quickstart.md", "shadow.py"))
     run(sys.executable, "-W", "error", "shadow.py", cwd=tmp_path)
     check_shadow(np.load(tmp_path / "shadow.npy"))
