@@ -126,7 +126,7 @@ class PathSampler:
         return RaySampler(self, number)
 
     def first_light(self, count: int = 1, k: npt.ArrayLike = 0) -> _Floats:
-        """Draw the light sample at the end of ray 0, if a lens uses its second pair or if there are several.
+        """Draw the light sample at the end of ray 0, if a lens uses its second pair or if there are several. Shape ``(..., 2)``.
 
         Parameters
         ----------
@@ -134,11 +134,6 @@ class PathSampler:
             Number of light samples, the same for all samples of a pixel; index * count must be below 2**32.
         k : array_like of int, default 0
             Index of the light sample, 0 to ``count - 1``; broadcasts with `shape`.
-
-        Returns
-        -------
-        ndarray of float32
-            Of shape ``(..., 2)``.
         """
         count = arguments.integer("count", count, 1, arguments.UINT32[1])
         points = arguments.integers("k", k, np.uint32, 0, count - 1)
@@ -146,13 +141,7 @@ class PathSampler:
         return self._draw(_core.path_camera_domain(self._domain), _sequence(self._index, count, points), pair=0)
 
     def time_wavelength(self) -> _Floats:
-        """Draw the time of the path and its wavelength.
-
-        Returns
-        -------
-        ndarray of float32
-            Of shape ``(..., 2)``.
-        """
+        """Draw the time of the path and its wavelength. Shape ``(..., 2)``."""
         return self._draw(_core.path_camera_domain(self._domain), self._index, pair=1)
 
     def _draw(self, domain: _Words, index: _Words, pair: Any = None) -> _Floats:
@@ -181,39 +170,22 @@ class RaySampler(_OnceOnly):
         self._kept = np.empty(0, np.float32)
 
     def draw(self) -> _Floats:
-        """Draw the direction of the ray, in the first two numbers, and the light sample at its end.
+        """Draw the direction of the ray, in the first two numbers, and the light sample at its end. Shape ``(..., 4)``.
 
         The same at every call.
-
-        Returns
-        -------
-        ndarray of float32
-            Of shape ``(..., 4)``.
         """
         return self._draw(self._domain)
 
     def draw_direction(self) -> _Floats:
-        """Draw the first pair of `draw` alone.
-
-        Returns
-        -------
-        ndarray of float32
-            Of shape ``(..., 2)``.
-        """
+        """Draw the first pair of `draw` alone. Shape ``(..., 2)``."""
         return self._draw(self._domain, 0)
 
     def draw_end_light(self) -> _Floats:
-        """Draw the second pair of `draw` alone.
-
-        Returns
-        -------
-        ndarray of float32
-            Of shape ``(..., 2)``.
-        """
+        """Draw the second pair of `draw` alone. Shape ``(..., 2)``."""
         return self._draw(self._domain, 1)
 
     def draw_1d(self, k: int) -> _Floats:
-        """Draw a single number of the ray by an explicit counter.
+        """Draw a single number of the ray by an explicit counter. Shape ``(...)``.
 
         Number `k` is what call ``k + 1`` of `next_1d` gives. `draw_2d`, `draw_4d`, `draw_split` and `draw_loop` work alike.
 
@@ -221,62 +193,30 @@ class RaySampler(_OnceOnly):
         ----------
         k : int
             From 0 to 2**28 - 1.
-
-        Returns
-        -------
-        ndarray of float32
-            Of shape ``(...)``.
         """
         return self._singles(_counter(k))[..., k & 1]
 
     def draw_2d(self, k: int) -> _Floats:
-        """Draw pair `k` of the ray.
-
-        Returns
-        -------
-        ndarray of float32
-            Of shape ``(..., 2)``.
-        """
+        """Draw pair `k` of the ray. Shape ``(..., 2)``."""
         return self._draw(_core.ray_2d_domain(self._domain, _counter(k)), k & 1)
 
     def draw_4d(self, k: int) -> _Floats:
-        """Draw the four numbers `k` of the ray.
-
-        Returns
-        -------
-        ndarray of float32
-            Of shape ``(..., 4)``.
-        """
+        """Draw the four numbers `k` of the ray. Shape ``(..., 4)``."""
         return self._draw(_core.ray_4d_domain(self._domain, _counter(k)))
 
     def draw_split(self, k: int, count: int) -> Split:
-        """Return split `k`, into `count` branches.
-
-        Returns
-        -------
-        Split
-        """
+        """Return split `k`, into `count` branches."""
         count = arguments.integer("count", count, *arguments.UINT32)
         return Split(self, self._split_domain(_counter(k)), max(count, 1), count)
 
     def draw_loop(self, k: int) -> LoopSampler:
-        """Return the numbers of loop `k`.
-
-        Returns
-        -------
-        LoopSampler
-        """
+        """Return the numbers of loop `k`."""
         return LoopSampler(self, np.asarray(_core.ray_loop_domain(self._domain, _counter(k)), np.uint32))
 
     def next_1d(self) -> _Floats:
-        """Draw the next single number.
+        """Draw the next single number. Shape ``(...)``.
 
         Four in a row are stratified together. Two are drawn at a time, so every second call is free.
-
-        Returns
-        -------
-        ndarray of float32
-            Of shape ``(...)``.
         """
         k = self._1d
         if k & 1 == 0:
@@ -285,27 +225,16 @@ class RaySampler(_OnceOnly):
         return self._kept[..., k & 1]
 
     def next_2d(self) -> _Floats:
-        """Draw the next pair.
+        """Draw the next pair. Shape ``(..., 2)``.
 
         Two in a row are stratified together.
-
-        Returns
-        -------
-        ndarray of float32
-            Of shape ``(..., 2)``.
         """
         pair = self.draw_2d(self._2d)
         self._2d += 1
         return pair
 
     def next_4d(self) -> _Floats:
-        """Draw two pairs whose effects multiply, or a number, the third, and a pair, the first two.
-
-        Returns
-        -------
-        ndarray of float32
-            Of shape ``(..., 4)``.
-        """
+        """Draw two pairs whose effects multiply, or a number, the third, and a pair, the first two. Shape ``(..., 4)``."""
         four = self.draw_4d(self._4d)
         self._4d += 1
         return four
@@ -317,10 +246,6 @@ class RaySampler(_OnceOnly):
         ----------
         count : int
             From 0, which counts as 1, to 2**32 - 1, the same for all samples of a pixel; where it varies, `next_split_from` is better.
-
-        Returns
-        -------
-        Split
         """
         split = self.draw_split(self._splits, count)
         self._splits += 1
@@ -333,10 +258,6 @@ class RaySampler(_OnceOnly):
         ----------
         first : array_like of int
             The number of branches that the earlier samples of the pixel took here: 0 for its first sample. Broadcasts with `shape`.
-
-        Returns
-        -------
-        Split
         """
         taken = _kept("first", first, np.uint32, *arguments.UINT32)
         arguments.together("the ray and first", self.shape, taken.shape)
@@ -345,12 +266,7 @@ class RaySampler(_OnceOnly):
         return split
 
     def next_loop(self) -> LoopSampler:
-        """Return a sampler for a loop of unknown length, such as delta tracking.
-
-        Returns
-        -------
-        LoopSampler
-        """
+        """Return a sampler for a loop of unknown length, such as delta tracking."""
         loop = self.draw_loop(self._loops)
         self._loops += 1
         return loop
@@ -424,10 +340,6 @@ class Split:
         k : array_like of int
             From 0 to 2**32 - 1; broadcasts with the ray's shape. An axis of branches in front is
             ``split[np.arange(count)[:, None, None]]``.
-
-        Returns
-        -------
-        PathSampler
         """
         branches = arguments.integers("k", k, np.uint32, *arguments.UINT32)
         arguments.together("the ray and k", self._shape, branches.shape)
@@ -455,13 +367,7 @@ class LoopSampler(_OnceOnly):
         self._drawn = 0
 
     def next_1d(self) -> _Floats:
-        """Draw the next number, for all paths.
-
-        Returns
-        -------
-        ndarray of float32
-            Of shape ``(...)``.
-        """
+        """Draw the next number, for all paths. Shape ``(...)``."""
         k, path = self._drawn, self._path
         self._drawn += 1
         if k < 4:
