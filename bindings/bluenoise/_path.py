@@ -153,7 +153,7 @@ class PathSampler:
 
 class RaySampler(_OnceOnly):
     """One ray of a path, from ``PathSampler.ray``. It counts the numbers drawn: make one for each ray, and pass it on. It cannot
-    be copied or pickled."""
+    be copied or pickled. Draws are float32 in [0, 1); in their shapes, ``...`` is ``shape``."""
 
     __slots__ = ("_1d", "_2d", "_4d", "_domain", "_kept", "_loops", "_path", "_splits", "shape")
 
@@ -357,7 +357,7 @@ class Split:
 
 class LoopSampler(_OnceOnly):
     """The numbers of a loop of unknown length, from ``RaySampler.next_loop``: four stratified ones, then those of a counter-based
-    generator. It cannot be copied or pickled."""
+    generator. It cannot be copied or pickled. Draws are float32 in [0, 1); ``...`` is the shape of the ray."""
 
     __slots__ = ("_domain", "_drawn", "_four", "_path")
 
