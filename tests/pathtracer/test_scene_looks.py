@@ -140,10 +140,8 @@ def test_wrapping_and_transforms(pathtracer, even_sky, moved, wrap, transform, o
 
 
 def test_second_texture_coordinates_and_vertex_colours(pathtracer, even_sky):
-    second = {"TEXCOORD_1": files.QUAD_COORDINATES[::-1].copy()}  # upside down
-    assert_corners(pathtracer, textured_floor(info={"texCoord": 1}, attributes=second), even_sky, FOUR_COLOURS[[2, 3, 0, 1]])
-    half = {"COLOR_0": np.full((4, 4), 0.5, np.float32)}
-    assert_corners(pathtracer, textured_floor(attributes=half), even_sky, 0.5 * FOUR_COLOURS)
+    both = {"TEXCOORD_1": files.QUAD_COORDINATES[::-1].copy(), "COLOR_0": np.full((4, 4), 0.5, np.float32)}  # upside down
+    assert_corners(pathtracer, textured_floor(info={"texCoord": 1}, attributes=both), even_sky, 0.5 * FOUR_COLOURS[[2, 3, 0, 1]])
 
 
 def test_masks_cut_out(pathtracer, even_sky):
