@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The second stage of bn_bake_sampler: which block of 4 x 4 pixels has which 16 labels, the same
- * for all members of a family.
+ * The second stage of bn_bake_sampler: assigns 16 labels to each block of 4 x 4 pixels, the same for all
+ * members of a family.
  *
- * Annealing exchanges children of the quadtree's nodes, which keeps every net. The energy is that of
- * bake_labels.c for the mean features of a block, which the arrangement inside it cannot change: of
- * half-planes and products in all members, of products over two members, and of steps in the pixel
- * pair. Half a minute, most of it for features. */
+ * Annealing exchanges children of the quadtree's nodes, which preserves every net. The energy is the same
+ * as in bake_labels.c, for the mean features of a block, which do not depend on the arrangement inside it:
+ * half-planes and products in all members, products over two members, and steps in the pixel pair. Takes
+ * half a minute, most of it for features. */
 #include "bake_tile.h"
 #include <math.h>
 #include <stdlib.h>
@@ -60,7 +60,7 @@ static void add_products(block_tile *t, int which, bake_features f, int rows, do
     free(f.rows);
 }
 
-/* What block b would add with labels `upper`. */
+/* The energy that block b would add with labels `upper`. */
 static float energy_at(const block_tile *t, int b, int upper) {
     int x0 = b % WIDE, y0 = b / WIDE;
     float sum = 0;
@@ -108,7 +108,7 @@ static void anneal(block_tile *t, const bake_options *options, double hot) {
     for (int i = 0; i < steps; ++i) {
         const double temperature = hot * pow(0.01, (double)i / steps);
         const uint64_t bits = bake_random_bits(&r);
-        /* Nodes of the four levels in proportion to how many there are, but for the largest. */
+        /* Chooses nodes of the four levels in proportion to their number, except for the largest. */
         const int level = (bits & 15u) < 9 ? 0 : (bits & 15u) < 13 ? 1 : (bits & 15u) < 15 ? 2 : 3;
         const int side = 1 << level, across = WIDE / (2 * side);
         const int node = (int)((bits >> 4 & 0xffffu) * (uint32_t)(across * across) >> 16);

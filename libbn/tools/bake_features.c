@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Features of labels for bn_bake_sampler: vectors whose inner products are those of the errors that
- * labels make for many integrands, at all counts of samples.
+ * Features of labels for bn_bake_sampler: vectors whose inner products equal the inner products of the errors
+ * of the labels for many integrands, at all sample counts.
  *
- * Thousands of errors a label are projected to their principal components, found by subspace
- * iteration from a random start (Halko, Martinsson and Tropp, "Finding Structure with Randomness",
- * 2011). An error counts by its size relative to the mean square of its integrands at its count,
- * times a weight. Seconds a member. */
+ * Thousands of errors per label are projected to their principal components, found by subspace iteration from
+ * a random start (Halko, Martinsson and Tropp, "Finding Structure with Randomness", 2011). Each error is
+ * scaled by the mean square of its integrands at its sample count, times a weight. Takes seconds per
+ * member. */
 #include "bake_tile.h"
 #include <math.h>
 #include <stdlib.h>
@@ -82,8 +82,8 @@ static void orthonormalise(float *z, int count, int width) {
     free(t);
 }
 
-/* Projects `count` rows of `inner` numbers to `width`, in directions that come from every `step`-th
- * row. */
+/* Projects `count` rows of `inner` numbers to `width` numbers. Every `step`-th row determines the
+ * directions. */
 static void project(const float *rows, int count, int step, int inner, int width, float *out) {
     int judged = count / step / 4 * 4;
     float *some = bake_allocate((size_t)judged * inner, sizeof *some);
@@ -107,8 +107,8 @@ static void project(const float *rows, int count, int step, int inner, int width
 
 /* ---- Samples ---- */
 
-/* Coordinates of the first samples of a label in one pair, XORed with a key: random digits of a domain
- * in a copy of the tile, and of a pixel from the seventeenth on. */
+/* Coordinates of the first samples of a label in one pair, XORed with a key: random digits that belong to a
+ * domain in a copy of the tile, and to a pixel from the seventeenth digit on. */
 typedef struct {
     uint32_t point[POINTS][2], shift[PIXELS][2];
 } sample_pair;
@@ -145,8 +145,8 @@ static void pair_points(const sample_pair *pair, uint32_t label, sample_key key,
     }
 }
 
-/* Counts of samples between powers of two. Which samples these are depends on the order of a domain: a mask
- * of the first 64 for each count. */
+/* Sample counts between powers of two. The order of a domain decides which samples these are: a mask of the
+ * first 64 samples for each count. */
 enum { PARTIALS = 9 };
 static const int partial_count[PARTIALS] = {3, 5, 6, 7, 9, 10, 12, 14, 24};
 
@@ -198,7 +198,7 @@ static double plane_mean(double a, double b, double c) {
     return area / 2;
 }
 
-/* Through a random point, at an angle in turns. */
+/* A half-plane through a random point, at an angle in turns. */
 static half_plane plane_make(bake_random *r, double turns) {
     double a = cos(TURN * turns), b = sin(TURN * turns);
     double x = bake_random_double(r), y = bake_random_double(r);
@@ -207,13 +207,13 @@ static half_plane plane_make(bake_random *r, double turns) {
     return made;
 }
 
-/* 1 where x or y is below a place. */
+/* 1 where x or y is below a limit. */
 static half_plane plane_step(int dimension, double place) {
     const half_plane made = {dimension == 0, dimension == 1, (float)place, place};
     return made;
 }
 
-/* Which of `count` points (64 or 256) are inside. */
+/* A mask of the points (64 or 256) that are inside. */
 static void plane_bits(const half_plane *p, const float *x, const float *y, int count,
                        uint64_t *bits) {
     for (int word = 0; word < count / 64; ++word, x += 64, y += 64) {
@@ -226,13 +226,13 @@ static void plane_bits(const half_plane *p, const float *x, const float *y, int 
 
 /* ---- Errors ---- */
 
-/* The errors of one kind of integrand: columns of a matrix with `stride` numbers in a row. */
+/* The errors of one type of integrand: columns of a matrix with `stride` numbers per row. */
 typedef struct {
     float *rows;
     int stride, used;
 } error_matrix;
 
-/* By how much the share of set bits differs from `mean` at powers of two, then at `partials` counts between
+/* The difference of the share of set bits from `mean`, at powers of two and then at `partials` counts between
  * them. */
 static void put_errors(float *out, const uint64_t *bits, int levels, int partials,
                        const sample_order *order, double mean) {
@@ -265,15 +265,15 @@ static void weigh(error_matrix *m, int count, int first, int levels, const doubl
     }
 }
 
-/* Planes for pair 0 and 1, and which of both an integrand is the product of. With a width, a Gaussian
- * bump of this width at a place instead. */
+/* Half-planes for pairs 0 and 1; an integrand is one of them or their product. With a width, it is a Gaussian
+ * bump of this width instead. */
 typedef struct {
     half_plane plane[2];
     int uses; /* 1, 2 or 3 for both */
     float width, x, y;
 } label_integrand;
 
-/* The errors of a bump at all counts. Its mean is that of its samples over all labels. */
+/* The errors of a bump at all counts, relative to the mean of its samples over all labels. */
 static void put_bump(float *out, const label_integrand *f, const float *x, const float *y,
                      int partials, const sample_order *order) {
     float value[POINTS], sum = 0, partial[PARTIALS] = {0};
@@ -303,7 +303,7 @@ static void centre(error_matrix *m, int first) {
     }
 }
 
-/* Two integrands share a domain: the random digits of its coordinates, and its order. */
+/* Two integrands share a domain, with its random digits and its order. */
 static void add_integrands(error_matrix *m, const sample_pair pairs[2], const label_integrand *list,
                            int n, int partials, const double *weight, bake_random *r) {
     enum { GROUP = 2 };
@@ -350,14 +350,14 @@ static label_integrand bump_make(bake_random *r, int pair) {
     return bump;
 }
 
-/* A multiple of `unit`: the full number, or for a small effort a share of it. */
+/* A multiple of `unit`: the full number, or a fraction of it for a small effort. */
 static int fewer(const bake_options *options, int full, int unit) {
     const double effort = options->effort < 1 ? options->effort : 1;
     const int n = (int)(full * effort) / unit * unit;
     return n > unit ? n : unit;
 }
 
-/* Projects `count` rows, which are freed. */
+/* Projects `count` rows, and frees them. */
 static void make_features(bake_features *f, error_matrix *m, int count, int step, int width) {
     f->width = width;
     f->rows = bake_allocate((size_t)count * width, sizeof *f->rows);
@@ -449,7 +449,7 @@ void bake_features_of_two(bake_features *f, const bake_table *table, const bake_
         bits[side] = bake_allocate((size_t)PIXELS * MOST, sizeof *bits[side]);
         for (int k = 0; k < 2; ++k) pair_make(&pairs[k], v, k);
         for (int i = 0; i < n; ++i) plane[side][i] = plane_make(&r, bake_random_double(&r));
-        /* Two in five are of both first pairs. Every five are in a domain of their own. */
+        /* Two in five use both first pairs. Every five share a domain. */
         for (int from = 0; from < n; from += 5) {
             sample_key key[2] = {key_make(&r), key_make(&r)};
             for (int label = 0; label < PIXELS; ++label) {

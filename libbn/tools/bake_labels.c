@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The third stage of bn_bake_sampler: which of its 16 labels each pixel of a block of 4 x 4 has.
+ * The third stage of bn_bake_sampler: assigns the 16 labels of each block of 4 x 4 pixels to its pixels.
  *
- * Annealing permutes the four pixels of a quarter of a block, or its quarters, which keeps the nets
- * of 2 x 2 pixels too. It minimises the sum over pairs of pixels of the inner product of their features
- * times a kernel: the square of the blurred error (Georgiev and Fajardo, "Blue-noise Dithered
- * Sampling", 2016). Each pixel keeps the field of all others. A visit to a block computes the products
- * of its fields with all its labels once, proposes many swaps from them, each by a look-up, and then
- * adds what has changed to the fields: some 100 us a visit of 120 proposals. */
+ * Annealing permutes the four pixels of a quarter of a block, or the quarters, which also preserves the
+ * nets of 2 x 2 pixels. It minimises the sum over pairs of pixels of the inner product of their features
+ * times a kernel, which is the square of the blurred error (Georgiev and Fajardo, "Blue-noise Dithered
+ * Sampling", 2016). Each pixel stores the field of all others. A visit to a block computes the products of
+ * its fields with all its labels once, proposes many swaps, each with one table lookup, and then adds the
+ * changes to the fields. A visit with 120 proposals takes about 100 us. */
 #include "bake_tile.h"
 #include <math.h>
 #include <stdlib.h>
@@ -14,14 +14,14 @@
 
 enum { REACH = BAKE_REACH, TAPS = BAKE_TAPS, MOST_GROUPS = 5, PROPOSALS = 120 };
 
-/* Features of one kind: of labels, or with `other` of two members' labels. */
+/* Features of one type: of labels, or, with `other`, of two members' labels. */
 typedef struct {
     bake_features f;
     const uint16_t *other;
     float *field; /* [PIXELS][f.width]: the kernel's sum over all pixels */
 } feature_set;
 
-/* Features that are blurred by the same kernel. */
+/* Features with the same blur kernel. */
 typedef struct {
     int sets;
     feature_set set[MEMBERS];
@@ -38,9 +38,9 @@ typedef struct {
 
 /* ---- Terms, kernels and products ---- */
 
-/* A term of the energy of a member's labels: inner products of features, times a weight and the sum
- * of kernels along two axes (the same once if the second is 0). Those of two members have the kernel
- * of the term before them. */
+/* A term of the energy of a member's labels: inner products of features, times a weight and the sum of
+ * kernels along two axes (one kernel if the second is 0). Terms of two members use the kernel of the term
+ * before them. */
 typedef struct {
     int what, other; /* the other member of FEATURES_OF_TWO */
     double weight;
@@ -116,8 +116,8 @@ static void gram_of_block(feature_group *g, const arrangement *t, int block) {
 
 /* ---- Fields ---- */
 
-/* Adds the features of a pixel with a label to the fields around it, less those with the label
- * `instead` unless that is the same. */
+/* Adds the features of a pixel with a label to the fields around it, and subtracts the features with the
+ * label `instead`, unless it is the same. */
 static void spread(feature_group *g, int pixel, uint32_t label, uint32_t instead) {
     int x0 = pixel % SIDE, y0 = pixel / SIDE;
     for (int s = 0; s < g->sets; ++s) {
@@ -224,7 +224,7 @@ static void swap(const arrangement *t, block_state *b, int p, int q) {
     b->label[q] = i;
 }
 
-/* The two pixels, or the four of two quarters and four others, that a move exchanges. */
+/* The pixels that a move exchanges: two, or four and four of two quarters. */
 static int make_move(uint64_t bits, int from[4], int to[4]) {
     const int quarter = (int)(bits & 3u), p = (int)(bits >> 2 & 3u);
     const int q = (p + 1 + (int)((bits >> 4 & 0xffffu) * 3 >> 16)) & 3;

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What bn_bake_sampler makes of smooth integrands, in single pixels.
+ * Errors of smooth integrands in single pixels, for bn_bake_sampler.
  *
- * All pixels share one linear scrambling of each coordinate and differ by a digital shift. A step is
- * indifferent to that, a smooth function is not: the digit behind the first m of 2^m samples is a
- * sum of those m, and which sum decides the error. It falls as 1/N if the sum is empty or made of
- * coarse digits and as 1/N^2 with the digit next to it (Dick, "Walsh spaces containing smooth
- * functions and quasi-Monte Carlo rules of arbitrary high order", 2008). The energy is the mean
- * logarithm of the errors of waves, bumps and ramps over random shifts, relative to Sobol', in one,
- * two, three and four dimensions. A millisecond. */
+ * All pixels share one linear scrambling of each coordinate and differ by a digital shift. This does not
+ * matter for a step, but it does for a smooth function: the digit after the first m digits of 2^m samples
+ * is a sum of some of those m, and the choice of sum determines the error. The error falls as 1/N if the
+ * sum is empty or consists of coarse digits, and as 1/N^2 if it includes the adjacent digit (Dick, "Walsh
+ * spaces containing smooth functions and quasi-Monte Carlo rules of arbitrary high order", 2008). The
+ * energy is the mean logarithm of the errors of waves, bumps and ramps over random shifts, relative to
+ * Sobol', in one to four dimensions. Takes a millisecond. */
 #include "bake_tile.h"
 #include <math.h>
 #include <stdlib.h>
@@ -24,7 +24,7 @@ enum {
 };
 enum { GROUPS = 12, FEW_LEVELS = 7 };
 
-/* Functions are products of functions of one dimension, in tables. */
+/* Functions are products of one-dimensional functions, stored in tables. */
 typedef struct {
     int group, dimensions, factor[4], dimension[4];
     double mean, sobol[LEVELS];
@@ -76,8 +76,8 @@ static void add_function(bake_smooth_judge *j, int group, int dimensions, const 
     }
 }
 
-/* Groups: 0 to 3 single dimensions, 4 and 5 the pairs, 6 to 9 across them, 10 a choice with (0) and
- * a point on what was chosen (2, 3), 11 all four. */
+/* Groups: 0 to 3 are single dimensions, 4 and 5 the pairs, 6 to 9 cross pairs, 10 a choice with dimension 0
+ * followed by the point (2, 3), and 11 all four. */
 static void make_functions(bake_smooth_judge *j, bake_random *r) {
     static const int cross[4][2] = {{0, 2}, {0, 3}, {1, 2}, {1, 3}};
     const curve single[SINGLES] = {{0, 1, 0, 0}, {0, 1, 0.25, 0}, {0, 2, 0, 0}, {2, 1, 0, 0},
@@ -116,7 +116,7 @@ static void make_functions(bake_smooth_judge *j, bake_random *r) {
 
 /* ---- Errors ---- */
 
-/* Adds squared errors at 1, 2, 4 ... of a function on points, `stride` words apart. */
+/* Adds squared errors of a function at 1, 2, 4 ... points, `stride` words apart. */
 static void add_errors(const bake_smooth_judge *j, const smooth_function *f,
                        const uint32_t (*point)[4], const uint32_t *shift, int levels,
                        double *square) {
@@ -186,7 +186,7 @@ bake_smooth_judge *bake_smooth_begin(bake_random *r) {
     return j;
 }
 
-/* The mean of logarithms of ratios to Sobol', and a penalty on those above it. */
+/* The mean logarithm of the ratios to Sobol', plus a penalty for ratios above 1. */
 double bake_smooth_energy(const bake_smooth_judge *j, const pole_vectors *v) {
     static const double weight[LEVELS] = {0, .3, .7, 1, 1, 1, 1, .4, .3};
     static const double group_weight[GROUPS] = {.3, .3, .3, .3, 1.8, 1.8, .3, .3, .3, .3, 1, 1.5};

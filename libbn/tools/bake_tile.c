@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Memory, random numbers and sums of bn_bake_sampler. Sums have a fixed inner stride, so that compilers
- * make vectors of them in a fixed order. Random numbers are counters hashed by splitmix64 (Steele, Lea
- * and Flood, "Fast Splittable Pseudorandom Number Generators", 2014). */
+ * Memory, random numbers and sums for bn_bake_sampler. Sums have a fixed inner stride, so that compilers
+ * vectorise them in a fixed order. Random numbers are counters hashed by splitmix64 (Steele, Lea and Flood,
+ * "Fast Splittable Pseudorandom Number Generators", 2014). */
 #include "bake_tile.h"
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What the stages of bn_bake_sampler share: the table that is being made, random numbers, sums of
- * products, and the stages themselves, each a function of the table before it, the seed and the effort
- * alone. */
+ * Shared by the stages of bn_bake_sampler: the table under construction, random numbers, sums of products,
+ * and the stages themselves. Each stage depends only on the previous table, the seed and the effort. */
 #ifndef BN_BAKE_TILE_H
 #define BN_BAKE_TILE_H
 
@@ -34,7 +33,7 @@ typedef struct {
 
 /* ---- Memory and random numbers ---- */
 
-/* Zeroed; ends the program when there is none. */
+/* Allocates zeroed memory; ends the program if there is none. */
 void *bake_allocate(size_t count, size_t size);
 
 typedef struct {
@@ -55,7 +54,8 @@ int bake_pixel_of(int block, int place);
 
 /* ---- Images ---- */
 
-/* Of `count` numbers, a multiple of 16. In the header for the vectors of its callers. */
+/* The inner product of `count` numbers, a multiple of 16. In the header so that callers can vectorise
+ * it. */
 static inline double bake_add_squares(double sum, const float *v, int count) {
     float lane[16] = {0};
     for (int i = 0; i < count; i += 16) {
@@ -66,9 +66,9 @@ static inline double bake_add_squares(double sum, const float *v, int count) {
 }
 float bake_inner_product(const float *a, const float *b, int count);
 
-/* What errors of two pixels add to the energy, by their distance: the autocorrelation of the blur
- * along rows (1), columns (2) or both (3), scaled to 1 for the same pixel, with a share of a narrow
- * one of one pixel. */
+/* The weight of the errors of two pixels in the energy, by their distance: the autocorrelation of the blur
+ * along rows (1), columns (2) or both (3), scaled to 1 for the same pixel, mixed with a narrow blur of one
+ * pixel. */
 enum { BAKE_REACH = 11, BAKE_TAPS = 2 * BAKE_REACH + 1 };
 
 typedef struct {
@@ -79,20 +79,20 @@ void bake_kernel_add(bake_kernel *kernel, int axes, double narrow, double weight
 
 /* ---- The stages ---- */
 
-/* The vectors of a member; `again`: once more, beside all others. */
+/* The vectors of a member. `again`: repeat the search, with all other members fixed. */
 void bake_vectors(bake_table *table, const bake_options *options, int member, int again);
 /* The quadtree down to blocks of 4 x 4 pixels, for all members. */
 void bake_blocks(bake_table *table, const bake_options *options);
 /* The quadtree inside these blocks. */
 void bake_labels(bake_table *table, const bake_options *options, int member);
 
-/* Errors of smooth functions in single pixels: the mean of logarithms of ratios to Sobol', and a
- * penalty on those above it. */
+/* Errors of smooth functions in single pixels: the mean logarithm of the ratios to Sobol', plus a penalty
+ * for ratios above 1. */
 typedef struct bake_smooth_judge bake_smooth_judge;
 bake_smooth_judge *bake_smooth_begin(bake_random *r);
 double bake_smooth_energy(const bake_smooth_judge *j, const pole_vectors *v);
 
-/* ---- Features: what labels are compared by ---- */
+/* ---- Features, by which labels are compared ---- */
 
 /* Rows of `width` numbers, a multiple of 16: errors, projected. */
 typedef struct {
@@ -109,12 +109,12 @@ enum {
     FEATURES_OF_TWO
 };
 
-/* Of a label, a row for each of PIXELS: half-planes and products, steps of dimension 0 or 1 of the
- * pair (0, 1), steps in the pairs whose axes must be alike, or steps in all four dimensions. */
+/* Features of labels, one row for each of PIXELS: half-planes and products, steps of dimension 0 or 1 of
+ * the pair (0, 1), steps in the pairs whose axes must be equally good, or steps in all four dimensions. */
 void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
                             int member, int what);
-/* Of products over two members, a row for each block and two places in it, the first member's place
- * outside. */
+/* Features of products over two members, one row for each block and two places in it; the first member's
+ * place is the outer index. */
 void bake_features_of_two(bake_features *f, const bake_table *table, const bake_options *options,
                           int first, int second);
 

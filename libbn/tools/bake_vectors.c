@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The first stage of bn_bake_sampler: the vectors of each member.
  *
- * Three kinds of moves keep every net: a digit of a coordinate is added to a less significant one,
- * the vector of an index bit to that of a higher one, and label vectors of a pair to those of the
- * same or a coarser level. Annealing lowers the mean logarithm of errors, after blurs of 2.1 and 1
- * pixels and in single pixels, of half-planes that are the same in all pixels or drift across the
- * screen, of their products over both pairs and over two members, of choices between half-planes by
- * a third number, of half-spaces in three dimensions, of edges along the sides of the screen (member
- * 0), and of smooth functions. Pixels have labels by a random quadtree. Positions are numbers of 15
- * bits, so sums do not depend on the compiler. Some ten milliseconds a trial. */
+ * Three types of moves preserve every net: a digit of a coordinate is added to a less significant digit,
+ * the vector of an index bit to the vector of a higher bit, and label vectors of a pair to vectors of the
+ * same or a coarser level. Annealing minimises the mean logarithm of errors, after blurs of 2.1 and 1
+ * pixels and in single pixels. The integrands are half-planes that are constant or drift across the screen,
+ * their products over both pairs and over two members, choices between half-planes with a third number,
+ * half-spaces in three dimensions, edges parallel to the sides of the screen (member 0), and smooth
+ * functions. A random quadtree assigns labels to pixels. Positions have 15 bits, so sums do not depend on
+ * the compiler. A trial takes some ten milliseconds. */
 #include "bake_tile.h"
 #include <math.h>
 #include <stdlib.h>
@@ -23,8 +23,8 @@ enum {
     STEPS = 6   /* in each dimension, in a set */
 };
 
-/* What is judged: the pairs, both, a choice by a third number, half-spaces, two members, steps along
- * the sides of the screen, and steps in single numbers. */
+/* The types of integrands: each pair, both pairs, a choice with a third number, half-spaces, two members,
+ * steps parallel to the sides of the screen, and steps in single numbers. */
 enum { FIRST, SECOND, BOTH, CHOICE, SPACE, MEMBER, STEP, SINGLE, KINDS };
 
 /* 2^14 (a u + b v + c w) < limit, coordinates as numbers of 15 bits; the limit may drift. */
@@ -56,7 +56,7 @@ typedef struct {
     double blurred[KINDS][COUNTS], narrow[KINDS][COUNTS], raw[KINDS][COUNTS];
 } vector_judge;
 
-/* Half of the speed is in wider vectors; the bits are the same. */
+/* Wider vectors double the speed; the bits are the same. */
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define BAKE_WIDE __attribute__((target_clones("avx2", "default")))
 #else
@@ -119,8 +119,8 @@ static void edge_make(edge *e, bake_random *r, int dimensions, int period) {
     }
 }
 
-/* An edge that crosses pixels while dimension 2 is the time: it stands at a place of the screen and
- * moves by up to 16 pixels. Pixels that it does not touch have no error. */
+/* A moving edge, with dimension 2 as the time: it starts at a position on the screen and moves by up to 16
+ * pixels. Pixels that it does not touch have no error. */
 static void moving_edge_make(edge *e, bake_random *r) {
     const double turns = bake_random_double(r), way = cos(TURN * bake_random_double(r));
     const double speed = pow(16, bake_random_double(r)) * way;
@@ -255,8 +255,8 @@ BAKE_WIDE static void count_step(int16_t *count, const uint16_t *x, uint16_t sam
 
 enum { RADIUS = 7, HALF = SIDE / 2 };
 
-/* The mean square after a blur of 2.1 pixels, at every second pixel each way: it has no frequencies
- * that this loses. Along rows (1), columns (2) or both (3). */
+/* The mean square after a blur of 2.1 pixels along rows (1), columns (2) or both (3). Evaluated at every
+ * second pixel each way, because the blur removes all frequencies that this loses. */
 BAKE_WIDE static double wide_square(const float *image, int axes) {
     static float kernel[2 * RADIUS + 1];
     float sum[SIDE];
@@ -363,7 +363,7 @@ static void judge_integrand(vector_judge *j, const integrand *f, const coordinat
     }
 }
 
-/* Steps in single numbers; in x of member 0 blurred along columns as well, in y along rows. */
+/* Steps in single numbers. Member 0 also blurs steps in x along columns, and steps in y along rows. */
 static void judge_steps(vector_judge *j, const integrand_set *s, const coordinates at,
                         const uint16_t sample[SAMPLES][4]) {
     static int16_t count[PIXELS];
@@ -421,8 +421,8 @@ static double judge_vectors(vector_judge *j, const pole_vectors *v) {
 
 /* ---- Ties ---- */
 
-/* Dimensions of two members whose first digits agree over the first 2^m samples: at 32, these never
- * meet all four quarters. */
+/* Counts dimensions of two members whose first digits agree over the first 2^m samples. If they agree over
+ * 32 samples, the pair never reaches all four quarters. */
 static double clash(const pole_vectors *first, const pole_vectors *second) {
     static const double weight[6] = {0, 0, 0, 0.02, 0.15, 3};
     double sum = 0;
@@ -531,7 +531,7 @@ void bake_vectors(bake_table *table, const bake_options *options, int member, in
                 best = v;
             }
         }
-        /* The last part ends with the best, the others with where the annealing is. */
+        /* The last part ends with the best state, the others with the current state. */
         table->member[member] = part + 1 == end ? best : now;
     }
     judge_end(j);

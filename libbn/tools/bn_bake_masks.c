@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Bakes a built-in mask: long annealing from void-and-cluster, in steps of falling temperature. */
+ * Bakes a built-in mask by long annealing from void-and-cluster, in steps of falling temperature. */
 #include <bn/bn.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,7 +13,7 @@ static int fail(const char *what, const char *name) {
     return 1;
 }
 
-/* Ranks as little-endian 16-bit numbers, written beside and renamed. */
+/* Writes ranks as little-endian 16-bit numbers to a temporary file, and renames it. */
 static int write_ranks(const char *path, const uint32_t *ranks, size_t count) {
     char beside[PATH_SIZE + 8];
     snprintf(beside, sizeof beside, "%s.tmp", path);

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Makes libbn/data/blue.u32, the table behind BN_SAMPLER_BLUE.
  *
- * Samples and pixels are in pole order (pole_order.h). Of what that leaves open, three stages choose:
- * the vectors of each member of a family (bake_vectors.c), the quadtree down to blocks of 4 x 4 pixels
- * (bake_blocks.c) and inside them (bake_labels.c), so that errors of neighbouring pixels cancel. All
- * moves keep the nets. Half an hour on one core. Vectors decide nearly all of the errors, the quadtree
- * how visible its own pattern is.
+ * Samples and pixels are in pole order (pole_order.h). Three stages choose the remaining degrees of freedom
+ * so that errors of neighbouring pixels cancel: the vectors of each member of a family (bake_vectors.c), the
+ * quadtree down to blocks of 4 x 4 pixels (bake_blocks.c), and the quadtree inside the blocks
+ * (bake_labels.c). All moves preserve the nets. Takes half an hour on one core. The vectors determine nearly
+ * all of the error; the quadtree determines how visible its own pattern is.
  *
- * The table depends on the effort alone; cosines, logarithms and exponentials come from the C library,
- * so another one may give another table of the same quality.
+ * The table depends only on the effort. Cosines, logarithms and exponentials come from the C library, so
+ * another library may give a different table of the same quality.
  */
 #include "bake_tile.h"
 #include <errno.h>
@@ -16,14 +16,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of the vectors, and of the quadtree: the one of three with the lowest spectral peaks. */
+/* Seeds of the vectors, and of the quadtree: the seed of three with the lowest spectral peaks. */
 enum { VECTOR_SEED = 1, TREE_SEED = 5, PATH_SIZE = 4096 };
 
 /* ---- The quadtree ---- */
 
 /* A random permutation of the four children of node (x, y) of a level, as p ^ flip after a linear map.
- * Without the map, the flip of columns is the same in both rows of the parent and that of rows in
- * both columns, which keeps pixels along a column or row apart. */
+ * Without the map, both rows of the parent flip columns alike, and both columns flip rows alike, which keeps
+ * pixels along a column or row apart. */
 static uint32_t permuted(uint64_t seed, int level, uint32_t x, uint32_t y, int linear) {
     static const uint32_t maps[6][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 1, 3, 2},
                                         {0, 3, 1, 2}, {0, 2, 3, 1}, {0, 3, 2, 1}};
@@ -39,9 +39,9 @@ static uint32_t permuted(uint64_t seed, int level, uint32_t x, uint32_t y, int l
     return child ^ (uint32_t)(along & 1u) ^ (uint32_t)(across & 1u) << 1;
 }
 
-/* Labels by random permutations of the four children of every node of the quadtree, from `seed` down
- * to blocks of 4 x 4 pixels and from `within` inside them; any permutations there if `linear`, else
- * those that keep columns and rows apart. */
+/* Assigns labels by random permutations of the four children of every node of the quadtree, from `seed` down
+ * to blocks of 4 x 4 pixels and from `within` inside them. Inside, all permutations are allowed if `linear`,
+ * otherwise only those that keep columns and rows apart. */
 static void make_labels(uint16_t label[PIXELS], uint64_t seed, uint64_t within, int linear) {
     for (uint32_t p = 0; p < PIXELS; ++p) {
         uint32_t out = 0;
@@ -63,7 +63,7 @@ static void make_trees(bake_table *table, uint64_t seed) {
 /* ---- The table ---- */
 
 /* Below the sixteenth digit of each coordinate, adds random sums of its upper digits, a linear scrambling
- * that keeps every net, so that points differ in all 32 digits. No search looks at these. */
+ * that preserves every net, so that points differ in all 32 digits. The searches ignore these digits. */
 static void scramble_lower_digits(bake_table *table, uint64_t seed) {
     bake_random r = bake_random_make(seed, 9, 0);
     for (int member = 0; member < MEMBERS; ++member) {
@@ -79,8 +79,8 @@ static void scramble_lower_digits(bake_table *table, uint64_t seed) {
     }
 }
 
-/* The label vectors as the table has them: sixteen digits, and as a basis of each level of the quadtree the
- * blocks in the first row and the first column. */
+/* The label vectors as stored in the table: sixteen digits, with the blocks in the first row and the first
+ * column as the basis of each level of the quadtree. */
 static void rebase_labels(bake_table *table) {
     for (int member = 0; member < MEMBERS; ++member) {
         pole_vectors *v = &table->member[member];
@@ -118,13 +118,13 @@ static void make_table(bake_table *table, double effort) {
 
 /* ---- The file ---- */
 
-/* The upper halves of four coordinates in two words. */
+/* Packs the upper halves of four coordinates into two words. */
 static void pack_digits(const uint32_t v[4], uint32_t out[2]) {
     out[0] = v[0] >> 16 | (v[1] & 0xffff0000u);
     out[1] = v[2] >> 16 | (v[3] & 0xffff0000u);
 }
 
-/* bn_draw.glsl has the layout. */
+/* bn_draw.glsl documents the layout. */
 static void pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]) {
     memset(words, 0, BN_WORD_COUNT * sizeof *words);
     for (uint32_t p = 0; p < PIXELS; ++p) {

@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The vectors of pole order from power series over the field of two. */
+ * Computes the vectors of pole order from power series over the field of two elements. */
 #include "pole_order.h"
 #include <assert.h>
 #include <bn/bn_draw.h>
 #include <string.h>
 
-/* The digits of each pair of bits times w, in the field of four. */
+/* Multiplies each pair of bits by w, in the field of four elements. */
 static uint32_t times_w(uint32_t digits) {
     const uint32_t upper = digits >> 1 & 0x55555555u, lower = digits & 0x55555555u;
     return lower << 1 | (upper ^ lower);
 }
 
-/* The index of the second pair from that of the first: the matrix of an SZ sequence, with entries
- * binomial(j, i) w^(j - i) (Ahmed et al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025). */
+/* Maps the index of the first pair to the second by the matrix of an SZ sequence, with entries binomial(j,
+ * i) w^(j - i) (Ahmed et al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025). */
 static uint32_t second_pair(uint32_t digits) {
     digits ^= (times_w(digits) << 2) & 0xccccccccu;
     digits ^= (times_w(times_w(digits)) << 4) & 0xf0f0f0f0u;
@@ -37,7 +37,7 @@ void pole_vectors_make(pole_vectors *v, int form) {
         v->index[j][2] = second;
         v->index[j][3] = bn_sobol_second(second);
     }
-    /* P is the same polynomial in X and in X + 1: 1/P = 1 + X + X^3 + X^4 + X^6 ... at both places. */
+    /* P is the same polynomial in X and in X + 1, so 1/P = 1 + X + X^3 + X^4 + X^6 ... at both places. */
     const uint32_t inverse = 0xdb6db6dbu;
     uint32_t fraction = inverse;
     for (int level = 0; level < POLE_LABEL_BITS / 2; ++level) {
@@ -47,7 +47,7 @@ void pole_vectors_make(pole_vectors *v, int form) {
         }
         fraction = series_product(fraction, inverse);
     }
-    /* One of dimensions 2 and 3 shares its first digit with dimension 0 or 1 over 8 samples. It is 3. */
+    /* Dimension 2 or 3 must share its first digit with dimension 0 or 1 over 8 samples. Make it 3. */
     uint32_t first[4];
     for (int d = 0; d < 4; ++d) first[d] = pole_first_digit(v, d) & 7u;
     if (first[2] == first[0] || first[2] == first[1]) pole_exchange(v, 1);

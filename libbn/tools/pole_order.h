@@ -2,13 +2,13 @@
  * Pole order: digital sequences whose samples and pixels are stratified together.
  *
  * For each pair of coordinates, over the field of two elements, the bits of a sample's index are the
- * coefficients of the powers of X, those of a pixel's label the coefficients of 1/P, X/P, 1/P^2, X/P^2
- * ... with P = X^2 + X + 1: two bits for each level of a quadtree. The coordinates are the expansions of
- * the sum at 0 and at 1. P has no zero there, so a difference of two such functions has too few zeros
- * for two samples to share an elementary interval. (Function fields as the source of nets:
- * Niederreiter and Xing, "Low-discrepancy sequences and global function fields with many rational
- * places", 1996.) The second pair has the index of an SZ sequence, so that the four coordinates of a
- * pixel are nets in base 4, and a label that is a linear map of the first pair's. Microseconds. */
+ * coefficients of the powers of X, and the bits of a pixel's label are the coefficients of 1/P, X/P, 1/P^2,
+ * X/P^2 ... with P = X^2 + X + 1: two bits per level of a quadtree. The coordinates are the expansions of
+ * the sum at 0 and at 1. P has no zero there, so the difference of two such functions has too few zeros for
+ * two samples to share an elementary interval. (Niederreiter and Xing construct nets from function fields
+ * in "Low-discrepancy sequences and global function fields with many rational places", 1996.) The second
+ * pair uses the index of an SZ sequence, so that the four coordinates of a pixel are nets in base 4, and a
+ * linear map of the first pair's label. Takes microseconds. */
 #ifndef BN_POLE_ORDER_H
 #define BN_POLE_ORDER_H
 
@@ -16,13 +16,13 @@
 
 enum { POLE_INDEX_BITS = 32, POLE_LABEL_BITS = 12, POLE_VECTORS = 44 };
 
-/* What each bit adds to the four coordinates, the lowest bit first. */
+/* The vectors that the bits add to the four coordinates, lowest bit first. */
 typedef struct {
     uint32_t index[POLE_INDEX_BITS][4];
     uint32_t label[POLE_LABEL_BITS][4];
 } pole_vectors;
 
-/* Those of the index, then those of the label: k is 0 to POLE_VECTORS - 1. */
+/* The vectors of the index, then of the label: k is 0 to POLE_VECTORS - 1. */
 static inline uint32_t *pole_vector(pole_vectors *v, int k) {
     return k < POLE_INDEX_BITS ? v->index[k] : v->label[k - POLE_INDEX_BITS];
 }
@@ -37,18 +37,18 @@ void pole_index_point(const pole_vectors *v, uint32_t index, uint32_t out[4]);
 /* The first digit of coordinate d as a sum of index bits. */
 uint32_t pole_first_digit(const pole_vectors *v, int d);
 
-/* Adds digit `from` of coordinate d to digit `to`, a less significant one: keeps every net. */
+/* Adds digit `from` of coordinate d to the less significant digit `to`. Preserves every net. */
 void pole_add_digit(pole_vectors *v, int d, int from, int to);
 
-/* Changes the order of the samples: the vector of bit `from` is added to that of `to`, a higher
- * one, so that every power-of-two prefix stays the same set. */
+/* Changes the order of the samples: adds the vector of bit `from` to the vector of the higher bit `to`, so
+ * that every power-of-two prefix stays the same set. */
 void pole_add_index(pole_vectors *v, int from, int to);
 
 /* Exchanges the coordinates of a pair. */
 void pole_exchange(pole_vectors *v, int pair);
 
-/* By random bits, maps the label of a pair within one level, or adds a vector of a finer level to one
- * of a coarser: keeps every net. */
+/* With random bits, maps the label of a pair within one level, or adds a vector of a finer level to a
+ * vector of a coarser level. Preserves every net. */
 void pole_mix_labels(pole_vectors *v, int pair, uint64_t random);
 
 #endif
