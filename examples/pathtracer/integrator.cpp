@@ -67,7 +67,7 @@ class Path {
     PathSample trace(int x, int y) {
         const Camera &camera = scene_.camera;
         u_ = draw(0);
-        ray_ = camera_ray(camera, {float(x) + u_[0], float(y) + u_[1]}, pair23(u_));
+        ray_ = camera_ray(camera, {float(x) + u_[0], float(y) + u_[1]}, {u_[2], u_[3]});
         // It could use the second pair of ray 0, like a lens, but then the first light could not.
         if (!scene_.motions.empty()) ray_.time = path_numbers_.time_wavelength()[0];
         PathSample result{};
@@ -197,7 +197,7 @@ class Path {
         if (material_is_smooth(*v.material) || scene_.lights.empty()) return 0;
         const uint32_t count = bounce_ == 0 ? scene_.light_samples : 1;
         for (uint32_t k = 0; k < count; ++k) {
-            Vec2 u = pair23(u_);
+            Vec2 u = {u_[2], u_[3]};
             if (bounce_ == 0 && first_light_apart(scene_)) {
                 const auto [s, t] = path_numbers_.first_light(count, k);
                 u = {s, t};
@@ -219,7 +219,7 @@ class Path {
         }
         u_ = draw(bounce_);
         const MaterialSample sample =
-            material_sample(*v.material, v.normals.front, v.wo, pair01(u_), lobe);
+            material_sample(*v.material, v.normals.front, v.wo, Vec2{u_[0], u_[1]}, lobe);
         if (!(sample.pdf > 0)) return false;
         const Vec3 direction = v.frame * sample.wi;
         if (!v.same_side(sample.wi, direction)) return false;

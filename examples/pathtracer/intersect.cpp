@@ -2,6 +2,7 @@
 // Ray queries with Embree 3 or 4, which differ in the context argument.
 #include "intersect.h"
 
+#include <cstring>
 #include <limits>
 #include <string>
 
@@ -80,28 +81,26 @@ GeometryPointer geometry_build(const Scene &scene) {
     rtcSetSceneBuildQuality(geometry->scene, RTC_BUILD_QUALITY_HIGH);
 
     RTCGeometry mesh = rtcNewGeometry(geometry->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    void *vertices = rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                             sizeof(Vec3), scene.vertices.size());
-    void *ends = vertices;
+    const auto fill = [mesh](RTCBufferType type, unsigned step, RTCFormat format,
+                             const auto &from) {
+        const size_t size = sizeof from[0], count = from.size();
+        void *to = rtcSetNewGeometryBuffer(mesh, type, step, format, size, count);
+        if (to) std::memcpy(to, from.data(), size * count);
+    };
+    fill(RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, scene.vertices);
+    fill(RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, scene.triangles);
     if (!scene.motions.empty()) {
+        std::vector<Vec3> ends = scene.vertices;
+        for (size_t i = 0; i < ends.size(); ++i) ends[i] += scene.motions[i];
         rtcSetGeometryTimeStepCount(mesh, 2);
-        ends = rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 1, RTC_FORMAT_FLOAT3,
-                                       sizeof(Vec3), scene.vertices.size());
+        fill(RTC_BUFFER_TYPE_VERTEX, 1, RTC_FORMAT_FLOAT3, ends);
     }
-    void *triangles = rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                              sizeof(Triangle), scene.triangles.size());
     if (scene.has_cut_outs || scene.has_single_sided) {
         rtcSetGeometryUserData(mesh, const_cast<Scene *>(&scene)); // read only
         rtcSetGeometryIntersectFilterFunction(mesh, pass_through);
         if (scene.has_cut_outs) rtcSetGeometryOccludedFilterFunction(mesh, pass_through);
     }
-    if (vertices && ends && triangles) {
-        std::copy(scene.vertices.begin(), scene.vertices.end(), static_cast<Vec3 *>(vertices));
-        std::copy(scene.triangles.begin(), scene.triangles.end(),
-                  static_cast<Triangle *>(triangles));
-        if (!scene.motions.empty())
-            std::transform(scene.vertices.begin(), scene.vertices.end(), scene.motions.begin(),
-                           static_cast<Vec3 *>(ends), [](Vec3 v, Vec3 by) { return v + by; });
+    if (error.empty()) {
         rtcCommitGeometry(mesh);
         rtcAttachGeometry(geometry->scene, mesh);
         rtcCommitScene(geometry->scene);

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // GGX conductors, dielectrics, and the metallic-roughness material of glTF.
 //
-//
 // A wide lobe adds back multiple scattering (Kulla and Conty, "Revisiting Physically Based Shading at
 // Imageworks", 2017): the energy loss in direction o times the loss in direction i, tabulated at
 // start-up. Rough materials are sampled as a mixture of both lobes, with the loss as the probability of
 // the wide lobe. Conductors use Schlick's Fresnel term.
 #include "material.h"
 
-#include "light.h"
 #include "medium.h"
 #include "microfacet.h"
 

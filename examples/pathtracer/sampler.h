@@ -56,10 +56,3 @@ auto with_path(const Sampler &sampler, int32_t x, int32_t y, uint32_t index, Vis
     if (sampler.peer) return visit(PeerPath{*sampler.peer, x, y, index});
     return visit(bn::PathSampler(sampler.library, x, y, index));
 }
-
-inline Vec2 pair01(const std::array<float, 4> &u) {
-    return {u[0], u[1]};
-}
-inline Vec2 pair23(const std::array<float, 4> &u) {
-    return {u[2], u[3]};
-}

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import tempfile
 import time
-import unicodedata
 from pathlib import Path
 
 from evidence.base.command import parse_size, positive
@@ -54,8 +53,6 @@ def parse(arguments):
     add("--workers", type=positive, metavar="N", help="local workers (default: one per core)")
     add("--threads", type=positive, default=1, metavar="N", help="threads per task (default 1)")
     add("--tile", type=parse_size, default=(128, 128), metavar="WxH", help="maximum size of a task in pixels (default 128x128)")
-    add("--samples-per-task", type=positive, metavar="N", help="maximum samples per pixel of a task (default: all; if "
-        "samples are split, merging rounds to about a millionth)")
     add("--spp", type=positive, default=16, metavar="N", help="samples per pixel (default 16)")
     add("--first-sample", type=int, default=0, metavar="N", help="index of the first sample of each pixel (default 0)")
     add("--size", type=parse_size, default=(512, 512), metavar="WxH", help="size of the image in pixels (default 512x512)")
@@ -104,10 +101,9 @@ def render_parts(options, program, inputs, folder, parts, found):
     """Renders the parts that are missing in the folder. Returns their number of samples."""
     from evidence.base.progress import Progress  # needs what set-up installs
 
-    left = [part for part in parts if not folder.has(part)]
-    total, before = sum(part.samples for part in parts), sum(part.samples for part in parts if folder.has(part))
-    done = before
-    tasks = {part: [*options.shared, *part.arguments(), "--threads", str(options.threads)] for part in left}
+    tasks = {part: [*options.shared, *part.arguments(), "--threads", str(options.threads)] for part in parts if not folder.has(part)}
+    total, missing = (sum(part.samples for part in some) for some in (parts, tasks))
+    done, left = total - missing, len(tasks)
     with cluster.connect(options.scheduler, options.workers or max(1, (os.cpu_count() or 1) // options.threads)) as client:
         cluster.check_workers(client, program, found, inputs)
         with Progress(total, "samples", done) as progress:
@@ -117,12 +113,12 @@ def render_parts(options, program, inputs, folder, parts, found):
                         progress.write(f"farm: worker {part} is gone; what it had is rendered elsewhere", sys.stderr)
                 elif part is not None:
                     folder.add(part, data)
-                    left.remove(part)
+                    left -= 1
                     done += part.samples
-                    progress(f"{len(parts) - len(left)} of {len(parts)} parts", done)
+                    progress(f"{len(parts) - left} of {len(parts)} parts", done)
                 elif not cluster.workers(client):
                     progress("waiting for workers", done)
-    return total - before
+    return missing
 
 
 def run(arguments):
@@ -139,9 +135,9 @@ def run(arguments):
             raise FarmError(f"{file} is a folder; choose another output")
         if any(file.exists() and os.path.samefile(file, other) for other in inputs):
             raise FarmError(f"{file} is also an input; choose another output")
-    parts = split(options.crop, options.first_sample, options.spp, options.tile, options.samples_per_task)
+    parts = split(options.crop, options.first_sample, options.spp, options.tile)
     if len(parts) > MAX_PARTS:
-        raise FarmError(f"{len(parts)} tasks are more than {MAX_PARTS}; set a larger --tile or --samples-per-task")
+        raise FarmError(f"{len(parts)} tasks are more than {MAX_PARTS}; set a larger --tile")
     x0, y0 = options.crop[:2]
     last = Part(x0, y0, x0 + 1, y0 + 1, options.first_sample + options.spp - 1, 1)
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
@@ -149,7 +145,7 @@ def run(arguments):
     found = worker.fingerprint(program, inputs)
     output.parent.mkdir(parents=True, exist_ok=True)
     folder = PartsFolder(output, {"arguments": shared, "files": found, "crop": options.crop, "tile": options.tile,
-                                  "samples": [options.first_sample, options.spp, options.samples_per_task]}, listed)
+                                  "samples": [options.first_sample, options.spp]}, listed)
     for file, wrong in folder.remove_damaged(parts):
         print(f"farm: {file} {wrong}; it is rendered again", file=sys.stderr)
     kept = folder.count(parts)
@@ -177,7 +173,7 @@ def run(arguments):
 
 def plain(text):
     """Makes text printable: file names may contain line breaks and terminal sequences."""
-    return "".join("?" if unicodedata.category(c) == "Cc" else c for c in str(text))
+    return re.sub(r"[\x00-\x1f\x7f-\x9f]", "?", str(text))
 
 
 def main():

@@ -36,16 +36,12 @@ class Part(NamedTuple):
         return ["--crop", ",".join(map(str, self[:4])), "--first-sample", str(self.first), "--spp", str(self.count)]
 
 
-def split(crop, first, count, tile, samples_per_task=None):
-    """The parts of an image that cover each sample of each pixel of `crop` = (x0, y0, x1, y1) once, row by row.
-
-    tile: (width, height) of the largest part. samples_per_task: the largest number of samples of a part; None: all, which
-    keeps the image's bits.
-    """
+def split(crop, first, count, tile):
+    """The parts that cover each sample of each pixel of `crop` = (x0, y0, x1, y1) once, row by row. tile: (width, height) of the
+    largest part."""
     x0, y0, x1, y1 = crop
-    step = samples_per_task or count
-    return [Part(x, y, min(x + tile[0], x1), min(y + tile[1], y1), s, min(step, first + count - s))
-            for y in range(y0, y1, tile[1]) for x in range(x0, x1, tile[0]) for s in range(first, first + count, step)]
+    return [Part(x, y, min(x + tile[0], x1), min(y + tile[1], y1), first, count)
+            for y in range(y0, y1, tile[1]) for x in range(x0, x1, tile[0])]
 
 
 def names_of(listed):
