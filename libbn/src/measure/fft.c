@@ -155,12 +155,13 @@ static int bluestein(bn_fft *fft) {
     return at;
 }
 
-int bn_fft_columns(bn_fft *fft, double *re, double *im, size_t columns, const bn_fft_watch *watch) {
+int bn_fft_columns(bn_fft *fft, const double *re, const double *im, size_t columns, double *to_re,
+                   double *to_im, const bn_fft_watch *watch) {
+    const size_t used = fft->n * BN_FFT_LANES;
     for (size_t first = 0; first < columns; first += BN_FFT_LANES) {
         const double done = watch->done + watch->share * (double)first / (double)columns;
         if (watch->progress != NULL && watch->progress(watch->user, done) != 0) return 0;
-        size_t lanes = columns - first < BN_FFT_LANES ? columns - first : BN_FFT_LANES;
-        size_t used = fft->n * BN_FFT_LANES;
+        const size_t lanes = columns - first < BN_FFT_LANES ? columns - first : BN_FFT_LANES;
         for (size_t part = 0; part < 2; ++part) {
             const double *from = (part == 0 ? re : im) + first;
             double *to = fft->scratch[part];
@@ -170,27 +171,15 @@ int bn_fft_columns(bn_fft *fft, double *re, double *im, size_t columns, const bn
             }
             memset(to + used, 0, (fft->m * BN_FFT_LANES - used) * sizeof *to);
         }
-        int at = fft->chirp_re == NULL ? transform(fft) : bluestein(fft);
+        const int at = fft->chirp_re == NULL ? transform(fft) : bluestein(fft);
         for (size_t part = 0; part < 2; ++part) {
-            double *to = (part == 0 ? re : im) + first;
+            double *to = (part == 0 ? to_re : to_im) + first * fft->n;
             const double *from = fft->scratch[at + (int)part];
             for (size_t k = 0; k < fft->n; ++k) {
-                memcpy(to + k * columns, from + k * BN_FFT_LANES, lanes * sizeof *to);
+                for (size_t lane = 0; lane < lanes; ++lane)
+                    to[lane * fft->n + k] = from[k * BN_FFT_LANES + lane];
             }
         }
     }
     return 1;
-}
-
-void bn_transpose(const double *from, size_t height, size_t width, double *to) {
-    enum { tile = 16 };
-    for (size_t y0 = 0; y0 < height; y0 += tile) {
-        size_t y1 = y0 + tile < height ? y0 + tile : height;
-        for (size_t x0 = 0; x0 < width; x0 += tile) {
-            size_t x1 = x0 + tile < width ? x0 + tile : width;
-            for (size_t y = y0; y < y1; ++y) {
-                for (size_t x = x0; x < x1; ++x) to[x * height + y] = from[y * width + x];
-            }
-        }
-    }
 }

@@ -18,12 +18,10 @@ typedef struct bn_fft_watch {
     double done, share;
 } bn_fft_watch;
 
-/* Forward transform, in place, along the rows of a matrix re + i im of n rows and `columns` columns:
- * every column is replaced by its discrete Fourier transform. The plan holds the scratch memory, so
- * only one thread at a time may use it. Returns 0 if the callback of `watch` cancels. */
-int bn_fft_columns(bn_fft *fft, double *re, double *im, size_t columns, const bn_fft_watch *watch);
-
-/* to[x][y] = from[y][x] for a matrix of height rows and width columns. */
-void bn_transpose(const double *from, size_t height, size_t width, double *to);
+/* Forward transform of each column of a matrix re + i im of n rows and `columns` columns, into the rows of
+ * another matrix: twice, it is the transform in two dimensions. The plan holds the scratch memory, so only
+ * one thread at a time may use it. Returns 0 if the callback of `watch` cancels. */
+int bn_fft_columns(bn_fft *fft, const double *re, const double *im, size_t columns, double *to_re,
+                   double *to_im, const bn_fft_watch *watch);
 
 #endif

@@ -58,21 +58,21 @@ bn_result bn_mask_error(const bn_mask *mask, double sigma, double *error, bn_pro
         const bn_fft_watch first_half = {progress, progress_user, done, half};
         const bn_fft_watch second_half = {progress, progress_user, done + half, half};
         result = BN_ERROR_CANCELLED;
-        if (!bn_fft_columns(columns, re, im, width, &first_half)) goto done;
-        bn_transpose(re, height, width, turned_re);
-        bn_transpose(im, height, width, turned_im);
-        if (!bn_fft_columns(rows, turned_re, turned_im, height, &second_half)) goto done;
-        double first = turned_re[0] / n - (i + 0.5) / BN_ERROR_THRESHOLDS;
-        double second = turned_im[0] / n - (i + 1.5) / BN_ERROR_THRESHOLDS;
-        turned_re[0] = turned_im[0] = 0;
+        if (!bn_fft_columns(columns, re, im, width, turned_re, turned_im, &first_half) ||
+            !bn_fft_columns(rows, turned_re, turned_im, height, re, im, &second_half)) {
+            goto done;
+        }
+        double first = re[0] / n - (i + 0.5) / BN_ERROR_THRESHOLDS;
+        double second = im[0] / n - (i + 1.5) / BN_ERROR_THRESHOLDS;
+        re[0] = im[0] = 0;
         double sum = 0;
-        for (uint32_t x = 0; x < width; ++x) {
-            const double *r = turned_re + (size_t)x * height, *s = turned_im + (size_t)x * height;
+        for (uint32_t y = 0; y < height; ++y) {
+            const double *r = re + (size_t)y * width, *s = im + (size_t)y * width;
             double row = 0;
-            for (uint32_t y = 0; y < height; ++y) {
-                row += (r[y] * r[y] + s[y] * s[y]) * transfer_y[y];
+            for (uint32_t x = 0; x < width; ++x) {
+                row += (r[x] * r[x] + s[x] * s[x]) * transfer_x[x];
             }
-            sum += row * transfer_x[x];
+            sum += row * transfer_y[y];
         }
         total += sum / n / n + first * first + second * second;
     }

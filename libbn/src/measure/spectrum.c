@@ -26,12 +26,10 @@ bn_result bn_power_spectrum(const bn_mask *mask, float *power, size_t count, bn_
     result = BN_ERROR_CANCELLED;
     const bn_fft_watch first_half = {progress, progress_user, 0, 0.5};
     const bn_fft_watch second_half = {progress, progress_user, 0.5, 0.5};
-    if (!bn_fft_columns(columns, re, im, width, &first_half)) goto done;
-    bn_transpose(re, height, width, turned_re);
-    bn_transpose(im, height, width, turned_im);
-    if (!bn_fft_columns(rows, turned_re, turned_im, height, &second_half)) goto done;
-    bn_transpose(turned_re, width, height, re);
-    bn_transpose(turned_im, width, height, im);
+    if (!bn_fft_columns(columns, re, im, width, turned_re, turned_im, &first_half) ||
+        !bn_fft_columns(rows, turned_re, turned_im, height, re, im, &second_half)) {
+        goto done;
+    }
     /* The sum of the squares of 0 .. n - 1 around their mean. */
     const double total = n * (n * n - 1) / 12;
     for (size_t i = 0; i < count; ++i) {

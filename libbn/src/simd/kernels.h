@@ -252,7 +252,7 @@ static int32_t window_difference(const int16_t *first, const int16_t *second, si
                                  const int16_t *weights, uint32_t rows, uint32_t row_lanes,
                                  int16_t low, int16_t high) {
     const bn_i16x16 lows = i16_set(low), highs = i16_set(high);
-    bn_i32x8 plus = x8_zero(), minus = x8_zero();
+    bn_i32v plus = i32_set(0), minus = i32_set(0);
     for (uint32_t y = 0; y < rows; ++y) {
         for (uint32_t x = 0; x < row_lanes; x += BN_WINDOW_LANES) {
             bn_i16x16 weight = i16_load(weights + x);
@@ -263,7 +263,7 @@ static int32_t window_difference(const int16_t *first, const int16_t *second, si
         second += stride;
         weights += row_lanes;
     }
-    return x8_sum(x8_subtract(plus, minus));
+    return i32_sum(i32_subtract(plus, minus));
 }
 
 /* ---- Relaxation */
@@ -284,5 +284,5 @@ static void relax_row(const int16_t *centre, const ptrdiff_t *offsets, const int
     }
 }
 
-const bn_simd BN_SIMD_TABLE = {BN_SIMD_NAME,      field_change, field_find,
-                               window_difference, relax_row,    BN_SIMD_DRAW_MANY};
+const bn_simd BN_SIMD_TABLE = {field_change, field_find, window_difference, relax_row,
+                               BN_SIMD_DRAW_MANY};

@@ -23,8 +23,6 @@ typedef struct bn_draw_lanes {
 } bn_draw_lanes;
 
 typedef struct bn_simd {
-    const char *name;
-
     /* Sets (sign 1) or clears (sign -1) a texel and updates the requested extremes. */
     void (*field_change)(bn_field *field, bn_field_texel texel, int sign, int extremes);
     /* The texel of lowest or highest energy; of several, the first in the order of the tiles. */

@@ -8,7 +8,6 @@
         return operation(a, b);                                                                    \
     }
 
-#define BN_SIMD_NAME "avx2"
 #define BN_SIMD_TABLE bn_simd_avx2
 #define BN_I32_LANES 8
 typedef __m256i bn_i32v;
@@ -48,17 +47,13 @@ static inline uint32_t i32_equal_bits(bn_i32v a, bn_i32v b) {
     return (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b)));
 }
 
-typedef __m256i bn_i32x8, bn_i16x16;
-
-static inline bn_i32x8 x8_zero(void) {
-    return _mm256_setzero_si256();
-}
-BN_BINARY(x8_subtract, bn_i32x8, _mm256_sub_epi32)
-static inline int32_t x8_sum(bn_i32x8 a) {
+static inline int32_t i32_sum(bn_i32v a) {
     __m128i s = _mm_add_epi32(_mm256_castsi256_si128(a), _mm256_extracti128_si256(a, 1));
     s = _mm_add_epi32(s, _mm_shuffle_epi32(s, 0x4e));
     return _mm_cvtsi128_si32(_mm_add_epi32(s, _mm_shuffle_epi32(s, 0xb1)));
 }
+
+typedef __m256i bn_i16x16;
 static inline bn_i16x16 i16_set(int16_t a) {
     return _mm256_set1_epi16(a);
 }
@@ -77,6 +72,6 @@ static inline bn_i16x16 i16_shift_left(bn_i16x16 a, int32_t shift) {
     return _mm256_sll_epi16(a, _mm_cvtsi32_si128(shift));
 }
 BN_BINARY(i16_multiply_upper, bn_i16x16, _mm256_mulhrs_epi16)
-static inline bn_i32x8 i16_multiply_add(bn_i32x8 sum, bn_i16x16 a, bn_i16x16 b) {
+static inline bn_i32v i16_multiply_add(bn_i32v sum, bn_i16x16 a, bn_i16x16 b) {
     return _mm256_add_epi32(sum, _mm256_madd_epi16(a, b));
 }

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The vector types of kernels.h for NEON, in pairs of registers; vec.h describes the functions. */
 #include <arm_neon.h>
-#define BN_SIMD_NAME "neon"
 #define BN_SIMD_TABLE bn_simd_neon
 #define BN_I32_LANES 8
-typedef struct bn_i32x8 {
+typedef struct bn_i32v {
     int32x4_t a, b;
-} bn_i32x8, bn_i32v;
+} bn_i32v;
 typedef struct bn_i16x16 {
     int16x8_t a, b;
 } bn_i16x16;
@@ -31,9 +30,6 @@ static inline void i32_store(int32_t *p, bn_i32v x) {
     vst1q_s32(p + 4, x.b);
 }
 #define i32_load_any i32_load
-static inline bn_i32x8 x8_zero(void) {
-    return i32_set(0);
-}
 static inline bn_i16x16 i16_set(int16_t v) {
     bn_i16x16 r = {vdupq_n_s16(v), vdupq_n_s16(v)};
     return r;
@@ -70,8 +66,7 @@ static inline uint32_t i32_equal_bits(bn_i32v x, bn_i32v y) {
     return vaddvq_u16(vandq_u16(equal, vld1q_u16(bit)));
 }
 
-BN_BINARY(x8_subtract, bn_i32x8, vsubq_s32)
-static inline int32_t x8_sum(bn_i32x8 x) {
+static inline int32_t i32_sum(bn_i32v x) {
     return vaddvq_s32(vaddq_s32(x.a, x.b));
 }
 BN_BINARY(i16_add, bn_i16x16, vaddq_s16)
@@ -82,7 +77,7 @@ static inline bn_i16x16 i16_shift_left(bn_i16x16 x, int32_t shift) {
     bn_i16x16 r = {vshlq_s16(x.a, by), vshlq_s16(x.b, by)};
     return r;
 }
-static inline bn_i32x8 i16_multiply_add(bn_i32x8 sum, bn_i16x16 x, bn_i16x16 y) {
+static inline bn_i32v i16_multiply_add(bn_i32v sum, bn_i16x16 x, bn_i16x16 y) {
     sum.a = vmlal_s16(sum.a, vget_low_s16(x.a), vget_low_s16(y.a));
     sum.b = vmlal_s16(sum.b, vget_high_s16(x.a), vget_high_s16(y.a));
     sum.a = vmlal_s16(sum.a, vget_low_s16(x.b), vget_low_s16(y.b));
