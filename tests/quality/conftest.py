@@ -10,18 +10,34 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-MIDDLES = (np.arange(4096) + 0.5) / 4096
+
+
+def part(a, b, c):
+    """The part of the unit square with a x + b y < c, neither a nor b zero."""
+    c, a, b = c - min(a, 0) - min(b, 0), abs(a), abs(b)
+    above = [np.maximum(0, c - less) ** 2 for less in (0, a, b, a + b)]
+    return (above[0] - above[1] - above[2] + above[3]) / (2 * a * b)
 
 
 def plane_through(x, y, a, b):
-    """The half-plane a x + b y < c through a point: a, b, c, and its part of the unit square; b is not 0."""
+    """The half-plane a x + b y < c through a point: a, b, c, and its part of the unit square."""
     c = a * x + b * y
-    height = np.clip((c - a * MIDDLES) / b, 0, 1)
-    return float(a), float(b), float(c), (height if b > 0 else 1 - height).mean()
+    return float(a), float(b), float(c), part(a, b, c)
 
 
 def plane_at_angle(x, y, angle):
     return plane_through(x, y, np.cos(angle), np.sin(angle))
+
+
+def well_spread(number):
+    """A point of the unit square."""
+    return (0.5 + np.array([0.7548776662466927, 0.5698402909980532]) * number) % 1
+
+
+def blur_gain(sigma, radius=7):
+    """What a blur along both axes leaves of the variance of white noise."""
+    kernel = np.exp(-0.5 * (np.arange(-radius, radius + 1) / sigma) ** 2)
+    return ((kernel / kernel.sum()) ** 2).sum() ** 2
 
 
 @pytest.fixture(scope="session")

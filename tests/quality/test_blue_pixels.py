@@ -4,7 +4,7 @@ is as blue as the first. False-alarm rates are for fresh seeds."""
 
 import numpy as np
 import pytest
-from conftest import plane_at_angle
+from conftest import blur_gain, plane_at_angle
 
 import bluenoise
 
@@ -73,14 +73,13 @@ def test_single_samples(index):
     """In the middle of an octave a sample is as blue as the first, over copies with different orders too: the error of half-planes after
     a blur, over that of white noise. With an order of its own in each pixel it would be 1."""
     y, x = np.mgrid[:128, :128]
-    kernel = np.exp(-0.5 * (np.arange(-7, 8) / 2.1) ** 2)
-    gain, square = ((kernel / kernel.sum()) ** 2).sum() ** 2, 0
+    square = 0
     for f in range(12):
         angle, near = 2.4 * f + 0.1, 0.15 * np.sin(12 * f)  # how far it passes the middle
         a, b, c, mean = plane_at_angle(0.5 + near * np.cos(angle), 0.5 + near * np.sin(angle), angle)
         u = bluenoise.Sampler("blue", seed=SEED).sample(x, y, index, bluenoise._core.domain_child(11, f), pair=f // 2 % 2)
         error = (a * u[..., 0] + b * u[..., 1] < c) - mean
         error = ndimage.gaussian_filter(error, 2.1, truncate=7 / 2.1)[7:-7, 7:-7]
-        square += (error**2).mean() / (mean * (1 - mean) * gain) / 12
+        square += (error**2).mean() / (mean * (1 - mean) * blur_gain(2.1)) / 12
     print(f"\nsample {index} alone: {np.sqrt(square):.3f} of white noise after a blur")
     assert np.sqrt(square) < 0.65

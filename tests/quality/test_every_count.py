@@ -5,7 +5,7 @@ samples for each pixel that of half-planes rises by a third to a half from 2 to 
 
 import numpy as np
 import pytest
-from conftest import plane_at_angle
+from conftest import plane_at_angle, well_spread
 
 import bluenoise
 
@@ -24,7 +24,7 @@ def samples(parent, member):
 
 def shape(number, disc=False):
     """A half-plane, or a disc, through a well-spread point: a function of x and y, and its mean."""
-    u, v = (0.5 + np.array([0.7548776662466927, 0.5698402909980532]) * number) % 1
+    u, v = well_spread(number)
     if disc:
         r = 0.1 + 0.35 * (0.618033988749895 * number % 1)
         x0, y0 = r + (1 - 2 * r) * u, r + (1 - 2 * r) * v

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from conftest import plane_at_angle
+from conftest import blur_gain, plane_at_angle
 
 import bluenoise
 from bluenoise._core import domain_child, path_ray_domain, stream_domain
@@ -99,15 +99,14 @@ COUNTS = np.array([1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64])
 def product_errors(sampler, domains, number):
     """f g of two half-planes less their means, so that independent samples average to zero: (2, COUNTS) mean squares over a picture, raw
     and blurred with sigma 2.1, over those of white noise."""
-    kernel = np.exp(-0.5 * (np.arange(-7, 8) / 2.1) ** 2)
-    gain, values, variance = ((kernel / kernel.sum()) ** 2).sum() ** 2, 1.0, 1.0
+    values, variance = 1.0, 1.0
     for d, domain in enumerate(domains):
         half_plane = plane(2 * number + d)
         values = values * (inside(half_plane, sampler.block(0, 0, 64, 64, 0, 64, int(domain)), number >> d & 1) - half_plane[3])
         variance *= half_plane[3] * (1 - half_plane[3])
     errors = values.cumsum(2)[..., COUNTS - 1] / COUNTS
     blurred = ndimage.gaussian_filter(errors, (2.1, 2.1, 0), truncate=7 / 2.1)[7:-7, 7:-7]
-    return np.array([(errors**2).mean((0, 1)), (blurred**2).mean((0, 1)) / gain]) * COUNTS / variance
+    return np.array([(errors**2).mean((0, 1)), (blurred**2).mean((0, 1)) / blur_gain(2.1)]) * COUNTS / variance
 
 
 @pytest.mark.parametrize(("relation", "raw", "blurred"), [

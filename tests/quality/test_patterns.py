@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from conftest import blur_gain, part
 
 import bluenoise
 
@@ -10,13 +11,6 @@ ndimage = pytest.importorskip("scipy.ndimage")
 
 SIZE, COUNTS = 64, np.array([1, 4, 16])
 Y, X = np.mgrid[:SIZE, :SIZE]
-
-
-def part(a, b, c):
-    """The part of the unit square with a x + b y < c, for any c."""
-    c, a, b = c - min(a, 0) - min(b, 0), abs(a), abs(b)
-    above = [np.maximum(0, c - less) ** 2 for less in (0, a, b, a + b)]
-    return (above[0] - above[1] - above[2] + above[3]) / (2 * a * b)
 
 
 def planes(seed, period):
@@ -84,15 +78,13 @@ def test_a_choice_before_a_pair(number):
     whose first digit follows a coordinate's has 1.8 in single pixels; at 2 and 4 samples no stratified number avoids that (1.4), and
     neighbours cancel it after a blur. A number of another domain does not see the pair of this one: draw_4d() has both."""
     counts, squares = np.array([2, 4, 8]), {}
-    kernel = np.exp(-0.5 * (np.arange(-8, 9) / 2.1) ** 2)
-    gain = ((kernel / kernel.sum()) ** 2).sum() ** 2
     for seed in range(6):
         path = bluenoise.PathSampler(bluenoise.Sampler("blue", seed=seed), X[..., None], Y[..., None], np.arange(8))
         for form, u in forms(path.ray(number)).items():
             for d in (1, 2):
                 errors = np.where(u[..., 0] < .5, u[..., d], 1 - u[..., d]).cumsum(-1)[..., counts - 1] / counts - .5
                 after = ndimage.gaussian_filter(errors, (2.1, 2.1, 0), mode="wrap")
-                both = np.array([(errors**2).mean((0, 1)), (after**2).mean((0, 1)) / gain]) * counts  # times 12: over white noise
+                both = np.array([(errors**2).mean((0, 1)), (after**2).mean((0, 1)) / blur_gain(2.1)]) * counts  # times 12: over white noise
                 squares[form] = squares.get(form, 0) + both
     for form, both in squares.items():
         raw, blurred = np.sqrt(both)

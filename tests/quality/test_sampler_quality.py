@@ -28,7 +28,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import plane_at_angle, plane_through
+from conftest import blur_gain, part, plane_at_angle, plane_through, well_spread
 
 import bluenoise
 
@@ -41,11 +41,6 @@ PLANES, DOMAINS, MEMBERS = 24, 4, 4
 RADIUS, INNER = 8, 64  # pictures have a margin as wide as the blur
 SIZE = INNER + 2 * RADIUS
 SIBLINGS = list(combinations(range(MEMBERS), 2))
-
-
-def well_spread(number):
-    """A point of the unit square."""
-    return (0.5 + 0.7548776662466927 * number) % 1, (0.5 + 0.5698402909980532 * number) % 1
 
 
 def plane(k, second=0):
@@ -64,9 +59,7 @@ def drifting(k):
     a, b, c, _ = plane(k)
     y, x = np.mgrid[:SIZE, :SIZE]
     c = c + 0.35 * np.sin(2 * np.pi * ((x, y, x + y, x - y)[k % 4] / INNER + k / PLANES))
-    size, at = np.abs([a, b]), c - min(a, 0) - min(b, 0)
-    parts = [np.maximum(0, at - less) ** 2 for less in (0, size[0], size[1], size.sum())]
-    return a, b, c[..., None], ((parts[0] - parts[1] - parts[2] + parts[3]) / (2 * size.prod()))[..., None]
+    return a, b, c[..., None], part(a, b, c)[..., None]
 
 
 def step(k):
@@ -97,13 +90,10 @@ def integrand(figure, member, k):
 
 def blurred(errors, sigma, axes):
     """The mean square of blurred pictures, and what the blur makes of the variance of white noise."""
-    gain = 1.0
     for axis in axes if sigma else ():
         errors = ndimage.gaussian_filter1d(errors, sigma, axis, truncate=RADIUS / sigma)
-        kernel = np.exp(-0.5 * (np.arange(-RADIUS, RADIUS + 1) / sigma) ** 2)
-        gain *= (kernel**2).sum() / kernel.sum() ** 2
     inner = slice(RADIUS, -RADIUS)
-    return (errors[inner, inner] ** 2).mean((0, 1)), gain
+    return (errors[inner, inner] ** 2).mean((0, 1)), blur_gain(sigma, RADIUS) ** (len(axes) / 2) if sigma else 1.0
 
 
 @functools.lru_cache(1)  # rows of one figure at several blurs follow each other
