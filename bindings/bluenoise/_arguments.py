@@ -35,7 +35,7 @@ def _out_of_range(name: str, value: object, low: float, high: float) -> NoReturn
 
 
 def together(names: str, *shapes: tuple[int, ...]) -> tuple[int, ...]:
-    """The shape that shapes broadcast to."""
+    """The common shape to which shapes broadcast."""
     try:
         return np.broadcast_shapes(*shapes)
     except ValueError:
@@ -107,7 +107,7 @@ def report(progress: Optional[Progress], fraction: float) -> None:
 
 
 def array(name: str, value: object) -> npt.NDArray[Any]:
-    """An array of anything array-like. Other things, such as tensors on a GPU, raise TypeError with their reason."""
+    """Converts an array-like value to an array. Others, such as tensors on a GPU, raise TypeError with the reason."""
     try:
         return np.asarray(value)
     except (ValueError, TypeError, RuntimeError) as error:
@@ -116,7 +116,7 @@ def array(name: str, value: object) -> npt.NDArray[Any]:
 
 
 def integers(name: str, value: object, dtype: npt.DTypeLike, low: int, high: int) -> npt.NDArray[Any]:
-    """An array of integers in low .. high as dtype; any integer type is accepted if its values fit."""
+    """An array of integers in low .. high, as dtype. Any integer type is accepted if its values fit."""
     if type(value) is int and low <= value <= high:
         return np.array(value, dtype)
     given = array(name, value)
@@ -134,7 +134,7 @@ def integers(name: str, value: object, dtype: npt.DTypeLike, low: int, high: int
 
 
 def output(out: object, extents: Sequence[int], dtype: npt.DTypeLike) -> npt.NDArray[Any]:
-    """The array for a result: ``out`` if it fits, a new one for None."""
+    """The array for a result: ``out`` if it fits, or a new array if it is None."""
     extents, kind = tuple(extents), np.dtype(dtype)
     if out is None:
         if math.prod(extents) * kind.itemsize > sys.maxsize:
@@ -171,7 +171,7 @@ def shape(value: object, max_ndim: int) -> tuple[int, ...]:
 
 
 def memory() -> float:
-    """The bytes of memory that the process can have, as far as the system says: of the machine, or of its container."""
+    """The memory that the process can use, in bytes, as reported for the machine or its container."""
     try:
         machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):
@@ -184,7 +184,7 @@ def memory() -> float:
 
 
 def enough_memory(what: str, size: int) -> None:
-    """Raises MemoryError now if work that needs so many bytes would fail later."""
+    """Raises MemoryError at once if work that needs this many bytes would fail later."""
     if size > memory():
         raise MemoryError(f"{what} needs about {size / 1e9:.1f} GB of memory, but there are {memory() / 1e9:.1f} GB")
 

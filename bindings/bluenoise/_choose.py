@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Choices by the numbers of a draw, and the unused part of those numbers: bn_choose.h on arrays."""
+"""Discrete choices with random numbers, and reuse of the remainder: bn_choose.h on arrays."""
 
 from __future__ import annotations
 
@@ -40,21 +40,21 @@ def _parts(packed: object) -> tuple[npt.NDArray[np.uint32], _Floats]:
 
 
 def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.bool_], _Floats]:
-    """Choose with a probability and keep the unused part of the number.
+    """Choose with a given probability and return the rescaled remainder of the number.
 
     Parameters
     ----------
     probability : array_like of float
         In [0, 1]. Broadcasts with `u`.
     u : array_like of float
-        Numbers in [0, 1), in multiples of 2**-24 as `Sampler` draws them; finer digits are dropped.
+        Numbers in [0, 1), multiples of 2**-24 as drawn by `Sampler`; finer digits are dropped.
 
     Returns
     -------
     chosen : ndarray of bool
         ``u < probability``, with the probability rounded to float32 and up to a multiple of 2**-24.
     rest : ndarray of float32
-        The unused part of `u`, rescaled to [0, 1): use it for the decision that follows.
+        The remainder of `u`, rescaled to [0, 1). Use it for the next decision.
 
     Raises
     ------
@@ -63,9 +63,7 @@ def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np
     TypeError
         An argument does not hold numbers.
 
-    Notes
-    -----
-    The bits are those of ``bn_choose.h``.
+    Notes ----- The results have the same bits as ``bn_choose.h``.
 
     Examples
     --------
@@ -82,7 +80,7 @@ def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np
 
 
 def choose_u32(count: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uint32], _Floats]:
-    """Choose one of `count` equally likely items and keep the unused part of the number.
+    """Choose one of `count` equally likely items and return the rescaled remainder of the number.
 
     Parameters
     ----------
@@ -116,12 +114,12 @@ def choose_u32(count: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.u
 
 
 def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uint32], _Floats]:
-    """Choose an item by cumulative weights and keep the unused part of the number.
+    """Choose an item by cumulative weights and return the rescaled remainder of the number.
 
     Parameters
     ----------
     cdf : array_like of float
-        Cumulative sums of weights, one-dimensional and ascending. The last is between 1e-30 and 1e30: probabilities and powers both work.
+        Cumulative sums of weights, one-dimensional and ascending. The last is between 1e-30 and 1e30 and need not be 1.
     u : array_like of float
         As for `choose`.
 

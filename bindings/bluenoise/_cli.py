@@ -79,7 +79,7 @@ class _TerminatedError(BaseException):
 
 
 def _end_orderly() -> Any:
-    """SIGTERM becomes an exception, so that nothing unfinished is left. Returns what handled it before; None if nothing changed."""
+    """Turns SIGTERM into an exception, so that no unfinished files remain. Returns the previous handler; None if nothing changed."""
 
     def end(*_: Any) -> None:
         raise _TerminatedError
@@ -90,7 +90,7 @@ def _end_orderly() -> Any:
 
 
 def _prepare() -> None:
-    """Gives closed standard streams a file that swallows all, so that no other file takes their number."""
+    """Redirects closed standard streams to the null device, so that no other file gets their number."""
     for number in range(3):
         try:
             os.fstat(number)
@@ -106,7 +106,7 @@ def _plain(text: str) -> str:
 
 
 def _say(text: str) -> None:
-    """Prints a message. If nobody can read it, the exit status still tells."""
+    """Prints a message. If it cannot be printed, the exit status still reports the error."""
     _Bar.end_line()
     try:
         print(f"bluenoise: {_plain(text)}", file=sys.stderr, flush=True)
@@ -116,7 +116,7 @@ def _say(text: str) -> None:
 
 @contextmanager
 def _standard_output() -> Iterator[None]:
-    """Gives errors of standard output its name."""
+    """Names standard output in its errors."""
     try:
         yield
     except BrokenPipeError:
@@ -140,18 +140,18 @@ def _flush() -> None:
 
 
 def _drop(stream: Any) -> None:
-    """Python would complain again when it flushes the stream at exit, with an exit status of its own."""
+    """Discards a broken stream: otherwise Python would report the error again at exit, with another exit status."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 class _Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line."""
+    """Reports errors in one line."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"{self.prog}: {_plain(message)}; see {self.prog} --help\n")
 
     def _print_message(self, message: str, file: Any = None) -> None:
-        """Of help and version, whose errors argparse swallows."""
+        """Prints help and version; argparse would swallow errors."""
         if file is not None and file is sys.stdout:
             with _standard_output():
                 file.write(message)
@@ -316,7 +316,7 @@ class _Bar:
 
     @staticmethod
     def end_line() -> None:
-        """Messages get lines of their own."""
+        """Ends the bar's line, so that messages start on a new line."""
         if _Bar.shown is not None:
             _Bar.shown = None
             print(file=sys.stderr, flush=True)
@@ -327,7 +327,7 @@ def _progress(quiet: bool) -> Optional[_Bar]:
 
 
 def _output(options: argparse.Namespace, suffixes: Sequence[str], source: Optional[Path]) -> tuple[Path, str]:
-    """The output and its suffix, if it can be written."""
+    """The output path and its suffix, after checking that it can be written."""
     path, suffix = options.output, _suffix(options)
     _files.check_output(path, suffix, suffixes, source)
     if options.json and path == _files.STREAM:
@@ -336,7 +336,7 @@ def _output(options: argparse.Namespace, suffixes: Sequence[str], source: Option
 
 
 def _given(options: argparse.Namespace, names: Iterable[str], known: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """The options of these names that are given, if the method is one of those that are known to have them."""
+    """The given options with these names. Raises ValueError if the method does not have one of them."""
     given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     for name in given:
         if name not in known[options.method]:

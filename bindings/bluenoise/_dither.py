@@ -63,24 +63,23 @@ def dither(
 ) -> Any:
     """Dither an image to a few levels with a mask.
 
-    A value v in [0, 1] becomes ``floor(v * (levels - 1) + t) / (levels - 1)``, where t is the value of the mask, which is tiled over
-    the image. Values 0 and 1 are unchanged. Local means are preserved, also where an integer type cannot represent evenly spaced levels
-    exactly.
+    A value v in [0, 1] becomes ``floor(v * (levels - 1) + t) / (levels - 1)``, where t is the value of the mask, which is tiled over the
+    image. Values 0 and 1 are unchanged. Local means are preserved, even if an integer type cannot represent evenly spaced levels exactly.
 
     Parameters
     ----------
     image : array_like or PIL.Image.Image
-        Shape ``(height, width)`` or ``(height, width, channels)``: uint8 or uint16, whose largest value is full scale, or floats in
-        [0, 1]; all channels are dithered. Or a Pillow image of mode 1, L, LA, I;16, F, P, PA, RGB or RGBA: alpha stays as it is, mode 1
-        becomes L, palettes become RGB or RGBA, and transparent colours alpha.
+        Shape ``(height, width)`` or ``(height, width, channels)``: uint8 or uint16, where the largest value is full scale, or floats in [0,
+        1]; all channels are dithered. Or a Pillow image of mode 1, L, LA, I;16, F, P, PA, RGB or RGBA: alpha is unchanged, mode 1 becomes
+        L, palettes become RGB or RGBA, and transparent colours become alpha.
     levels : int, default 2
         Number of levels, 2 to 256, evenly spaced from 0 to full scale.
     mask : array_like, optional
-        Ranks of shape ``(height, width)``, or ``(n,)`` for a row, each once; or the values t themselves, floats in [0, 1), such as a
-        window of `NeuralGenerator`. With shape ``(channels, height, width)``, each channel of the image has its own mask, the
-        first ones if there are more. Defaults to the built-in mask of 64 x 64 texels.
+        Ranks of shape ``(height, width)``, or ``(n,)`` for a row, with each rank once; or the values t themselves, floats in [0, 1), such
+        as a window of `NeuralGenerator`. With shape ``(channels, height, width)``, each channel of the image has its own mask; extra masks
+        are ignored. Defaults to the built-in 64 x 64 mask.
     srgb : bool, default False
-        Whether values are sRGB-encoded; local means are then preserved in linear light.
+        Whether values are sRGB-encoded. If so, local means are preserved in linear light.
     channel_offset : bool, default True
         Whether to shift the mask from channel to channel, so that their errors are uncorrelated. Masks with several channels
         are never shifted.
@@ -88,7 +87,7 @@ def dither(
     Returns
     -------
     ndarray or PIL.Image.Image
-        Of the type, dtype and shape of the image.
+        The dithered image, with the type, dtype and shape of the input.
 
     Raises
     ------
@@ -97,9 +96,7 @@ def dither(
     TypeError
         The dtype of the image or the mask is not supported.
 
-    Notes
-    -----
-    Takes about ten nanoseconds per value, and memory for the result and some megabytes.
+    Notes ----- Takes about ten nanoseconds per value, and memory for the result plus some megabytes.
 
     Examples
     --------
@@ -147,7 +144,7 @@ def _dither_array(image: Any, levels: int, srgb: bool, channel_offset: bool, mas
     ends = np.rint(np.arange(levels) * (full / steps)).astype(array.dtype)
     table = _positions(full, ends.astype(np.float64), srgb) if integers else None
     out = np.empty(texels.shape, array.dtype)
-    # In parts, of some megabytes: whole copies of the mask below each other.
+    # Works in parts of some megabytes, each a stack of whole mask tiles.
     period = 64 if mask is None else mask.shape[-2]
     rows = -(-max(1, _PART // texels[0].size) // period) * period
     for first in range(0, len(texels), rows):
@@ -165,8 +162,8 @@ def _dither_array(image: Any, levels: int, srgb: bool, channel_offset: bool, mas
 
 
 def _positions(full: int, ends: npt.NDArray[np.float64], srgb: bool) -> _Floats:
-    """Where each integer up to `full` is between levels, which are integers too: level k is at k / (levels - 1). Means of what is dithered
-    are kept although levels are not evenly spaced."""
+    """The position of each integer up to `full` between the levels, which are integers, too: level k is at k / (levels - 1). Preserves
+    means even though the levels are not evenly spaced."""
     values = np.arange(full + 1, dtype=np.float64)
     low = np.minimum(np.searchsorted(ends, values, side="right") - 1, len(ends) - 2)
     dark, light = ends[low], ends[low + 1]
@@ -221,7 +218,7 @@ def _dither_picture(picture: Any, pillow: Any, *options: Any) -> Any:
     elif picture.mode == "1":
         picture = picture.convert("L")
     array = np.asarray(picture)
-    # Older versions of Pillow have mode I for PNG and PGM files of 16 bits.
+    # Older versions of Pillow use mode I for 16-bit PNG and PGM files.
     if picture.mode.startswith("I;16") or picture.mode == "I" and picture.format in ("PNG", "PPM"):
         array = array.astype(np.uint16)
     elif picture.mode not in _PICTURE_MODES:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The draws of the sampler "blue" on arrays of Dr.Jit: those of bn_draw.glsl and bn_path.glsl, which explain every step."""
+"""The draws of the sampler "blue" on Dr.Jit arrays. bn_draw.glsl and bn_path.glsl have the same code and explain every step."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import drjit
 import mitsuba
 
-# The types of both modules' contents depend on the variant.
+# The types in both modules depend on the variant.
 dr: Any = drjit
 mi: Any = mitsuba
 
@@ -44,8 +44,8 @@ def single_domain(ray: Any, k: Any) -> Any:
 
 
 def pair_bits(words: Any, seed: tuple[Any, Any], x: Any, y: Any, index: Any, rounds: int, domain: Any, pair: Any) -> tuple[Any, Any]:
-    """Two numbers of 32 bits: dimensions (0, 1) for pair 0, (2, 3) for pair 1. `words` are bn_tables(), `rounds` says how many
-    groups of four bits of an index there are beyond the lowest eight."""
+    """Two 32-bit numbers: dimensions (0, 1) for pair 0, (2, 3) for pair 1. `words` is bn_tables(), and `rounds` the number of
+    four-bit groups of an index beyond the lowest eight bits."""
     def word(at: Any) -> Any:
         return dr.gather(mi.UInt32, words, at)
 

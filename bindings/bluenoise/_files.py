@@ -54,7 +54,7 @@ def openexr() -> Any:
 
 
 def standard(name: str) -> BinaryIO:
-    """Standard input or output, "stdin" or "stdout". Raises OSError if the program was started without it."""
+    """Standard input or output ("stdin" or "stdout"). Raises OSError if the program was started without it."""
     stream = getattr(sys, name)
     if stream is None:
         raise OSError(f"standard {name[3:]}put is closed")
@@ -62,7 +62,7 @@ def standard(name: str) -> BinaryIO:
 
 
 def check_output(path: Path, suffix: str, suffixes: Sequence[str], *inputs: Optional[Path]) -> None:
-    """Raises, before any work is done, if the suffix is not one of suffixes, if path cannot be written, or if it is one of the
+    """Raises an error before any work is done if the suffix is not in suffixes, if path cannot be written, or if it is one of the
     inputs."""
     if suffix not in suffixes:
         raise ValueError(f"output must end in {' or '.join(suffixes)}, not {path.name!r}")
@@ -85,9 +85,8 @@ def check_output(path: Path, suffix: str, suffixes: Sequence[str], *inputs: Opti
 
 @contextmanager
 def replacing(path: Path, suffix: str) -> Iterator[Path]:
-    """Yields a path in a private folder next to path. If the block succeeds, that file replaces path, complete and
-    flushed to disk; if not, path is untouched. The folder has a random name and nobody else can put links into it. Errors name
-    path."""
+    """Yields a path in a private folder next to path. If the block succeeds, that file is flushed to disk and replaces path; otherwise
+    path is untouched. The folder has a random name, and other users cannot put links into it. Errors name path."""
     stream = path == STREAM
     name = "standard output" if stream else str(path)
     try:
@@ -128,7 +127,7 @@ def read_bytes(path: Path) -> bytes:
 
 @contextmanager
 def about(path: Path) -> Iterator[None]:
-    """Puts the name of a file before messages about what is in it."""
+    """Prefixes errors about a file's contents with its name."""
     try:
         yield
     except (ValueError, TypeError) as error:
@@ -138,7 +137,7 @@ def about(path: Path) -> Iterator[None]:
 
 
 def open_picture(path: Path) -> Any:
-    """An image of one frame, read completely: from Pillow, or for a PNG of 16 bits its bytes."""
+    """A single-frame image, read completely: from Pillow, or the bytes of a 16-bit PNG."""
     data = read_bytes(path)
     if is_png16(data):
         return data
@@ -176,7 +175,7 @@ def _decode_picture(path: Path, data: bytes) -> Any:
 
 
 def _lost(picture: Any, data: bytes) -> str:
-    """Metadata that Pillow would drop silently."""
+    """Names metadata that Pillow would silently drop."""
     if picture.format in ("GIF", "PNG", "WEBP", "TIFF") and getattr(picture, "n_frames", 1) > 1:
         return f"it has {picture.n_frames} frames; save one"
     tags = getattr(picture, "tag_v2", {}) if picture.format == "TIFF" else {}
@@ -196,7 +195,7 @@ def _lost(picture: Any, data: bytes) -> str:
 
 
 def _decode_npy(path: Path, data: bytes) -> npt.NDArray[Any]:
-    """An array from the contents of a .npy file. The size is checked first, so a damaged header allocates nothing."""
+    """An array from the contents of a .npy file. The size is checked first, so that a damaged header allocates nothing."""
     stream = io.BytesIO(data)
     try:
         with warnings.catch_warnings():
@@ -241,8 +240,8 @@ def _decode_exr(path: Path, data: bytes) -> npt.NDArray[Any]:
 
 
 def read_png(path: Path, data: bytes) -> tuple[npt.NDArray[np.uint16], bool]:
-    """The texels (height, width, channels) of a PNG file of 16 bits, and whether the last channel is alpha; transparent colours
-    become alpha. Pillow keeps 8 bits of each."""
+    """The texels (height, width, channels) of a 16-bit PNG file, and whether the last channel is alpha. Transparent colours become alpha.
+    Pillow would keep only 8 bits."""
     reader = needed("png", "PNG files of 16 bits need pypng", "image").Reader
     try:
         width, height, rows, info = reader(bytes=data).asDirect()
@@ -278,7 +277,7 @@ def load_values(path: Path) -> npt.NDArray[Any]:
 
 
 def load_mask(path: Path, channel: int = 0) -> npt.NDArray[Any]:
-    """A mask of two dimensions from a file. ``channel`` counts from 1; 0: the file has only one."""
+    """A two-dimensional mask from a file. ``channel`` counts from 1; 0 means that the file has only one."""
     return one_channel(path, load_values(path), channel)
 
 
@@ -294,14 +293,14 @@ def one_channel(path: Path, array: npt.NDArray[Any], channel: int) -> npt.NDArra
 
 
 def without_constants(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """(channels, height, width) without those that have one value everywhere, unless all have."""
+    """(channels, height, width) without constant channels, unless all are constant."""
     varied = [channel for channel in values if (channel != channel.flat[0]).any()]
     return np.stack(varied) if varied and len(values) > 1 else values
 
 
 def ranked(path: Path, values: npt.NDArray[Any], rank: bool, option: str) -> arguments.Ranks:
-    """The ranks of the values (height, width) of a file. Equal values are an error, unless ``rank`` is set, which has the name
-    ``option`` for the user: they are then ordered at random, always in the same way."""
+    """The ranks of the values (height, width) of a file. Equal values are an error unless ``rank`` is set (called ``option`` in
+    messages); then they are ordered at random, but reproducibly."""
     with about(path):
         ranks, exact = ranks_of("mask", values)
     if exact:
@@ -316,25 +315,25 @@ def ranked(path: Path, values: npt.NDArray[Any], rank: bool, option: str) -> arg
 def load(path: PathLike, *, rank: bool = False) -> arguments.Ranks:
     """Read a mask from a PNG or another image (needs Pillow), an EXR (needs OpenEXR) or an NPY file.
 
-    Values other than ranks, such as grey levels, are replaced by their ranks: those that were saved, if no two texels are equal.
-    Channels that have one value everywhere, such as an opaque alpha, are left out.
+    Values other than ranks, such as grey levels, are replaced by their ranks, which restores the saved ranks if no two texels are equal.
+    Constant channels, such as an opaque alpha, are left out.
 
     Parameters
     ----------
     path : path-like
         The file.
     rank : bool, default False
-        Accept values that occur more than once, as in textures of 8 bits: equal ones are ordered at random, always in the same way.
+        Accept repeated values, as in 8-bit textures. Equal values are ordered at random, but reproducibly.
 
     Returns
     -------
     ndarray of uint32
-        Ranks of shape ``(height, width)``, ``(channels, height, width)``, or any shape that `save` has written as NPY.
+        Ranks of shape ``(height, width)``, ``(channels, height, width)``, or any shape that `save` wrote as NPY.
 
     Raises
     ------
     ValueError
-        The file is damaged, holds no mask, or has equal values and `rank` is False.
+        The file is damaged, contains no mask, or has equal values and `rank` is False.
     FileNotFoundError, ImportError
         The file or a package is missing.
     """
@@ -350,17 +349,17 @@ def load(path: PathLike, *, rank: bool = False) -> arguments.Ranks:
 
 
 def save(path: PathLike, mask: npt.ArrayLike, *, bits: int = 16) -> None:
-    """Write a mask in the format of the file's name, atomically.
+    """Write a mask atomically, in the format given by the file's extension.
 
     Parameters
     ----------
     path : path-like
-        ``.npy`` keeps the ranks. ``.png`` has (rank + 0.5) / n * 2**bits, rounded down, ``.exr`` (needs OpenEXR) floats in [0, 1);
-        both have one to four channels: grey, grey and alpha (EXR: R and G), RGB, RGBA.
+        ``.npy`` stores the ranks. ``.png`` stores (rank + 0.5) / n * 2**bits, rounded down, and ``.exr`` (needs OpenEXR) floats in [0,
+        1). Both have one to four channels: grey, grey and alpha (EXR: R and G), RGB, RGBA.
     mask : array_like of int
         Ranks, as from `mask`. A row becomes an image of height 1.
     bits : {16, 8}, optional
-        Bits per channel of a PNG. With 16 bits, up to 65536 ranks stay distinct; in EXR, 2**24.
+        Bits per channel of a PNG. Up to 65536 ranks stay distinct with 16 bits, and up to 2**24 in EXR.
 
     Raises
     ------
@@ -395,15 +394,15 @@ def _path(path: PathLike) -> Path:
 
 
 def save_array(path: Path, array: npt.NDArray[Any]) -> None:
-    """numpy.save() with a clear error."""
+    """numpy.save() with clear error messages."""
     with open(path, "wb") as file:
         np.lib.format.write_array_header_1_0(file, np.lib.format.header_data_from_array_1_0(array))
         file.write(np.ascontiguousarray(array).data)
 
 
 def save_mask(path: Path, suffix: str, ranks: npt.NDArray[np.uint32], bits: int, description: str) -> None:
-    """Writes ranks of shape (height, width) or (channels, height, width): .npy as they are, .png as values
-    (rank + 0.5) / n * 2**bits, rounded down, .exr as float values in [0, 1)."""
+    """Writes ranks of shape (height, width) or (channels, height, width): unchanged to .npy, as values (rank + 0.5) / n * 2**bits,
+    rounded down, to .png, and as floats in [0, 1) to .exr."""
     with replacing(path, suffix) as beside:
         if suffix == ".npy":
             save_array(beside, ranks)
@@ -434,8 +433,8 @@ def quantized(ranks: npt.NDArray[np.uint32], bits: int) -> npt.NDArray[Any]:
 
 
 def png(values: npt.NDArray[Any], chunks: Sequence[tuple[bytes, bytes]]) -> bytes:
-    """A PNG file of uint8 or uint16 texels (height, width, channels), with chunks before the texels. Pillow writes 16 bits for grey
-    only."""
+    """A PNG file of uint8 or uint16 texels (height, width, channels), with chunks before the texels. Pillow writes 16 bits only for grey
+    images."""
     height, width, channels = values.shape
     rows = np.zeros((height, 1 + values[0].nbytes), np.uint8)  # each row starts with filter type 0
     rows[:, 1:] = np.frombuffer(values.astype(values.dtype.newbyteorder(">")).tobytes(), np.uint8).reshape(height, -1)
@@ -450,7 +449,7 @@ _KEPT_CHUNKS = (b"cHRM", b"gAMA", b"iCCP", b"sRGB", b"cICP", b"eXIf", b"pHYs")
 
 
 def save_png16(path: Path, texels: npt.NDArray[np.uint16], source: bytes) -> None:
-    """Writes a PNG of 16 bits with what its source says about colour, orientation and resolution."""
+    """Writes a 16-bit PNG with the colour, orientation and resolution metadata of its source."""
     reader = needed("png", "PNG files of 16 bits need pypng", "image").Reader
     chunks = [(name, content) for name, content in reader(bytes=source).chunks() if name in _KEPT_CHUNKS]
     with replacing(path, ".png") as beside:

@@ -24,25 +24,26 @@ _LARGE, _SWEEPS = 512 * 512, 100
 def mask(
     shape: Shape, *, seed: Seed = 0, channels: int = 1, out: Optional[Ranks] = None, progress: Optional[Progress] = None
 ) -> Ranks:
-    """Make a blue-noise mask with the generator that suits its shape.
+    """Make a blue-noise mask with the best generator for its shape.
 
     One channel comes from `void_and_cluster`, or from `relax` for two-dimensional masks of more than 512 x 512 texels. Two
     channels in two dimensions come from the built-in network (`neural`), which needs ONNX Runtime. Other vectors come from
     `anneal` with 100 sweeps.
 
-    Masks are toroidal: they tile without seams. Equal arguments give equal bits on every machine, except for two channels in
-    two dimensions.
+    Masks are toroidal, so they tile seamlessly. Equal arguments give equal bits on every machine, except for two channels in two
+    dimensions.
 
     Parameters
     ----------
     shape : tuple of int
-        One to three extents of at least 1, at most 2**31 - 1 texels in total: ``(64, 64)`` is a square, ``(64,)`` a row.
+        One to three extents of at least 1, with at most 2**31 - 1 texels in total: ``(64, 64)`` is a square, ``(64,)`` a row.
     seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
-        An integer from 0 to 2**64 - 1, a source of one, or None for fresh entropy.
+        An integer from 0 to 2**64 - 1, a NumPy generator or seed sequence, or None for fresh entropy.
     channels : int, default 1
-        1 to 4; more than one needs one or two dimensions. Then each channel is a permutation, and they are jointly blue.
+        1 to 4; more than one channel needs one or two dimensions. Each channel is then a permutation, and the channels are jointly
+        blue.
     out : ndarray of uint32, optional
-        A C-ordered array of the result's shape, which is filled and returned. After an exception its contents are undefined.
+        A C-ordered array of the result's shape, to be filled and returned. After an exception, its contents are undefined.
     progress : callable, optional
         Called with the fraction done, ending with 1. A true return value stops the work.
 
@@ -58,15 +59,13 @@ def mask(
     TypeError
         An argument has the wrong type.
     MemoryError
-        There is not enough memory. Masks for which the machine has too little are refused at once.
+        There is not enough memory. If the machine has too little for the mask, this is raised at once.
     CancelledError
         `progress` returned a true value.
     RuntimeMissingError
-        Two channels need ONNX Runtime, and it is missing.
+        ONNX Runtime, which two channels need, is missing.
 
-    Notes
-    -----
-    All generators raise these exceptions, release the GIL and stop at Ctrl-C.
+    Notes ----- All generators raise these exceptions, release the GIL and can be interrupted with Ctrl-C.
 
     Examples
     --------
@@ -102,7 +101,7 @@ def void_and_cluster(
     sigma : float, default 1.5
         Standard deviation of the Gaussian, in texels, 0.25 to 16.
     initial_fraction : float, default 0.1
-        Share of the texels in the initial pattern, above 0 and up to 0.5.
+        Fraction of the texels in the initial pattern, above 0 and up to 0.5.
 
     Returns
     -------
@@ -167,22 +166,23 @@ def anneal(
     shape, seed, out, progress
         As for `mask`, in one or two dimensions.
     channels : int, default 1
-        1 to 4. With more than one, vectors of values are blue jointly; a trial then takes about 1 us.
+        1 to 4. With more than one channel, the vectors of values are jointly blue, and a trial takes about 1 us.
     sweeps : int, default 1000
         Trial swaps per texel, about 50 ns each.
     sigma, far_sigma : float, default 1 and max(1.5, sigma)
-        The blurs, in texels, whose dithering errors are minimised: 0.25 <= sigma <= far_sigma <= 4. Only the first is used
-        with several channels.
+        Standard deviations, in texels, of the blurs whose dithering errors are minimised: 0.25 <= sigma <= far_sigma <= 4. With
+        several channels, only the first is used.
     far_weight : float, default 1
         Weight of the squared error after the second blur, at least 0.
     value_sigma : float, default 1
-        Distance of values within which the vectors of several channels repel each other, 0.01 to 100.
+        With several channels, the distance of values within which vectors repel each other, 0.01 to 100.
     start_temperature, end_temperature : float, default 4e-4 and 2e-6
-        Temperatures, as shares of the most that the pairs of one texel can gain, with 0 < end <= start <= 1; geometric in between.
+        Temperatures, as fractions of the largest possible gain from the pairs of one texel, with 0 < end <= start <= 1. Cooling is
+        geometric.
     order_ends : bool, default True
-        Whether to order the first and the last ranks, which are too far apart for the blurs, by their distances.
+        Whether to order the first and the last ranks by void-and-cluster, because their texels are too far apart for the blurs.
     start_from_ranks : array_like of int, optional
-        A mask to start from instead of void-and-cluster, of the result's shape.
+        A mask of the result's shape to start from, instead of void-and-cluster.
 
     Returns
     -------
@@ -222,21 +222,21 @@ def neural(
     out: Optional[Ranks] = None,
     progress: Optional[Progress] = None,
 ) -> Ranks:
-    """Make a mask with a network: one pass, linear in the number of texels. Needs ONNX Runtime.
+    """Make a mask with a neural network in one pass, in linear time. Needs ONNX Runtime.
 
-    To make several masks with these options, keep a `NeuralGenerator`, which opens its network only once.
+    To make several masks with the same options, keep a `NeuralGenerator`, which opens its network only once.
 
     Parameters
     ----------
     shape, seed, out, progress
         As for `mask`, in two dimensions.
     channels, model, runtime, threads, provider
-        As for `NeuralGenerator`. Two channels are jointly blue, nearly as those of `anneal`, in far less time.
+        As for `NeuralGenerator`. Two channels are jointly blue, nearly as good as from `anneal`, and take far less time.
 
     Returns
     -------
     ndarray of uint32
-        Ranks of shape `shape`, or ``(channels, *shape)``. Quality is the same on every machine, bits may differ.
+        Ranks of shape `shape`, or ``(channels, *shape)``. Quality is the same on every machine, but bits may differ.
     """
     extents = arguments.shape(shape, 3)
     if len(extents) != 2:
@@ -249,7 +249,7 @@ def neural(
 
 
 def builtin(shape: Shape, *, out: Optional[Ranks] = None) -> Ranks:
-    """Copy a built-in mask, the result of a long optimisation.
+    """Return a copy of a built-in mask, the result of a long optimisation.
 
     Parameters
     ----------
@@ -312,7 +312,7 @@ def to_float(ranks: npt.ArrayLike, count: Optional[int] = None) -> npt.NDArray[n
         An array of any shape with integers from 0 to ``count - 1``.
     count : int, optional
         The number of ranks. Defaults to the number of elements, or of elements per channel for an array of channels (as from
-        ``mask(..., channels=2)``). Give it for a part of a mask.
+        ``mask(..., channels=2)``). Required for a part of a mask.
 
     Returns
     -------

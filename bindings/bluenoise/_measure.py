@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures of masks. The C library computes errors and spectra; rings and thresholds are handled here."""
+"""Quality measures of masks. The C library computes errors and spectra; rings and thresholds are handled here."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ class MaskMeasures:
     Attributes
     ----------
     dithering_error : dict of float to float
-        Root mean square error of dithering by blur, for standard deviations of 0.75, 1, 1.5 and 2 texels; see
+        Root mean square error of dithering after blurs with standard deviations of 0.75, 1, 1.5 and 2 texels; see
         `dithering_error`.
     anisotropy : float
-        In dB: 10 log10 of the variance over the squared mean of the power on a ring, averaged over rings of at least 32
-        texels. About 0 for a single mask, whose spectrum is noisy (see `anisotropy` for several); NaN for small masks.
+        In dB: 10 log10 of the variance divided by the squared mean of the power on a ring, averaged over rings of at least 32
+        texels. About 0 for a single mask, whose spectrum is noisy (for several masks, see `anisotropy`); NaN for small masks.
     low_frequency : dict of float to float
-        By grey level, the mean power of the thresholded mask below half the principal frequency; white noise has 1. The
-        principal frequency is sqrt(g) cycles per texel for a grey level g up to 1/2 and sqrt(1 - g) above. NaN if the mask has
-        no such frequency.
+        For each grey level, the mean power of the thresholded mask below half the principal frequency; 1 for white noise. The
+        principal frequency is sqrt(g) cycles per texel for a grey level g up to 1/2, and sqrt(1 - g) above. NaN if the mask has no
+        frequencies below that.
     exact : bool
-        Whether all texels have different values, so that every rank occurs once. Measures always use ranks, with ties in the
-        order of positions.
+        Whether all texels have different values, so that every rank occurs once. Measures always use ranks, with ties ordered by
+        position.
     """
 
     dithering_error: dict[float, float]
@@ -47,8 +47,8 @@ class MaskMeasures:
 
 
 def ranks_of(name: str, value: npt.ArrayLike) -> tuple[arguments.Ranks, bool]:
-    """The ranks of a mask of shape (height, width) or (n,), given as ranks or values, and whether there are no ties; a copy,
-    which no other thread can change."""
+    """A copy of the ranks of a mask of shape (height, width) or (n,), given as ranks or values, and whether there are no ties.
+    Other threads cannot change the copy."""
     given = arguments.array(name, value)
     if given.dtype.kind not in "iuf":
         raise TypeError(f"{name} must hold integers or floats, not {given.dtype} ({reprlib.repr(value)})")
@@ -94,9 +94,8 @@ def measure(mask: npt.ArrayLike, *, progress: Optional[arguments.Progress] = Non
     MemoryError
         There is not enough memory.
 
-    Notes
-    -----
-    Computes 136 Fourier transforms of the mask's size: 0.1 s for 128 x 128 texels, some seconds for 1024 x 1024.
+    Notes ----- Computes 136 Fourier transforms of the mask's size, which takes 0.1 s for 128 x 128 texels and some seconds for 1024
+    x 1024.
     """
     arguments.callback("progress", progress)
     ranks, exact = ranks_of("mask", mask)
@@ -126,7 +125,7 @@ def dithering_error(mask: npt.ArrayLike, sigma: float = 1.0) -> float:
     Returns
     -------
     float
-        Smaller is better. White noise has .152, .115, .076 and .057 at 0.75, 1, 1.5 and 2 texels.
+        Smaller is better. The errors of white noise are 0.152, 0.115, 0.076 and 0.057 at 0.75, 1, 1.5 and 2 texels.
 
     Raises
     ------
@@ -147,8 +146,9 @@ def anisotropy(masks: Union[npt.ArrayLike, Sequence[npt.ArrayLike]]) -> float:
     Returns
     -------
     float
-        In dB: 10 log10 of the variance over the squared mean of the power on rings one frequency step wide, averaged over rings
-        of at least 32 texels; NaN if there are none. An isotropic generator gives about -10 log10 k, so -12 dB for 16 masks.
+        In dB: 10 log10 of the variance divided by the squared mean of the power on rings one frequency step wide, averaged over
+        rings of at least 32 texels; NaN if there are none. An isotropic generator gives about -10 log10 k, for example -12 dB for
+        16 masks.
 
     Raises
     ------
@@ -195,14 +195,14 @@ def power_spectrum(mask: npt.ArrayLike) -> npt.NDArray[np.float32]:
     Parameters
     ----------
     mask : array_like
-        Ranks or values of shape ``(height, width)`` or ``(n,)``, or ``(k, height, width)`` for channels or slices, each with a
-        spectrum of its own.
+        Ranks or values of shape ``(height, width)`` or ``(n,)``, or ``(k, height, width)`` for channels or slices, each with its
+        own spectrum.
 
     Returns
     -------
     ndarray of float32
-        Of the mask's shape, ``(1, n)`` for a row. White noise has mean 1. Frequencies are in the order of `numpy.fft.fftfreq`;
-        the power of frequency 0 is 0.
+        The power, with the mask's shape, or ``(1, n)`` for a row. The mean is 1 for white noise. Frequencies are in the order of
+        `numpy.fft.fftfreq`; the power at frequency 0 is 0.
 
     Raises
     ------
@@ -229,7 +229,7 @@ def radial_power(mask: npt.ArrayLike) -> tuple[npt.NDArray[np.float64], npt.NDAr
         Centres of rings 1 / max(height, width) cycles per texel wide, from one width to at most sqrt(1/2). Frequency 0 and
         empty rings are omitted.
     power : ndarray of float64
-        The mean power on each ring; for several channels or slices, a row for each.
+        The mean power on each ring, with one row per channel or slice if there are several.
 
     Raises
     ------
@@ -247,7 +247,7 @@ def radial_power(mask: npt.ArrayLike) -> tuple[npt.NDArray[np.float64], npt.NDAr
 
 
 def frequencies(shape: tuple[int, ...]) -> npt.NDArray[np.float64]:
-    """The frequency of each element of a spectrum of shape (height, width), in cycles per texel."""
+    """The frequency of each element of a spectrum with shape (height, width), in cycles per texel."""
     f_y, f_x = np.fft.fftfreq(shape[0]), np.fft.fftfreq(shape[1])
     frequency: npt.NDArray[np.float64] = np.hypot(f_y[:, None], f_x[None, :])
     return frequency
@@ -261,7 +261,7 @@ def _rings(shape: tuple[int, ...]) -> tuple[npt.NDArray[np.intp], float]:
 
 
 def _power(ranks: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
-    """The power spectrum divided by the variance, so that white noise has 1, without frequency 0."""
+    """The power spectrum without frequency 0, divided by the variance, so that it is 1 for white noise."""
     values = ranks.astype(np.float64)
     values -= values.mean()
     power: npt.NDArray[np.float64] = np.abs(np.fft.fft2(values)) ** 2

@@ -21,7 +21,7 @@ PathLike = Union[str, "os.PathLike[str]"]
 
 _FARTHEST = 2**40
 _MASK_MEMORY = 30  # bytes per texel and channel, measured
-# Older packages do not contain the library.
+# Older packages do not include the library.
 _MISSING = {
     "cpu": "neural masks need ONNX Runtime: pip install 'onnxruntime>=1.19'",
     "cuda": "provider 'cuda' needs an NVIDIA GPU, CUDA, cuDNN and ONNX Runtime for them: pip install 'onnxruntime-gpu>=1.19'",
@@ -29,29 +29,29 @@ _MISSING = {
 
 
 class NeuralGenerator:
-    """A network that turns white noise into seamless blue noise of any size in one pass. The idea is that of Giunchi,
-    Sztrajman and Steed, "Fast Blue-Noise Generation via Unsupervised Learning", 2022.
+    """A network that turns white noise into seamless blue noise of any size in one pass. Based on Giunchi, Sztrajman and Steed,
+    "Fast Blue-Noise Generation via Unsupervised Learning", 2022.
 
-    The network runs in ONNX Runtime, which is loaded from ``runtime``, else from the environment variable
-    ``BN_ONNXRUNTIME``, else from the installed package ``onnxruntime``, else from the system. Quality is the same for all
-    seeds, but bits may differ between versions of ONNX Runtime. Generators are immutable, thread-safe and can be pickled.
+    The network runs in ONNX Runtime, which is loaded from the first of these that exists: ``runtime``, the path in the environment
+    variable ``BN_ONNXRUNTIME``, the installed package ``onnxruntime``, the system. Quality does not depend on the seed, but bits
+    may differ between versions of ONNX Runtime. Generators are immutable and thread-safe, and can be pickled.
 
     Parameters
     ----------
     model : path-like or bytes, optional
-        The path of an ONNX file, or its contents as bytes; ``bn_neural_open`` in ``bn/neural.h`` describes the format.
-        None: the built-in network.
+        The path of an ONNX file, or its contents as bytes, in the format that ``bn_neural_open`` in ``bn/neural.h`` describes.
+        Defaults to the built-in network.
     runtime : path-like, optional
         The path of the ONNX Runtime library (``libonnxruntime.so``), or None.
     threads : int, default 0
-        The number of threads per call; 0: one per processor, with a GPU at most four. It does not affect the results.
+        The number of threads per call; 0 means one per CPU, or at most four with a GPU. It does not affect the results.
     provider : {"cpu", "cuda"}, optional
-        What the network runs on: ``"cpu"`` (the default) or ``"cuda"``, an NVIDIA GPU. That needs the package
-        ``onnxruntime-gpu`` in place of ``onnxruntime``, and the versions of CUDA and cuDNN that it was built for. Nothing
-        falls back to the processor by itself.
+        The device that runs the network: ``"cpu"`` (the default) or ``"cuda"``, an NVIDIA GPU. The latter needs the package
+        ``onnxruntime-gpu`` instead of ``onnxruntime``, and the versions of CUDA and cuDNN that it was built for. It never falls
+        back to the CPU.
     channels : int, default 0
-        The channels of the built-in network: 1 (0, the default, is the same), or 2 for vector masks, whose channels are
-        jointly blue. For a model of your own: 0, or the channels it must have.
+        The channels of the built-in network: 1 (or 0, the default), or 2 for vector masks, whose channels are jointly blue. For
+        your own model: 0, or the number of channels that it must have.
 
     Raises
     ------
@@ -63,9 +63,7 @@ class NeuralGenerator:
     ValueError
         The model is not a suitable network, or does not have ``channels`` channels.
 
-    Notes
-    -----
-    Opening a network takes up to a few tenths of a second, so keep the generator. Ctrl-C interrupts masks and windows.
+    Notes ----- Opening a network takes up to a few tenths of a second, so reuse the generator. Ctrl-C interrupts masks and windows.
     """
 
     __slots__ = ("_arguments", "_core")
@@ -131,7 +129,7 @@ class NeuralGenerator:
         Parameters
         ----------
         shape : tuple of int
-            ``(height, width)``. Any size works; quality is promised from 16 x 16 up.
+            ``(height, width)``. Any size works; quality is guaranteed from 16 x 16 on.
         seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
             As for `bluenoise.mask`.
         out : ndarray of uint32, optional
@@ -184,8 +182,8 @@ class NeuralGenerator:
         Returns
         -------
         ndarray of float32
-            Values in [0, 1) of shape ``(height, width)``, or ``(channels, height, width)``, uniform over the plane. Overlapping windows of
-            a seed agree within 1e-5.
+            Values in [0, 1) of shape ``(height, width)``, or ``(channels, height, width)``, uniform over the plane. Overlapping
+            windows with the same seed agree within 1e-5.
 
         Raises
         ------
@@ -204,7 +202,7 @@ class NeuralGenerator:
     def noise(
         x0: int, y0: int, width: int, height: int, seed: Seed = 0
     ) -> npt.NDArray[np.float32]:
-        """Compute the white noise that is the input for windows, with equal bits on every machine.
+        """Compute the white noise that windows are made from, with equal bits on every machine.
 
         Parameters
         ----------
@@ -218,7 +216,7 @@ class NeuralGenerator:
         Returns
         -------
         ndarray of float32
-            Values in [0, 1) of shape ``(height, width)``: use them to train networks or to run them elsewhere.
+            Values in [0, 1) of shape ``(height, width)``, for training networks or running them elsewhere.
         """
         _check_build()
         return _core.neural_noise(*_window(x0, y0, width, height, 2 * _FARTHEST), arguments.seed(seed))
@@ -240,7 +238,7 @@ def _check_build() -> None:
 
 @functools.lru_cache(maxsize=2)
 def builtin_generator(channels: int = 1) -> NeuralGenerator:
-    """A shared generator with the built-in network of so many channels and all threads."""
+    """A shared generator that uses the built-in network with this number of channels, and all threads."""
     return NeuralGenerator(channels=channels)
 
 
@@ -265,8 +263,8 @@ def _path(name: str, value: object) -> str:
 
 
 def _installed_runtime() -> Optional[str]:
-    """The path of the library in the installed package onnxruntime, found without importing it; None if there is none
-    or BN_ONNXRUNTIME is set."""
+    """The path of the library in the installed package onnxruntime, found without importing it. None if it is not installed, or if
+    BN_ONNXRUNTIME is set."""
     if os.environ.get("BN_ONNXRUNTIME"):
         return None
     try:

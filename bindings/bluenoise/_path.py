@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The decisions of paths by name: bn_path.h on arrays, bit for bit."""
+"""Random numbers for paths, requested by purpose: bn_path.h on arrays, bit for bit."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _Words = npt.NDArray[np.uint32]
 
 
 def _kept(name: str, value: npt.ArrayLike, dtype: npt.DTypeLike, low: int, high: int) -> npt.NDArray[Any]:
-    """A copy, which the caller cannot change."""
+    """A checked copy, which the caller cannot change."""
     return np.array(arguments.integers(name, value, dtype, low, high))
 
 
@@ -47,28 +47,28 @@ class _OnceOnly:
 
 
 class PathSampler:
-    """One sample of a pixel as a path, or an array of paths: random numbers for each decision, by name.
+    """One sample of a pixel as a path, or an array of paths: random numbers for each decision, by purpose.
 
-    A path consists of rays: ray 0 leaves the camera, ray d the d-th surface or other event. Each has four numbers, two for
-    its direction and two for the light sample at its end, and any count of further ones. No two decisions share a
-    number, and paths that drew different counts at one ray are in step again at the next. ``bn_path.h`` describes the layout; the bits
-    are those of C, for samplers of every type.
+    A path consists of rays: ray 0 leaves the camera, ray d leaves the d-th surface or other event. Each ray has four numbers, two for its
+    direction and two for the light sample at its end, and any number of further ones. No two decisions share a number, and paths that
+    drew different counts at one ray are in step again at the next. ``bn_path.h`` describes the layout; the bits are the same as in C, for
+    every sampler type.
 
-    ``x``, ``y``, ``index`` and ``stream`` are integers or integer arrays that broadcast against each other; ``shape`` is what
-    they broadcast to. Every draw is one call of ``Sampler.sample`` for all paths, float32 in [0, 1), of the shapes given
-    below, in which ``...`` is ``shape``.
+    ``x``, ``y``, ``index`` and ``stream`` are integers or integer arrays that broadcast against each other, to ``shape``. Every draw is
+    one call of ``Sampler.sample`` for all paths. It returns float32 in [0, 1), in the shapes given below, where ``...`` stands for
+    ``shape``.
 
     Parameters
     ----------
     sampler : Sampler
-        Where the numbers come from.
+        The sampler that supplies the numbers.
     x, y : array_like of int
         The pixels, -2**31 to 2**31 - 1.
     index : array_like of int
         The samples of these pixels, 0 to 2**32 - 1.
     stream : array_like of int, default 0
-        Independent sequences of samples, 0 to 2**32 - 1: the frames of a film, or light paths beside camera
-        paths. For averaged frames, let the index continue and keep stream 0.
+        Independent sequences of samples, 0 to 2**32 - 1, such as the frames of an animation, or light paths beside camera paths. If you
+        average frames, keep stream 0 and continue the index across frames.
 
     Examples
     --------
@@ -115,18 +115,18 @@ class PathSampler:
         Parameters
         ----------
         number : array_like of int
-            From 0 to 2**28 - 1: 0 leaves the camera, d the d-th surface or other event. An array, for paths that are not equally far,
-            broadcasts with `shape`.
+            From 0 to 2**28 - 1: 0 leaves the camera, d the d-th surface or other event. An array, for paths at different rays, broadcasts
+            with `shape`.
 
         Returns
         -------
         RaySampler
-            A second one of the same number starts again, with the same numbers.
+            A second one for the same ray returns the same numbers again.
         """
         return RaySampler(self, number)
 
     def first_light(self, count: int = 1, k: npt.ArrayLike = 0) -> _Floats:
-        """Draw the light sample at the end of ray 0, if a lens uses its second pair or if there are several. Shape ``(..., 2)``.
+        """Draw the light sample at the end of ray 0, if a lens uses that ray's second pair or if there are several. Shape ``(..., 2)``.
 
         Parameters
         ----------
@@ -141,7 +141,7 @@ class PathSampler:
         return self._draw(_core.path_camera_domain(self._domain), _sequence(self._index, count, points), pair=0)
 
     def time_wavelength(self) -> _Floats:
-        """Draw the time of the path and its wavelength. Shape ``(..., 2)``."""
+        """Draw the time, as a fraction of the shutter interval, and the position in the spectrum. Shape ``(..., 2)``."""
         return self._draw(_core.path_camera_domain(self._domain), self._index, pair=1)
 
     def _draw(self, domain: _Words, index: _Words, pair: Any = None) -> _Floats:
@@ -172,22 +172,22 @@ class RaySampler(_OnceOnly):
     def draw(self) -> _Floats:
         """Draw the direction of the ray, in the first two numbers, and the light sample at its end. Shape ``(..., 4)``.
 
-        The same at every call.
+        Every call returns the same numbers.
         """
         return self._draw(self._domain)
 
     def draw_direction(self) -> _Floats:
-        """Draw the first pair of `draw` alone. Shape ``(..., 2)``."""
+        """Draw only the first pair of `draw`. Shape ``(..., 2)``."""
         return self._draw(self._domain, 0)
 
     def draw_end_light(self) -> _Floats:
-        """Draw the second pair of `draw` alone. Shape ``(..., 2)``."""
+        """Draw only the second pair of `draw`. Shape ``(..., 2)``."""
         return self._draw(self._domain, 1)
 
     def draw_1d(self, k: int) -> _Floats:
-        """Draw a single number of the ray by an explicit counter. Shape ``(...)``.
+        """Draw single number `k` of the ray. Shape ``(...)``.
 
-        Number `k` is what call ``k + 1`` of `next_1d` gives. `draw_2d`, `draw_4d`, `draw_split` and `draw_loop` work alike.
+        Returns the result of call ``k + 1`` of `next_1d`. `draw_2d`, `draw_4d`, `draw_split` and `draw_loop` work in the same way.
 
         Parameters
         ----------
@@ -201,7 +201,7 @@ class RaySampler(_OnceOnly):
         return self._draw(_core.ray_2d_domain(self._domain, _counter(k)), k & 1)
 
     def draw_4d(self, k: int) -> _Floats:
-        """Draw the four numbers `k` of the ray. Shape ``(..., 4)``."""
+        """Draw the `k`-th four numbers of the ray. Shape ``(..., 4)``."""
         return self._draw(_core.ray_4d_domain(self._domain, _counter(k)))
 
     def draw_split(self, k: int, count: int) -> Split:
@@ -210,13 +210,13 @@ class RaySampler(_OnceOnly):
         return Split(self, self._split_domain(_counter(k)), max(count, 1), count)
 
     def draw_loop(self, k: int) -> LoopSampler:
-        """Return the numbers of loop `k`."""
+        """Return the sampler of loop `k`."""
         return LoopSampler(self, np.asarray(_core.ray_loop_domain(self._domain, _counter(k)), np.uint32))
 
     def next_1d(self) -> _Floats:
         """Draw the next single number. Shape ``(...)``.
 
-        Four in a row are stratified together. Two are drawn at a time, so every second call is free.
+        Four consecutive numbers are stratified together. Two are drawn at a time, so every second call is free.
         """
         k = self._1d
         if k & 1 == 0:
@@ -227,14 +227,14 @@ class RaySampler(_OnceOnly):
     def next_2d(self) -> _Floats:
         """Draw the next pair. Shape ``(..., 2)``.
 
-        Two in a row are stratified together.
+        Two consecutive pairs are stratified together.
         """
         pair = self.draw_2d(self._2d)
         self._2d += 1
         return pair
 
     def next_4d(self) -> _Floats:
-        """Draw two pairs whose effects multiply, or a number, the third, and a pair, the first two. Shape ``(..., 4)``."""
+        """Draw four numbers, for two pairs that multiply, or a choice (the third) and then a pair (the first two). Shape ``(..., 4)``."""
         four = self.draw_4d(self._4d)
         self._4d += 1
         return four
@@ -245,7 +245,7 @@ class RaySampler(_OnceOnly):
         Parameters
         ----------
         count : int
-            From 0, which counts as 1, to 2**32 - 1, the same for all samples of a pixel; where it varies, `next_split_from` is better.
+            0 (which counts as 1) to 2**32 - 1, the same for all samples of a pixel. If it varies, use `next_split_from`.
         """
         split = self.draw_split(self._splits, count)
         self._splits += 1
@@ -257,7 +257,7 @@ class RaySampler(_OnceOnly):
         Parameters
         ----------
         first : array_like of int
-            The number of branches that the earlier samples of the pixel took here: 0 for its first sample. Broadcasts with `shape`.
+            The number of branches that earlier samples of the pixel took here, 0 for its first sample. Broadcasts with `shape`.
         """
         taken = _kept("first", first, np.uint32, *arguments.UINT32)
         arguments.together("the ray and first", self.shape, taken.shape)
@@ -272,7 +272,7 @@ class RaySampler(_OnceOnly):
         return loop
 
     def child(self, key: npt.ArrayLike) -> RaySampler:
-        """Return a sub-sampler of the ray for a key, such as the index of a primitive that may be transparent.
+        """Return a sub-sampler of the ray, selected by a key such as a primitive's index.
 
         Parameters
         ----------
@@ -282,7 +282,7 @@ class RaySampler(_OnceOnly):
         Returns
         -------
         RaySampler
-            It draws as a ray does and does not depend on earlier draws. A second child with the same key starts again.
+            Draw from it as from a ray. It does not depend on earlier draws. A second one with the same key repeats the numbers.
         """
         keys = arguments.integers("key", key, np.uint32, *arguments.UINT32)
         part = RaySampler.__new__(RaySampler)
@@ -291,7 +291,7 @@ class RaySampler(_OnceOnly):
         return part
 
     def _again(self) -> RaySampler:
-        """A copy; the caller must not use this object again."""
+        """A copy. The caller must not use this object again."""
         other = RaySampler.__new__(RaySampler)
         for name in (*RaySampler.__slots__,):
             setattr(other, name, getattr(self, name))
@@ -312,8 +312,8 @@ class RaySampler(_OnceOnly):
 
 
 class Split:
-    """A path that continues in several branches. ``split[k]`` is branch k. With a count, from ``RaySampler.next_split``, ``len(split)`` is
-    the number of branches, and a loop over the split gives all of them; without one, from ``RaySampler.next_split_from``, both are
+    """A path that continues in several branches. ``split[k]`` is branch k. If it comes from ``RaySampler.next_split``, ``len(split)`` is
+    the number of branches, and iterating over the split gives all of them. If it comes from ``RaySampler.next_split_from``, both raise
     ``TypeError``."""
 
     __slots__ = ("_count", "_domain", "_index", "_length", "_path", "_shape")
@@ -331,15 +331,15 @@ class Split:
         return self._length
 
     def __getitem__(self, k: npt.ArrayLike) -> PathSampler:
-        """Return branch `k`, a path whose rays begin at 0.
+        """Return branch `k`, a path whose rays start at 0.
 
-        A path may use fewer branches than the count, or more: continue with k = count, count + 1, ...
+        A path may use fewer branches than the count, or more (k = count, count + 1, ...).
 
         Parameters
         ----------
         k : array_like of int
-            From 0 to 2**32 - 1; broadcasts with the ray's shape. An axis of branches in front is
-            ``split[np.arange(count)[:, None, None]]``.
+            From 0 to 2**32 - 1; broadcasts with the ray's shape. For all branches along a new first axis, use ``split[np.arange(count)[:,
+            None, None]]``.
         """
         branches = arguments.integers("k", k, np.uint32, *arguments.UINT32)
         arguments.together("the ray and k", self._shape, branches.shape)
@@ -367,7 +367,7 @@ class LoopSampler(_OnceOnly):
         self._drawn = 0
 
     def next_1d(self) -> _Floats:
-        """Draw the next number, for all paths. Shape ``(...)``."""
+        """Draw the next number for all paths. Shape ``(...)``."""
         k, path = self._drawn, self._path
         self._drawn += 1
         if k < 4:

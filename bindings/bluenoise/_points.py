@@ -38,7 +38,7 @@ def points(
 ) -> Points:
     """Make blue-noise points in the unit square.
 
-    Equal arguments give equal points on one machine. On others, ``"mask"`` gives the same bits; the two other methods
+    Equal arguments give equal points on one machine. Across machines, ``"mask"`` gives the same bits; the other two methods
     depend on SciPy's rounding and version.
 
     Parameters
@@ -46,34 +46,32 @@ def points(
     n : int
         The number of points, 0 to 2**24.
     method : {"best-candidate", "poisson-disk", "mask"}, optional
-        ``"best-candidate"``: each point is the one of some random candidates that is farthest from the points so far, so
-        that every prefix is evenly spread, too. Toroidal: sets tile. Takes about a second for 4000 points, in proportion
-        to n**2. Mitchell, "Spectrally optimal sampling for distribution ray tracing", 1991. Needs SciPy.
+        ``"best-candidate"``: each point is the random candidate that is farthest from the points so far, so every prefix is
+        evenly spread, too. Toroidal: sets tile. Takes about a second for 4000 points, and grows as n**2. Mitchell, "Spectrally
+        optimal sampling for distribution ray tracing", 1991. Needs SciPy.
 
-        ``"poisson-disk"``: no two points are closer than a radius, and few more fit in. Random points are thrown, and kept if
-        no other is within a radius, which shrinks slowly until there are n. Toroidal; in no order. Takes a fraction of a
-        second for 4000 points. McCool and Fiume, "Hierarchical Poisson disk sampling distributions", 1992. Needs SciPy.
+        ``"poisson-disk"``: no two points are closer than a radius, and few more would fit. Random points are accepted if no other
+        is within the radius, which shrinks slowly until there are n. Toroidal; in no order. Takes a fraction of a second for 4000
+        points. McCool and Fiume, "Hierarchical Poisson disk sampling distributions", 1992. Needs SciPy.
 
-        ``"mask"``: the texels of a mask with the n lowest ranks, in this order, so that every prefix is evenly spread,
-        too. Toroidal. The fastest: milliseconds for 1024 points.
+        ``"mask"``: the texels of a mask with the n lowest ranks, in order of rank, so every prefix is evenly spread, too.
+        Toroidal. The fastest method: milliseconds for 1024 points.
     seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
         As for `mask`.
     progress : callable, optional
-        Called with the fraction done, ending with 1. If it returns a true value, the work stops with
-        ``CancelledError``.
+        Called with the fraction done, ending with 1. A true return value stops the work with ``CancelledError``.
     candidates : int, optional
     mask : array_like of int, optional
     jitter : bool, optional
-        Options of single methods. None means the default, in brackets here; for other methods they are errors.
+        Options of single methods. None means the default, given below in parentheses. Other methods reject them.
 
-        ``"best-candidate"``: ``candidates`` (1), the number of candidates for each point so far, 1 to 64; a point has at most
-        65536.
+        ``"best-candidate"``: ``candidates`` (1), the number of candidates per existing point, 1 to 64, at most 65536 for a point.
 
-        ``"poisson-disk"``: ``candidates`` (30), 1 to 1000: with more, the radius shrinks more slowly, so that it is larger in
-        the end and less room is left.
+        ``"poisson-disk"``: ``candidates`` (30), 1 to 1000. With more, the radius shrinks more slowly, so the final radius is
+        larger and the points are packed more densely.
 
         ``"mask"``: ``mask``, ranks of shape (height, width) with at least n texels, stretched over the square; by default
-        void-and-cluster with eight texels a point. ``jitter`` (True): at random places in their texels, instead of at the
+        void-and-cluster with eight texels per point. ``jitter`` (True): place points at random in their texels instead of at the
         centres.
 
     Returns
@@ -86,7 +84,7 @@ def points(
     ValueError
         The method is unknown, a number is out of range, or the mask is not a permutation or has fewer than n texels.
     TypeError
-        An argument has a wrong type, or the method has no such option.
+        An argument has the wrong type, or the method has no such option.
     ImportError
         The method needs SciPy, which is not installed.
 
@@ -118,7 +116,7 @@ def _scipy(method: str) -> None:
 
 
 def _white(seed: int, most: int) -> Callable[[int, int], npt.NDArray[np.float32]]:
-    """A function of x and count that returns up to ``most`` random points, others for each x, from the library's sampler, so
+    """A function of x and count that returns up to ``most`` random points, different for each x, from the library's sampler, so
     that they do not depend on NumPy. The next call overwrites them."""
     sampler = _core.Sampler(_core.sampler_types["white"], seed, 0, None)
     column, row = np.zeros((2, most), np.int32)
@@ -136,8 +134,8 @@ def _white(seed: int, most: int) -> Callable[[int, int], npt.NDArray[np.float32]
 def _best_candidate(
     n: int, seed: int, *, progress: Optional[Progress] = None, candidates: int = 1
 ) -> Points:
-    """A grid has the distance of each cell's centre to the closest point, which bounds that of every candidate in the cell; only
-    those that may be the farthest are looked at more closely. The grid is updated around each new point alone."""
+    """A grid stores the distance of each cell's centre to the closest point, which bounds the distance of every candidate in the
+    cell. Only candidates that may be the farthest are examined. The grid is updated only around each new point."""
     candidates = arguments.integer("candidates", candidates, 1, 64)
     _scipy("best-candidate")
     from scipy.spatial import cKDTree

@@ -13,7 +13,7 @@ from ._sampler import Sampler
 
 
 class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
-    """The samples of one pixel; see ``Sampler.qmc``. With a ``seed``, those of a sampler of that seed."""
+    """The samples of one pixel; see ``Sampler.qmc``. A ``seed`` replaces the sampler's seed."""
 
     def __init__(self, sampler: Sampler, d: int, pixel: tuple[int, int] = (0, 0), *, seed: arguments.Seed = None) -> None:
         d = arguments.integer("d", d, 1, 2**31 - 1)
@@ -25,8 +25,8 @@ class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
         if seed is not None:
             sampler = Sampler(sampler.type, seed=seed, samples_per_pixel=sampler.samples_per_pixel, mask=sampler.mask)
         self._sampler = sampler
-        # scipy.integrate.qmc_quad() makes engines with these arguments and seeds that descend from this one's. They repeat only if
-        # the generator is made anew: before NumPy 2, a copy of one forgets its seed.
+        # scipy.integrate.qmc_quad() makes engines with these arguments and with seeds derived from this one. They are reproducible
+        # only if the generator is created again: before NumPy 2, a copy of a generator loses its seed.
         self._init_quad = {"sampler": sampler, "d": d, "pixel": pixel}
         self.rng_seed = self.rng = np.random.default_rng(sampler.seed)
         self._x = arguments.integer("pixel", x, *arguments.INT32)
@@ -45,7 +45,7 @@ class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
         return points
 
     def reset(self) -> SamplerEngine:
-        """Starts again at the first point and returns the engine."""
+        """Restarts at the first point and returns the engine."""
         self.num_generated = 0
         self.rng_seed = self.rng = np.random.default_rng(self._sampler.seed)
         return self

@@ -17,30 +17,29 @@ if TYPE_CHECKING:
 
 
 class Sampler:
-    """Samples in [0, 1) for every pixel, index and domain. They are well distributed over the indices of a pixel; with the
-    types ``"blue"``, ``"zorder"`` and ``"mask"``, errors are also distributed as blue noise on screen.
+    """Samples in [0, 1) for every pixel, index and domain. Within a pixel, samples are well distributed. With the types ``"blue"``,
+    ``"zorder"`` and ``"mask"``, the error is also blue noise across the image.
 
-    A sample depends only on the arguments of the sampler and of the call, not on order, tiles, threads or restarts.
+    A sample depends only on the arguments of the sampler and of the call, not on the order of draws, tiles, threads or restarts.
     Samplers are immutable and hashable, compare equal if their arguments are equal, and can be pickled.
 
     Parameters
     ----------
     type : {"blue", "sobol", "white", "zorder", "mask"}, optional
-        ``"blue"``: the recommended sampler, progressive, with blue-noise errors on screen. ``"sobol"``: padded
-        Owen-scrambled Sobol', one sequence for each pair of dimensions, independent in each pixel. ``"white"``: independent
-        uniform numbers. ``"zorder"``: one Sobol' sequence
-        along a Morton curve (Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via
-        Hierarchical Ordering of Pixels", 2020), for exactly ``samples_per_pixel`` samples. ``"mask"``: a mask provides
-        the first sample of each pixel and a Sobol' sequence the others, as with blue-noise textures.
+        ``"blue"``: the recommended type, progressive, with blue-noise error across the image. ``"sobol"``: padded Owen-scrambled
+        Sobol', one sequence per pair of dimensions, independent in each pixel. ``"white"``: independent uniform numbers.
+        ``"zorder"``: one Sobol' sequence along a Morton curve (Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo
+        Sampling Error via Hierarchical Ordering of Pixels", 2020), tuned for ``samples_per_pixel`` samples. ``"mask"``: a blue-noise
+        mask supplies the first sample of each pixel, and a Sobol' sequence the others.
     seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
-        An integer from 0 to 2**64 - 1, a source of one, or None for fresh entropy. Different seeds give independent images.
+        An integer from 0 to 2**64 - 1, a NumPy generator or seed sequence, or None for fresh entropy. Different seeds give
+        independent images.
     samples_per_pixel : int, default 0
-        The sample count for type ``"zorder"``, the only count at which its quality is good: up to 2**32 - 1, rounded up
-        to a power of two (at most 2**16); 0 means 256. Larger indices remain valid. The other types are progressive and
-        ignore it.
+        The sample count that type ``"zorder"`` is tuned for: up to 2**32 - 1, rounded up to a power of two (at most 2**16); 0 means
+        256. Larger indices are valid. The other types are progressive and ignore it.
     mask : array_like of int, optional
-        The mask for type ``"mask"``: ranks of shape (height, width), or (n,) for a row, each of 0 .. n - 1 exactly once.
-        None: the built-in 64 x 64 mask.
+        The mask for type ``"mask"``: ranks of shape (height, width), or (n,) for a row, with each of 0 .. n - 1 exactly once.
+        Defaults to the built-in 64 x 64 mask.
 
     Examples
     --------
@@ -101,7 +100,7 @@ class Sampler:
 
     @property
     def samples_per_pixel(self) -> int:
-        """The given sample count, used only by ``"zorder"``; 0 if none was given."""
+        """The given sample count, which only ``"zorder"`` uses; 0 if none was given."""
         return self._samples_per_pixel
 
     @property
@@ -131,9 +130,9 @@ class Sampler:
         domain : array_like of int, default 0
             The decision, 0 to 2**32 - 1; see `domain`. All four broadcast against each other.
         dims : int, default 4
-            Number of dimensions, 1 to 4; use (0, 1) and (2, 3) for two-dimensional decisions.
+            Number of dimensions, 1 to 4. Use (0, 1) and (2, 3) for two-dimensional decisions.
         pair : {0, 1}, optional
-            Draws dimensions (0, 1) or (2, 3) alone, in about three quarters of the time; leave `dims` out.
+            Draw only dimensions (0, 1) or (2, 3), in about three quarters of the time. Do not give `dims` as well.
         out : ndarray of float32, optional
             A C-ordered array of the result's shape, which is filled and returned.
 
@@ -176,7 +175,7 @@ class Sampler:
         return result
 
     def _draw(self, given: Sequence[npt.NDArray[Any]], out: npt.NDArray[np.float32], pair: int) -> None:
-        """Draws at x, y, index and domain, which broadcast, in parts, between which Ctrl-C is noticed."""
+        """Draws at x, y, index and domain, which broadcast, in parts; Ctrl-C is checked between them."""
         if out.size == 0:
             return
         lanes, first = out.reshape(-1, out.shape[-1]), 0
@@ -205,7 +204,7 @@ class Sampler:
         *,
         out: Optional[npt.NDArray[np.float32]] = None,
     ) -> npt.NDArray[np.float32]:
-        """Draw all samples of a rectangle of pixels, faster than `sample` and with equal bits.
+        """Draw all samples of a rectangle of pixels, faster than `sample` and with the same bits.
 
         Parameters
         ----------
@@ -230,7 +229,7 @@ class Sampler:
         Raises
         ------
         ValueError
-            An extent is zero, or a range exceeds the last coordinate or index, or `out` has another shape.
+            An extent is zero, a range runs past the last coordinate or index, or `out` has another shape.
         MemoryError
             The array is too large.
         """
@@ -257,24 +256,24 @@ class Sampler:
         return result
 
     def seed_words(self) -> npt.NDArray[np.uint32]:
-        """The seed for shaders, uint32 of shape (2,). Use it with ``tables``."""
+        """Return the seed for shaders, uint32 of shape (2,). Use it with ``tables``."""
         return self._core.seed_words()
 
     def qmc(self, d: int, *, pixel: tuple[int, int] = (0, 0)) -> SamplerEngine:
-        """Make a `scipy.stats.qmc.QMCEngine` of the samples of one pixel, in index order.
+        """Make a `scipy.stats.qmc.QMCEngine` from the samples of one pixel, in index order.
 
         Parameters
         ----------
         d : int
-            Number of dimensions. Dimensions 4k to 4k + 3 are those of ``bluenoise.domain(k)``, so each group of sixteen belongs to
-            one family.
+            Number of dimensions. Dimensions 4k to 4k + 3 come from ``bluenoise.domain(k)``, so each group of sixteen belongs to one
+            family.
         pixel : tuple of int, default (0, 0)
             x and y.
 
         Returns
         -------
         scipy.stats.qmc.QMCEngine
-            It returns float64 in (0, 1): all 32 bits, each in the middle of its interval, so that integrals have no bias. After
+            It returns float64 in (0, 1), with all 32 bits, at the centres of their intervals, so that integrals are unbiased. After
             2**32 points it raises ``ValueError``.
 
         Raises
@@ -326,10 +325,10 @@ def domain(*keys: npt.ArrayLike) -> Union[int, npt.NDArray[np.uint32]]: ...
 
 
 def domain(*keys: Any) -> Any:
-    """Name a decision by a path of keys from the root.
+    """Return the domain of a decision, from a path of keys that starts at the root.
 
-    Samples of different domains are independent. Domains that differ only in their last key, within an aligned group of four (0 to
-    3, 4 to 7, ...), form a family, which ``"blue"`` stratifies jointly. `PathSampler` chooses the domains of a path for you.
+    Samples of different domains are independent. Domains that differ only in their last key, within an aligned group of four (0 to 3,
+    4 to 7, ...), form a family, which ``"blue"`` stratifies together. `PathSampler` chooses the domains of a path for you.
 
     Parameters
     ----------
@@ -339,7 +338,7 @@ def domain(*keys: Any) -> Any:
     Returns
     -------
     int or ndarray of uint32
-        For `Sampler.sample` and `Sampler.block`.
+        A domain for `Sampler.sample` and `Sampler.block`.
 
     Raises
     ------
@@ -360,7 +359,7 @@ def tables() -> npt.NDArray[np.uint32]:
     Returns
     -------
     ndarray of uint32
-        One-dimensional, 46.5 KiB. ``bn/bn_draw.glsl`` describes the contents, docs/shaders.md how to draw with them.
+        One-dimensional, 46.5 KiB. ``bn/bn_draw.glsl`` describes the contents; docs/shaders.md shows how to use them.
     """
     return _core.tables()
 

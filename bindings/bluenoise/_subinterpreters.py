@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Refuses interpreters in which the extension, like NumPy, would wait for itself for ever."""
+"""Rejects subinterpreters, in which the extension, like NumPy, would deadlock."""
 
 import importlib
 

@@ -7,14 +7,13 @@
     mitsuba.set_variant("llvm_ad_rgb")
     scene["sensor"]["sampler"] = {"type": "bluenoise", "sample_count": 16, "seed": 0}
 
-Samples are those of ``bluenoise.Sampler("blue", seed=seed)``, bit for bit, at the film's pixels, including its crop offset.
-``seed``, from 0 to 2**31 - 1, is the sampler's. The seed passed to ``mitsuba.render`` is the stream of a ``bluenoise.PathSampler``,
-so you can pass a frame number. Two-dimensional draws 2 r and 2 r + 1 are ``draw_direction`` and ``draw_end_light`` of its ray r:
-position in the pixel and first light, direction and next light. One-dimensional draws are ``next_1d`` of the ray whose
-direction or light comes next.
+Samples have the same bits as ``bluenoise.Sampler("blue", seed=seed)`` at the film's pixels, including its crop offset. ``seed`` is
+from 0 to 2**31 - 1. The seed passed to ``mitsuba.render`` becomes the stream of a ``bluenoise.PathSampler``, so you can pass a frame
+number. Two-dimensional draws 2 r and 2 r + 1 are ``draw_direction`` and ``draw_end_light`` of ray r: position in the pixel and first
+light, then direction and next light. One-dimensional draws are ``next_1d`` of the ray whose direction or light is drawn next.
 
-Vectorised variants draw in Dr.Jit, even inside recorded loops. Scalar variants are slow and need ``attach(scene)`` after the
-scene is loaded.
+Vectorised variants draw in Dr.Jit, even inside recorded loops. Scalar variants are slow, and need a call of ``attach(scene)`` after
+the scene is loaded.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ from ._sampler import Sampler, tables
 
 __all__ = ["attach"]
 
-# The types of both modules' contents depend on the variant.
+# The types in both modules depend on the variant.
 dr: Any = drjit
 mi: Any = mitsuba
 
@@ -44,15 +43,15 @@ _UNSEEDED = 0xFFFFFFFF  # Mitsuba's value for "keep the wavefront size"
 
 
 class _Lanes:
-    """All that identifies the sample of each lane, except the domain. Dr.Jit does not look into objects of this class, so
-    recorded loops capture their contents instead of carrying them along."""
+    """Identifies the sample of each lane, except for the domain. Dr.Jit does not traverse objects of this class, so recorded loops
+    capture their contents instead of carrying them as state."""
 
     def __init__(self, words: Any, seed: Any, frame: Any, x: Any, y: Any) -> None:
         self.words, self.seed, self.x, self.y = words, seed, x, y
         self.stream = _drjit.stream_domain(frame)
 
     def at_index(self, index: Any, last: int) -> _Lanes:
-        """The same lanes at other indices, the largest of which is `last`."""
+        """The same lanes at other indices, of which `last` is the largest."""
         self = copy.copy(self)
         self.index, self.rounds = index, max(0, -(-(last.bit_length() - 8) // 4))
         return self
@@ -64,14 +63,14 @@ class _Lanes:
 
 
 class _Film:
-    """The film of the sensor that uses a sampler, hidden from Dr.Jit like the lanes."""
+    """The film of the sensor that uses a sampler, hidden from Dr.Jit in the same way."""
 
     def __init__(self, sampler: Any) -> None:
         self.sampler = weakref.ref(sampler)
         self.film: Any = None
 
     def extent(self) -> tuple[int, int, int, int]:
-        """x and y of the first pixel that is sampled, width and height."""
+        """x and y of the first sampled pixel, width and height."""
         size, offset = self.film.crop_size(), self.film.crop_offset()
         border = self.film.rfilter().border_size() if self.film.sample_border() else 0
         x0, y0, width, height = offset[0] - border, offset[1] - border, size[0] + 2 * border, size[1] + 2 * border
@@ -79,10 +78,10 @@ class _Film:
 
 
 def _sensor(number: int) -> Any:
-    """The sensor that Dr.Jit's registry has under a number, or None.
+    """The sensor with this number in Dr.Jit's registry, or None.
 
-    Vectorised variants number the sensors that exist from 1, and an array of sensors is an array of these numbers. Mitsuba
-    does not pass the sensor to a sampler, and has no list of sensors without a scene, so this array of one number is the way to ask."""
+    Vectorised variants number the existing sensors from 1, and an array of sensors is an array of these numbers. Mitsuba does not
+    pass the sensor to a sampler, and has no list of sensors without a scene, so an array with one number is used instead."""
     try:
         return dr.reinterpret_array(mi.SensorPtr, mi.UInt32(number))[0]
     except RuntimeError:  # nothing has the number
@@ -141,7 +140,7 @@ def _vectorised(common: Any) -> Any:
             self._per_wavefront = 1  # samples of a pixel in a wavefront
             self._advances = 0
             self._lanes: Optional[_Lanes] = None
-            # How many pairs, and single numbers of this ray. Dr.Jit finds these two and carries them through loops.
+            # The counts of pairs, and of single numbers of this ray. Dr.Jit finds these two and carries them through loops.
             self._pairs = mi.UInt32(0)
             self._singles = mi.UInt32(0)
 
@@ -154,7 +153,7 @@ def _vectorised(common: Any) -> Any:
             return other
 
         def set_samples_per_wavefront(self, samples_per_wavefront: int) -> None:
-            # Mitsuba does not call this when it renders; with a film, seed() computes the number itself.
+            # Mitsuba does not call this when rendering; with a film, seed() computes the number itself.
             mi.Sampler.set_samples_per_wavefront(self, samples_per_wavefront)
             self._per_wavefront = samples_per_wavefront
 
@@ -274,8 +273,8 @@ def _scalar(common: Any) -> Any:
 
 
 class _BlockOrder:
-    """Finds the pixel behind the number with which Mitsuba's scalar renderer seeds a sampler. Blocks follow a spiral from the
-    middle of the film, pixels of a block a Morton curve, and every step of a render's seed skips a whole film."""
+    """Finds the pixel for the number with which Mitsuba's scalar renderer seeds a sampler. Blocks follow a spiral from the centre of
+    the film, pixels in a block follow a Morton curve, and every increment of the render's seed skips a whole film."""
 
     def __init__(self, x0: int, y0: int, width: int, height: int) -> None:
         self.origin, self.pixels = (x0, y0), width * height
@@ -298,7 +297,7 @@ class _BlockOrder:
 
 
 def _spiral(columns: int, rows: int) -> list[tuple[int, int]]:
-    """The blocks of a film from the middle outwards: right, down, left, up, by 1, 1, 2, 2, 3, 3 ... steps."""
+    """The blocks of a film from the centre outwards: right, down, left, up, in runs of 1, 1, 2, 2, 3, 3 ... steps."""
     x, y, direction, left, length = columns // 2, rows // 2, 0, 1, 1
     order: list[tuple[int, int]] = []
     while len(order) < columns * rows:
@@ -317,8 +316,8 @@ def _spiral(columns: int, rows: int) -> list[tuple[int, int]]:
 
 
 def attach(scene: Any) -> None:
-    """Tells every ``bluenoise`` sampler of a scene its film. Scalar variants need this before rendering; vectorised ones find
-    the film themselves."""
+    """Connects every ``bluenoise`` sampler of a scene to its film. Scalar variants need this before rendering; vectorised variants
+    find the film themselves."""
     for sensor in scene.sensors():
         sampler = sensor.sampler()
         if isinstance(getattr(sampler, "_film", None), _Film):
