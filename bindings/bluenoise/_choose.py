@@ -63,7 +63,9 @@ def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np
     TypeError
         An argument does not hold numbers.
 
-    Notes ----- The results have the same bits as ``bn_choose.h``.
+    Notes
+    -----
+    The results have the same bits as ``bn_choose.h``.
 
     Examples
     --------

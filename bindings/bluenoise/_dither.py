@@ -96,7 +96,9 @@ def dither(
     TypeError
         The dtype of the image or the mask is not supported.
 
-    Notes ----- Takes about ten nanoseconds per value, and memory for the result plus some megabytes.
+    Notes
+    -----
+    Takes about ten nanoseconds per value, and memory for the result plus some megabytes.
 
     Examples
     --------

@@ -65,7 +65,9 @@ def mask(
     RuntimeMissingError
         ONNX Runtime, which two channels need, is missing.
 
-    Notes ----- All generators raise these exceptions, release the GIL and can be interrupted with Ctrl-C.
+    Notes
+    -----
+    All generators raise these exceptions, release the GIL and can be interrupted with Ctrl-C.
 
     Examples
     --------

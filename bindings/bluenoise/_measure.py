@@ -94,7 +94,9 @@ def measure(mask: npt.ArrayLike, *, progress: Optional[arguments.Progress] = Non
     MemoryError
         There is not enough memory.
 
-    Notes ----- Computes 136 Fourier transforms of the mask's size, which takes 0.1 s for 128 x 128 texels and some seconds for 1024
+    Notes
+    -----
+    Computes 136 Fourier transforms of the mask's size, which takes 0.1 s for 128 x 128 texels and some seconds for 1024
     x 1024.
     """
     arguments.callback("progress", progress)

@@ -63,7 +63,9 @@ class NeuralGenerator:
     ValueError
         The model is not a suitable network, or does not have ``channels`` channels.
 
-    Notes ----- Opening a network takes up to a few tenths of a second, so reuse the generator. Ctrl-C interrupts masks and windows.
+    Notes
+    -----
+    Opening a network takes up to a few tenths of a second, so reuse the generator. Ctrl-C interrupts masks and windows.
     """
 
     __slots__ = ("_arguments", "_core")
