@@ -108,7 +108,12 @@ struct Light {
 
 inline Light area_light(Light::Kind kind, Vec3 corner, Vec3 edge_u, Vec3 edge_v, Vec3 radiance) {
     const Vec3 normal = cross(edge_u, edge_v);
-    const float area = (kind == Light::TRIANGLE ? 0.5f : 1.0f) * length(normal);
+    // The square of a huge or a tiny area does not fit in a float.
+    const float squared = dot(normal, normal);
+    const float parallelogram = squared > 1e-30f && squared < 1e30f
+                                    ? std::sqrt(squared)
+                                    : float(length(glm::dvec3(normal)));
+    const float area = (kind == Light::TRIANGLE ? 0.5f : 1.0f) * parallelogram;
     return {kind, corner, edge_u, edge_v, normalize_or(normal, {0, 0, 1}), area, radiance};
 }
 

@@ -135,6 +135,11 @@ void test_area_lights() {
         const LightSample edge = light_sample(light, in_plane, {0.5f, 0.5f});
         CHECK(edge.pdf >= 0 && !std::isnan(edge.pdf), "pdf %g", edge.pdf);
     }
+    for (const float side : {2e-13f, 1e10f}) {
+        const float area =
+            area_light(Light::PARALLELOGRAM, {}, {side, 0, 0}, {0, 0, side}, Vec3(1)).area;
+        CHECK(std::abs(area / (side * side) - 1) < 1e-6f, "area %g of side %g", area, side);
+    }
 }
 
 // Lights without power or area are left out, and surfaces know theirs.
