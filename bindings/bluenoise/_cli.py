@@ -187,22 +187,22 @@ def _parser() -> argparse.ArgumentParser:
 
     command = add(
         _measure, "measure", "measure a mask",
-        "Measures a mask; smaller is better. The low-frequency power is that of the mask thresholded at a grey level. "
+        "Measures a mask; smaller is better. Low-frequency power is measured after thresholding at a grey level. "
         "help(bluenoise.MaskMeasures) in Python defines each measure.",
     )
     command.add_argument("mask", type=Path, help="a mask as .npy, .exr (needs OpenEXR) or image (needs Pillow), or -")
-    command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel to use, counted from 1 (default all)")
+    command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel to use, counted from 1 (default: all)")
     _add_report(command, "print one JSON object")
 
     command = add(_dither, "dither", "dither an image", "Dithers an image to a few levels; see bluenoise.dither. Needs Pillow.")
     command.add_argument("input", type=Path, help="an image in any format that Pillow reads, or -")
     command.add_argument("output", type=Path, help="the image to write, in a lossless format, or - for PNG")
     command.add_argument("--levels", default=2, type=_integer, help="number of levels, 2 to 256 (default 2)")
-    command.add_argument("--mask", type=Path, metavar="FILE", help="the mask (default: the built-in 64x64 mask); of several "
-                         "channels, each is for one of the image")
+    command.add_argument("--mask", type=Path, metavar="FILE", help="the mask (default: the built-in 64x64 mask); with "
+                         "several channels, one per image channel")
     command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel of the mask to use, counted from 1")
     command.add_argument("--rank", action="store_true", help="accept a mask with repeated values, such as an 8-bit "
-                         "texture, and order equal ones at random")
+                         "texture, and order equal values at random")
     command.add_argument("--srgb", action="store_true", help="preserve means in linear light")
 
     command = add(
@@ -270,20 +270,20 @@ def _seed(text: str) -> int:
     return arguments.seed(None) if text == "random" else _integer(text)
 
 
-# Options of single methods; the help begins with their names.
+# Options of single methods; the help starts with the methods.
 _MASK_OPTIONS: dict[str, dict[str, Any]] = {
-    "sigma": {"type": float, "help": "width of the Gaussian in texels"},
-    "initial_fraction": {"type": float, "help": "share of texels in the initial pattern (default 0.1)"},
+    "sigma": {"type": float, "help": "standard deviation of the Gaussian in texels"},
+    "initial_fraction": {"type": float, "help": "fraction of texels in the initial pattern (default 0.1)"},
     "sweeps": {"type": _integer, "help": "trial swaps per texel (default 1000)"},
-    "channels": {"type": _integer, "metavar": "N", "help": "jointly blue ones, 1 to 4; neural: 1 or 2, or those of --model (default 1)"},
+    "channels": {"type": _integer, "metavar": "N", "help": "jointly blue channels, 1 to 4; neural: 1, 2 or as in --model (default 1)"},
     "model": {"type": Path, "metavar": "FILE", "help": "an ONNX file (default: a built-in network)"},
     "runtime": {"type": Path, "metavar": "FILE", "help": "the ONNX Runtime library"},
     "threads": {"type": _integer, "help": "number of threads (default: one per core)"},
-    "provider": {"choices": get_args(NeuralProvider), "help": "run on the processor (default) or a GPU"},
+    "provider": {"choices": get_args(NeuralProvider), "help": "run on the CPU (default) or a GPU"},
 }
 _POINTS_OPTIONS: dict[str, dict[str, Any]] = {
-    "candidates": {"type": _integer, "metavar": "N", "help": "more are slower and better (default 1, poisson-disk 30)"},
-    "mask": {"type": Path, "metavar": "FILE", "help": "its texels of the lowest ranks are the points"},
+    "candidates": {"type": _integer, "metavar": "N", "help": "more is slower and better (default 1; poisson-disk: 30)"},
+    "mask": {"type": Path, "metavar": "FILE", "help": "use its texels with the lowest ranks as points"},
 }
 
 

@@ -190,7 +190,7 @@ class OtherReport:
                 rows.append([name, *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
             scenes = len({view.scene for view in own.views})
             crops = f", {len(own.views)} crops" if len(own.views) > scenes else ""
-            parts.append(f"{title} ({scenes} scenes{crops}, {self.options.seeds} seeds):\n\n"
+            parts.append(f"{title} ({self.options.seeds} seeds; {scenes} scenes{crops} rendered):\n\n"
                          + md_table(["error over `blue`'s, at spp", *map(str, self.counts)], rows))
         return "\n\n".join(parts)
 

@@ -90,12 +90,15 @@ def of_renders(found):
             if better:
                 _, spp, own, blue = min(better)
                 wins.append(f"{NAMES[label]} {after} at {spp} sample{'s' * (spp > 1)} ({own:.2f}, `blue` {blue:.2f})")
-    yield "Where do others win?", ("the largest leads over `blue`, as error over padded Sobol': " + "; ".join(wins)) if wins else "nowhere here", "renders.md"
+    yield "Where do others win?", ("in the mean over scenes, the largest leads over `blue`, as error over padded Sobol': " + "; ".join(wins)
+                                       + ". In single frames, single numbers and long products the leads are larger ([real time](results/realtime.md), "
+                                       "[integrands](results/samplers.md))") if wins else "nowhere here", "renders.md"
 
 
 def of_denoise(found):
     yield "What about a denoiser?", (
-        f"after Open Image Denoise `blue` has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples, after a further "
+        f"after Open Image Denoise `blue` has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples (only the first is "
+        f"significant), after a further "
         f"blur of 2.1 pixels {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))}"), "denoise.md"
 
 
@@ -106,7 +109,7 @@ def of_realtime(rows):
         names = {"blue": "`blue`", "mask + golden ratio, R2": "a moved mask", "STBN": "STBN", "FAST": "FAST"}
         return ", ".join(f"{name} {own[way]['half-plane', outcome, 'sigma 1.0']:.2f}" for way, name in names.items() if way in own)
 
-    yield "Real time?", (f"use `blue` where frames are averaged, FAST or a mask for single frames. Error over padded Sobol' with two numbers, after sigma 1.0: averaged "
+    yield "Real time?", (f"use `blue` where frames are averaged and a decision takes two or four numbers, FAST or a mask for single frames. Error over padded Sobol' with two numbers, after sigma 1.0: averaged "
                          f"{at('average, 0.1')}; single frames {at('one frame')}"), "realtime.md"
 
 
@@ -134,7 +137,7 @@ def of_samplers(rows):
 def of_worst(rows):
     blue, sobol = (sorted(row[name] for row in rows) for name in ("blue", "sobol"))
     worse = sum(row["blue"] > row["sobol"] for row in rows)
-    yield "How bad can a seed be?", (f"in a soft shadow at 4 samples, {worse} of {len(rows)} seeds give `blue` more error than padded Sobol'. Its worst has "
+    yield "How bad can a seed be?", (f"in a crop of `penumbra`, the scene that gains most, at 4 samples (`scripts/bench picture`), {worse} of {len(rows)} seeds give `blue` more error than padded Sobol'. Its worst has "
                                        f"{blue[-1] / sobol[len(sobol) // 2]:.2f} times the median error of padded Sobol', whose worst has {sobol[-1] / sobol[len(sobol) // 2]:.2f}"), "worst.csv"
 
 

@@ -38,7 +38,7 @@ def test_ratios_are_over_blue():
     own = made.compared.over("zsobol", 6, "rmse_2.1")
     assert (own.value, own.low, own.high) == pytest.approx((2, 2, 2))
     text = made.text()
-    assert made.summary().count("| `zsobol` |" + " 2.00 (2.00) |" * 6) == 2 and made.summary().startswith("Fixed wavelengths (1 scenes, 2 crops, 4 seeds):")
+    assert made.summary().count("| `zsobol` |" + " 2.00 (2.00) |" * 6) == 2 and made.summary().startswith("Fixed wavelengths (4 seeds; 1 scenes, 2 crops rendered):")
     assert "| **2.00** |" in text and "None" not in text and " nan" not in text and "Exposed and" in text
     assert "| `independent` | 1.00 | 1.00 |" in made.times_table() and "| `blue` | 2.00 | 2.00 |" in made.times_table()
 
