@@ -85,7 +85,7 @@ GeometryPointer geometry_build(const Scene &scene) {
                              const auto &from) {
         const size_t size = sizeof from[0], count = from.size();
         void *to = rtcSetNewGeometryBuffer(mesh, type, step, format, size, count);
-        if (to) std::memcpy(to, from.data(), size * count);
+        if (to && count > 0) std::memcpy(to, from.data(), size * count);
     };
     fill(RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, scene.vertices);
     fill(RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, scene.triangles);
