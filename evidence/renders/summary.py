@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of the README, and answers and table of evidence/README.md, from the CSV files of the benches: `scripts/bench summary`"""
+"""Updates the table of the README, and the answers and the table of evidence/README.md, from the CSV files of the benches: `scripts/bench summary`"""
 
 from ..base.command import CommandError, Parser
 from ..base.files import read_numbers
@@ -13,7 +13,7 @@ from .times import over
 COMMAND = "scripts/bench summary"
 COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
 RESULTS = "renders.csv"
-# The README's rows: sampler, its name, whether it must know the count, whether it shows patterns.
+# Rows of the README: sampler, name, whether it must know the sample count, whether it shows patterns.
 SHORT = (("blue", "**`blue`**", "no", "no"), ("sobol-global", "global Sobol': one sequence over the image", "no", "[yes](docs/blue.md#visible-patterns)"),
          ("zorder", "Z-order, as in pbrt-v4 and Cycles", "yes", "no"), ("sobol", "padded Sobol', in each pixel", "no", "no"))
 LONG = ("white", "mask", "blue", "sobol-global", "zorder", "openqmc-sobolbn", "openqmc-pmjbn", "openqmc-latticebn")
@@ -30,12 +30,12 @@ def read(path):
 
 
 def short_table(found):
-    """How many samples have the error of 16 of white noise's."""
+    """The sample counts that match the error of 16 samples of white noise."""
     rows = []
-    for label, name, told, seen in SHORT:
+    for label, name, tuned, patterns in SHORT:
         if own := found.get((TO_WHITE, "", label, 16)):
             count = f"{16 * own.value:.1f}"
-            rows.append([name, f"**{count}**" if label == "blue" else count, told, seen])
+            rows.append([name, f"**{count}**" if label == "blue" else count, tuned, patterns])
     return md_table(["sampler", "samples to match 16 of white noise", "must know the count", "visible patterns"], rows, 2)
 
 
@@ -45,7 +45,7 @@ def table(found):
     return md_table(["error over padded Sobol'", *map(str, COUNTS)], [row for row in rows if any(row[1:])])
 
 
-# ---- Answers, each from the CSV of one bench; none where that was not run
+# ---- Answers, each from the CSV of one bench if there is one
 
 EFFECTS = {"cornell": "indirect light in a box", "penumbra": "soft shadows", "glossy": "glossy reflections", "lens": "depth of field", "glass": "clear glass",
            "interior": "many bounces", "motion": "motion blur", "fog": "fog"}
@@ -68,20 +68,21 @@ def less_at(found, label, measure, counts, scene=""):
 def of_renders(found):
     white = {label: 16 * own.value for (measure, _, label, _), own in found.items() if measure == TO_WHITE}
     yield "How many samples do I save?", (
-        f"{white['blue']:.1f} samples of `blue` match the visible error of 16 independent ones. Padded Sobol' takes {white['sobol']:.1f}, global Sobol' "
-        f"{white['sobol-global']:.1f}, Z-order tuned for the count {white['zorder']:.1f}"), "renders.md#samples-to-an-error"
+        f"{white['blue']:.1f} samples of `blue` match the visible error of 16 independent random samples. Padded Sobol' needs {white['sobol']:.1f}, global Sobol' "
+        f"{white['sobol-global']:.1f}, and Z-order tuned for the count {white['zorder']:.1f}"), "renders.md#samples-to-an-error"
     sharp = [own for spp in COUNTS if (own := found.get(("displayed", "", "blue", spp)))]
     ends = "the two tie" if not any(own.significant for own in sharp) else "it has " + " to ".join(f"{end(own.value for own in sharp):.2f} times the error"[:4] for end in (min, max))
     yield "How much depends on the blur?", (
-        f"after sigma 2.1 `blue` has {less_at(found, 'blue', 'displayed_2.1', (1, 4, 16, 64))} less error than padded Sobol' at 1, 4, 16 and 64 samples, after sigma 1.0 "
-        f"{less_at(found, 'blue', 'displayed_1.0', (1, 4, 16, 64))}; without a blur {ends}"), "renders.md"
+        f"after sigma 2.1, `blue` has {less_at(found, 'blue', 'displayed_2.1', (1, 4, 16, 64))} less error than padded Sobol' at 1, 4, 16 and 64 samples; after sigma 1.0, "
+        f"it has {less_at(found, 'blue', 'displayed_1.0', (1, 4, 16, 64))} less. Without a blur, {ends}"), "renders.md"
     scenes = {scene: own.value for (measure, scene, label, spp), own in found.items() if (measure, label, spp) == (HEADLINE, "blue", 16) and scene}
     order = sorted(scenes, key=scenes.get)
-    most, least = (", ".join(f"{EFFECTS.get(name, f'the model `{name}`')} ({less(scenes[name])})" for name in names) for names in (order[:3], order[:-4:-1]))
-    yield "Which effects gain most, which least?", f"less error than padded Sobol' at 16 samples: most for {most}; least for {least}", "renders.md#scene-by-scene"
+    most, least = (series([f"{EFFECTS.get(name, f'the model `{name}`')} ({less(scenes[name])})" for name in names]) for names in (order[:3], order[:-4:-1]))
+    yield ("Which effects gain most, and which least?", f"the gain over padded Sobol' at 16 samples is largest for {most}, and smallest for {least}",
+           "renders.md#scene-by-scene")
     yield "Adaptive sampling, time limits?", (
-        f"`blue` needs no sample count. At 3 and 6 samples it has {less_at(found, 'blue', HEADLINE, (3, 6))} less error than padded Sobol', Z-order, even tuned for these "
-        f"counts, {less_at(found, 'zorder', HEADLINE, (3, 6))} less"), "renders.md"
+        f"`blue` need not know the sample count. At 3 and 6 samples, it has {less_at(found, 'blue', HEADLINE, (3, 6))} less error than padded Sobol'. Z-order has only "
+        f"{less_at(found, 'zorder', HEADLINE, (3, 6))} less, even when it is tuned for these counts"), "renders.md"
     wins = []
     for measure, after in ((HEADLINE, "after sigma 2.1"), ("displayed_1.0", "after sigma 1.0")):
         for label in LONG:
@@ -90,37 +91,36 @@ def of_renders(found):
             if better:
                 _, spp, own, blue = min(better)
                 wins.append(f"{NAMES[label]} {after} at {spp} sample{'s' * (spp > 1)} ({own:.2f}, `blue` {blue:.2f})")
-    yield "Where do others win?", ("in the mean over scenes, the largest leads over `blue`, as error over padded Sobol': " + "; ".join(wins)
-                                       + ". In single frames, single numbers and long products the leads are larger ([real time](results/realtime.md), "
-                                       "[integrands](results/samplers.md))") if wins else "nowhere here", "renders.md"
+    yield "Where do others win?", ("averaged over scenes, the largest leads over `blue` are, as errors over padded Sobol': " + "; ".join(wins)
+                                       + ". Leads are larger for [single frames](results/realtime.md), and on [integrands](results/samplers.md) of a single "
+                                       "number or, beyond 64 samples, of four") if wins else "nowhere here", "renders.md"
 
 
 def of_denoise(found):
     yield "What about a denoiser?", (
-        f"after Open Image Denoise `blue` has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples (only the first is "
-        f"significant), after a further "
-        f"blur of 2.1 pixels {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))}"), "denoise.md"
+        f"after Open Image Denoise, `blue` has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples (only the first is "
+        f"significant). After a further blur of 2.1 pixels, it has {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))} less"), "denoise.md"
 
 
 def of_realtime(rows):
     own = in_order(rows)
 
     def at(outcome):
-        names = {"blue": "`blue`", "mask + golden ratio, R2": "a moved mask", "STBN": "STBN", "FAST": "FAST"}
+        names = {"blue": "`blue`", "mask + golden ratio, R2": "a shifted mask", "STBN": "STBN", "FAST": "FAST"}
         return ", ".join(f"{name} {own[way]['half-plane', outcome, 'sigma 1.0']:.2f}" for way, name in names.items() if way in own)
 
-    yield "Real time?", (f"use `blue` where frames are averaged and a decision takes two or four numbers, FAST or a mask for single frames. Error over padded Sobol' with two numbers, after sigma 1.0: averaged "
-                         f"{at('average, 0.1')}; single frames {at('one frame')}"), "realtime.md"
+    yield "Real time?", (f"use `blue` if frames are averaged and a decision takes two or four numbers; use FAST or a mask for single frames. Errors over padded Sobol' with two numbers, after "
+                         f"sigma 1.0: in averaged frames, {at('average, 0.1')}; in single frames, {at('one frame')}"), "realtime.md"
 
 
 def of_cost(found, draws, samples):
     times = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in draws}
     peers = ", ".join(f"{NAMES.get(name, name)} {value:.0f}" for (name, form), value in times.items() if form == "peer")
-    text = f"four numbers take {times['blue', 'inline']:.0f} ns inline, padded Sobol' {times['sobol', 'inline']:.0f}" + f" ({peers})" * bool(peers)
+    text = f"drawing four numbers takes {times['blue', 'inline']:.0f} ns inline, and {times['sobol', 'inline']:.0f} ns with padded Sobol'" + f" ({peers})" * bool(peers)
     if samples:
         cost = over(samples, "white")
         share = {label: cost[label] * found[TO_WHITE, "", label, 16].value for label in ("blue", "sobol")}
-        text += (f". `blue` reaches the visible error of 16 independent samples in {100 * share['blue']:.0f} % of their CPU time, padded Sobol' in "
+        text += (f". `blue` reaches the visible error of 16 independent random samples in {100 * share['blue']:.0f} % of their CPU time, and padded Sobol' in "
                  f"{100 * share['sobol']:.0f} % ([times](results/times.csv))")
     yield "What does it cost?", text, "samplers.md#time-per-draw"
 
@@ -130,19 +130,19 @@ def of_samplers(rows):
     for row in rows:
         if row["row"] == PEAKS:
             peaks[row["sampler"]] = max(peaks.get(row["sampler"], 0), row["value"])
-    yield "Does it show patterns?", (f"no: its largest spectral peaks are {peaks['blue']:.1f} times the mean power, white noise's {peaks['white']:.1f}, Z-order's "
-                                     f"{peaks['zorder']:.1f}, global Sobol's {peaks['sobol-global']:.1f}"), "samplers.md#spectral-peaks"
+    yield "Does it show patterns?", (f"no. Its largest spectral peaks are {peaks['blue']:.1f} times the mean power, compared to {peaks['white']:.1f} for white noise, {peaks['zorder']:.1f} for "
+                                     f"Z-order and {peaks['sobol-global']:.1f} for global Sobol'"), "samplers.md#spectral-peaks"
 
 
 def of_worst(rows):
     blue, sobol = (sorted(row[name] for row in rows) for name in ("blue", "sobol"))
     worse = sum(row["blue"] > row["sobol"] for row in rows)
-    yield "How bad can a seed be?", (f"in a crop of `penumbra`, the scene that gains most, at 4 samples (`scripts/bench picture`), {worse} of {len(rows)} seeds give `blue` more error than padded Sobol'. Its worst has "
-                                       f"{blue[-1] / sobol[len(sobol) // 2]:.2f} times the median error of padded Sobol', whose worst has {sobol[-1] / sobol[len(sobol) // 2]:.2f}"), "worst.csv"
+    yield "How bad can a seed be?", (f"in a crop of `penumbra`, the scene that gains most, at 4 samples (`scripts/bench picture`), {worse} of {len(rows)} seeds give `blue` more error than padded Sobol'. The worst seed of `blue` has "
+                                       f"{blue[-1] / sobol[len(sobol) // 2]:.2f} times the median error of padded Sobol', and the worst seed of padded Sobol' {sobol[-1] / sobol[len(sobol) // 2]:.2f} times"), "worst.csv"
 
 
 def answers(folder):
-    """One line for each question whose CSV is there."""
+    """One line for each question whose CSV exists."""
     def rows(name, of=read_numbers):
         return of(folder / name) if (folder / name).is_file() else []
 
@@ -151,7 +151,7 @@ def answers(folder):
     for name, of in (("realtime.csv", of_realtime), ("samplers_draws.csv", lambda draws: of_cost(renders, draws, rows("times.csv"))),
                      ("samplers.csv", of_samplers), ("worst.csv", of_worst)):
         found += of(rows(name)) if rows(name) else ()
-    return "\n".join(f"- **{question}** {text[0].upper()}{text[1:]} ([how]({folder.name}/{link}))." for question, text, link in found)
+    return "\n".join(f"- **{question}** {text[0].upper()}{text[1:]} ([details]({folder.name}/{link}))." for question, text, link in found)
 
 
 def run(arguments):

@@ -119,7 +119,7 @@ def test_tables_of_the_readme():
 def test_seeds_with_more_error_are_counted():
     rows = [{"seed": seed, "sobol": sobol, "blue": blue} for seed, (sobol, blue) in enumerate([(1, 0.5), (2, 3), (4, 0.25)])]
     _, text, _ = next(iter(summary.of_worst(rows)))
-    assert "1 of 3 seeds give `blue` more error" in text and "Its worst has 1.50 times the median error" in text and "whose worst has 2.00" in text
+    assert "1 of 3 seeds give `blue` more error" in text and "worst seed of `blue` has 1.50 times the median error" in text and "worst seed of padded Sobol' 2.00 times" in text
 
 
 # ---- Views
