@@ -15,7 +15,6 @@
 #include <exception>
 #include <fstream>
 #include <list>
-#include <locale>
 #include <random>
 
 namespace fs = std::filesystem;
@@ -93,14 +92,6 @@ class TemporaryFile {
     bool renamed_ = false;
 };
 
-bool is_utf8(const std::string &text) {
-    using Utf8 = std::codecvt<char32_t, char, std::mbstate_t>;
-    std::mbstate_t state{};
-    const auto &utf8 = std::use_facet<Utf8>(std::locale::classic());
-    const char *const begin = text.data();
-    return utf8.length(state, begin, begin + text.size(), text.size()) == int(text.size());
-}
-
 } // namespace
 
 std::string shortest(double number) {
@@ -154,13 +145,10 @@ std::vector<unsigned char> InputRecord::read(const fs::path &path) {
     file.seekg(0);
     if (!file.read(reinterpret_cast<char *>(bytes.data()), std::streamsize(bytes.size())))
         throw Error("cannot be read completely");
-    const std::string name = path.string();
-    if (without_controls(name) != name || !is_utf8(name))
-        throw Error("has a name that is not plain UTF-8; rename it");
     char hash[32];
     std::snprintf(hash, sizeof hash, "%08lx-%zu", crc32_z(0, bytes.data(), bytes.size()),
                   bytes.size());
-    const auto [known, is_new] = files.try_emplace(name, hash);
+    const auto [known, is_new] = files.try_emplace(path.string(), hash);
     if (!is_new && known->second != hash) throw Error("has changed while it was read; try again");
     return bytes;
 }
@@ -171,22 +159,8 @@ void InputRecord::add_file(const fs::path &path) {
 
 std::string InputRecord::text() const {
     std::string result;
-    for (const auto &[name, hash] : files) result += hash + "  " + name + "\n";
+    for (const auto &[name, hash] : files) result += hash + "  " + without_controls(name) + "\n";
     return result;
-}
-
-fs::path resolve_beside(const fs::path &scene, const std::string &name, bool allow_outside) {
-    // The system would stop reading the name there, but the checks below would see all of it.
-    if (name.find('\0') != std::string::npos) throw Error("has a zero byte in its name");
-    std::error_code error;
-    const fs::path folder = scene.parent_path(),
-                   real = fs::canonical(folder.empty() ? "." : folder);
-    // Follows links in the part of the path that exists and normalises the rest.
-    const fs::path path = fs::weakly_canonical(real / name, error).lexically_relative(real);
-    if (error) throw Error("cannot be opened: ", error.message());
-    if (!allow_outside && *path.begin() == "..")
-        throw Error("is outside the scene's folder; use --allow-outside to read it");
-    return folder / path;
 }
 
 void check_writable(const fs::path &path) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files and messages: one-line errors, reading untrusted files, and a record of the files that an image
-// depends on. Only regular files are read, because pipes and devices may never end. A scene can name
-// only files below its own folder.
+// depends on. Only regular files are read, because pipes and devices may never end.
 #pragma once
 
 #include <filesystem>
@@ -54,17 +53,12 @@ struct InputRecord {
     std::map<std::string, std::string> files = {}; // by name
 
     // The bytes of a file. Throws Error, with a message that continues the name, also if the file was read
-    // before with other contents, or its name does not fit on a line.
+    // before with other contents.
     std::vector<unsigned char> read(const std::filesystem::path &path);
     void add_file(const std::filesystem::path &path);
     // One line per file, sorted by name: CRC-32, size, two spaces and the name.
     std::string text() const;
 };
-
-// The path of a file that a scene names, with all links below the scene's folder resolved. Throws Error if
-// it is outside the folder, unless that is allowed.
-std::filesystem::path resolve_beside(const std::filesystem::path &scene, const std::string &name,
-                                     bool allow_outside);
 
 // ---- Writing. A file is written completely or not at all: a temporary file with a random name is
 // created beside it, and renamed once it is on disk.

@@ -195,7 +195,7 @@ struct File {
     }
 
     std::filesystem::path resolve(const std::string &uri) const {
-        return resolve_beside(path, percent_decoded(uri), options.allow_outside);
+        return std::filesystem::path(path).parent_path() / percent_decoded(uri);
     }
 
     // The bytes in a data URI, or of the file that a URI names.

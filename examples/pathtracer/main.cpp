@@ -2,7 +2,6 @@
 // The program: rendering and merging, step by step. Everything that can fail early is done before the
 // first ray. In an interrupted image, each pixel holds its first samples, some pixels more than others.
 // The counts tell which samples are missing, so no other state is needed.
-#include <fcntl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -96,7 +95,6 @@ Scene load_scene(const Options &o, InputRecord &record) {
     if (!o.text("--fov").empty()) options.camera.fov = o.number<double>("--fov");
     options.camera.eye = o.point("--eye");
     options.camera.target = o.point("--target");
-    options.allow_outside = o.flag("--allow-outside");
     options.photometric = o.flag("--photometric");
     options.record = &record;
     const std::string &environment = o.text("--env");
@@ -226,20 +224,6 @@ Film merge_images(const std::vector<std::string> &paths, ExrHead &merged) {
     return film;
 }
 
-// An image may be untrusted, so it can only name files below its folder; the user can name any.
-void check_inside(const Options &o, const std::string &name) {
-    const std::string &file = o.text(name);
-    const bool is_file = name == "--scene" ? is_scene_file(file) : is_environment_file(file);
-    if (!is_file || o.given(name)) return;
-    try {
-        resolve_beside(o.text("--resume"), fs::absolute(file).string(), o.flag("--allow-outside"));
-    } catch (const std::exception &) {
-        throw Error(o.text("--resume"), " names the file ", printable(file),
-                    ", which is outside the image's folder; name it with ", name,
-                    ", or use --allow-outside");
-    }
-}
-
 // Takes all settings that are not on the command line from the image to continue. Throws Error.
 ExrHead resume_settings(Options &o) {
     const std::string &resumed = o.text("--resume");
@@ -264,7 +248,6 @@ ExrHead resume_settings(Options &o) {
         if (std::none_of(std::begin(camera), std::end(camera), given) &&
             std::count(std::begin(camera), std::end(camera), name) > 0)
             take(name, value);
-    for (const char *name : {"--scene", "--env"}) check_inside(o, name);
     o.check();
     return head;
 }
@@ -379,12 +362,6 @@ void run_merge(const Options &o) {
 
 // ---- The process
 
-// Otherwise an image file could reuse the number of a closed stream and receive its output.
-void occupy_closed_streams() {
-    for (int descriptor = 0; descriptor < 3; ++descriptor)
-        if (fcntl(descriptor, F_GETFD) < 0) open("/dev/null", O_RDONLY);
-}
-
 // Bytes of private memory already reserved; sanitizers reserve terabytes that are never touched.
 double taken() {
     std::ifstream file("/proc/self/statm");
@@ -420,7 +397,6 @@ void print_entries(const char *what, const std::vector<Entry> &entries) {
 } // namespace
 
 int main(int argc, char **argv) {
-    occupy_closed_streams();
     exit_where_it_would_abort();
 #ifdef SIGXFSZ
     // Treat a file size limit as an error, like a full disk, instead of dying with half a file.

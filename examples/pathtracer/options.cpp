@@ -64,8 +64,6 @@ const Row ROWS[] = {
     {"--clamp", "", "0", FLAG, 0, 0, true, "clamp texels of --env that are not finite"},
     {"--photometric", "", "0", FLAG, 0, 0, true,
      "the file's punctual lights are in candela and lux: divide them by 683"},
-    {"--allow-outside", "", "0", FLAG, 0, 0, false,
-     "let a scene, or the image of --resume, refer to files outside its folder"},
     {"--threads", "N", "", WHOLE, 1, 1024, false, "number of threads (default: number of cores)"},
     {"--max-memory", "GIB", "", REAL, 0, 1e6, false,
      "fail before the program uses more memory than this (default: half of the\n"

@@ -151,7 +151,6 @@ struct InputRecord;
 struct SceneOptions {
     CameraChoice camera;
     std::shared_ptr<const Environment> environment; // replaces the scene's own; may be empty
-    bool allow_outside = false;    // a scene file may read files outside its folder
     bool photometric = false;      // a file's punctual lights are in candela and lux
     InputRecord *record = nullptr; // gets the files of the scene
 };

@@ -7,9 +7,7 @@ import signal
 import stat
 import subprocess
 
-import numpy as np
 import pytest
-from pathtracer_driver import read_exr
 from scene_files import floor
 
 SIZE = ["--size", "8x8", "--spp", 1]
@@ -106,10 +104,3 @@ def test_full_standard_output_is_an_error(arguments, pathtracer):
     assert done.stderr == "pathtracer: cannot write to standard output: No space left on device\n"
     if "-o" in arguments:
         assert pathtracer.run("--merge", "out.exr", "-o", "whole.exr").returncode == 0
-
-
-def test_without_standard_streams_the_image_is_the_same(pathtracer):
-    """No file of the run takes their numbers."""
-    image = pathtracer.render(*SIZE)
-    assert pathtracer.run("--quiet", *SIZE, "-o", "out.exr", preexec_fn=lambda: os.closerange(0, 3)).returncode == 0
-    np.testing.assert_array_equal(read_exr(image)[0], read_exr(pathtracer.folder / "out.exr")[0])

@@ -46,10 +46,10 @@ def test_a_scene_that_was_changed_is_rendered_again(pathtracer, tmp_path):
     scene = tmp_path / "scene" / "my scene.obj"
     scene.parent.mkdir()
     found = []
-    for height in ("0.5", "0.8", "0.8"):
+    for height in ("0.5", "0.8"):
         scene.write_text(TRIANGLE.replace("0.5", height))
-        found.append(run(pathtracer, tmp_path / "out", scene, "--samplers", "white,blue")[0]["rmse"])
-    assert found[0] != found[1] == found[2]
+        found.append(run(pathtracer, tmp_path / "out", scene, "--samplers", "white")[0]["rmse"])
+    assert found[0] != found[1]
 
 
 @pytest.mark.parametrize("arguments, said", [

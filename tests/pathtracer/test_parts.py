@@ -189,22 +189,3 @@ def test_a_resumed_image_keeps_the_camera_of_its_file(pathtracer):
     for arguments in (two, [*two, "--eye", "0.3,0.7,1.9", "--target", "0,0,0"], far):
         begun, whole = (pathtracer.render(*arguments, *SMALL, "--spp", spp) for spp in (1, 3))
         assert_near(read_layers(pathtracer.render("--resume", begun, "--spp", 3)), read_layers(whole))
-
-
-def test_files_that_an_image_names_are_read_below_its_folder_only(pathtracer, even_sky):
-    """The image may be a stranger's."""
-    folder = pathtracer.folder
-    floor().save(folder / "scene.glb")
-    (folder / "theirs").mkdir()
-    (folder / "theirs" / "sky.exr").symlink_to("../even.exr")
-    begun = folder / "theirs" / "begun.exr"
-    for option, file in [("--scene", "scene.glb"), ("--env", "theirs/sky.exr"), ("--env", even_sky), ("--env", "theirs/../even.exr")]:
-        pathtracer.success(*SMALL, option, file, "--spp", 1, "-o", begun)
-        again = ["--resume", "theirs/begun.exr", "--spp", 2, *OUT]
-        pathtracer.failure(*again, said=[str(file), "outside the image's folder", f"name it with {option}", "--allow-outside"])
-        for more in (["--allow-outside"], [option, file]):
-            pathtracer.success(*again, *more)
-        begun.rename(folder / "begun.exr")
-        pathtracer.success("--resume", "begun.exr", "--spp", 2, *OUT)
-        for name in ("out.exr", "out.png"):
-            (folder / name).unlink()

@@ -15,7 +15,7 @@ from scipy import stats
 from scipy.ndimage import gaussian_filter
 
 SEEDS = 12
-REFERENCES = {}  # of scenes: so many seeds of sobol with 64 samples per pixel
+REFERENCES = {}  # of scenes: so many seeds of sobol with 32 samples per pixel
 SIZE = ["--size", "24x24", "--threads", 1]
 
 
@@ -30,7 +30,7 @@ def assert_the_mean_is_the_reference(pathtracer, scene, *arguments, least=0.2):
     """Welch's t-tests of the means of the picture and its quarters over 12 seeds. The smallest of the 15 p-values is allowed a
     chance of one in ten thousand; a bias of `least` would be seen."""
     if scene not in REFERENCES:
-        REFERENCES[scene] = means_over_seeds(pathtracer, 5000, SEEDS, "--scene", scene, "--sampler", "sobol", "--spp", 64)
+        REFERENCES[scene] = means_over_seeds(pathtracer, 5000, SEEDS, "--scene", scene, "--sampler", "sobol", "--spp", 32)
     expected = REFERENCES[scene]
     means = means_over_seeds(pathtracer, 0, SEEDS, "--scene", scene, *arguments)
     assert_equal_means(means, expected, 1e-4)
@@ -97,11 +97,6 @@ def error_images(pathtracer, expected, sampler, *options):
     return np.array([(picture - expected).mean(axis=2) for picture in pictures])
 
 
-@pytest.fixture
-def penumbra(pathtracer):
-    return pathtracer.image(*PENUMBRA, "--sampler", "sobol", "--seed", 99, "--spp", 512)
-
-
 def test_without_openqmc_the_message_lists_the_samplers(pathtracer):
     if OPENQMC[0] in pathtracer.run("--list").stdout:
         pytest.skip("the path tracer is built with OpenQMC")
@@ -120,8 +115,9 @@ def test_means_of_peers(pathtracer, name, more):
 
 
 @pytest.mark.parametrize("name", OPENQMC)
-def test_noise_of_openqmc_is_blue_and_seeds_and_splits_are_spread(pathtracer, name, penumbra):
+def test_noise_of_openqmc_is_blue_and_seeds_and_splits_are_spread(pathtracer, name):
     pathtracer.needs(name)
+    penumbra = pathtracer.image(*PENUMBRA, "--sampler", "sobol", "--seed", 99, "--spp", 512)
     peers, white = (error_images(pathtracer, penumbra, sampler, "--spp", 1) for sampler in (name, "white"))
     # The error of white noise after the blur, against theirs: 1 where noise has no colour, 1.4 to 1.6 here.
     blurred = [np.sqrt(np.mean([gaussian_filter(error, 2.1) ** 2 for error in errors])) for errors in (white, peers)]
