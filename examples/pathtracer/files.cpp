@@ -5,10 +5,8 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <charconv>
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -20,24 +18,6 @@
 namespace fs = std::filesystem;
 
 namespace {
-
-// Signals that would end the program wait as long as this lives, so that no temporary file stays. Any thread
-// may get them, so a mask of this one would not do.
-struct Undisturbed {
-    static constexpr std::array<int, 3> SIGNALS = {SIGINT, SIGTERM, SIGHUP};
-    static inline volatile std::sig_atomic_t pending = 0;
-    std::array<void (*)(int), SIGNALS.size()> before;
-
-    Undisturbed() {
-        pending = 0;
-        for (size_t i = 0; i < SIGNALS.size(); ++i)
-            before[i] = std::signal(SIGNALS[i], [](int signal) { pending = signal; });
-    }
-    ~Undisturbed() {
-        for (size_t i = 0; i < SIGNALS.size(); ++i) std::signal(SIGNALS[i], before[i]);
-        if (pending != 0) std::raise(pending);
-    }
-};
 
 Error cannot_write(const fs::path &path, const std::string &why) {
     return Error("cannot write ", path.string(), ": ", why);
@@ -167,12 +147,10 @@ void check_writable(const fs::path &path) {
     std::error_code none;
     if (fs::exists(path, none) && !fs::is_regular_file(path, none))
         throw cannot_write(path, "it exists and is not a regular file");
-    const Undisturbed undisturbed;
     const TemporaryFile probe(path);
 }
 
 void write_files(const std::vector<std::pair<fs::path, std::string>> &files) {
-    const Undisturbed undisturbed;
     std::list<TemporaryFile> parts;
     for (const auto &[path, bytes] : files) parts.emplace_back(path).write(bytes);
     for (TemporaryFile &part : parts) part.rename();

@@ -2,8 +2,6 @@
 """Outputs never destroy an input, and appear together or not at all."""
 
 import os
-import shutil
-import signal
 import stat
 import subprocess
 
@@ -75,23 +73,6 @@ def test_temporary_files_have_random_names(pathtracer):
     assert victim.read_text() == "precious"
     for name in ("out.exr", "out.png"):
         assert (pathtracer.folder / name).lstat().st_mode == stat.S_IFREG | 0o640
-
-
-@pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler")
-@pytest.mark.parametrize("way", ["SIGINT", "SIGHUP"])
-def test_killed_merge_leaves_no_temporary_file(pathtracer, way):
-    """The signal comes while the first file is written."""
-    if pathtracer.has_address_sanitizer:
-        pytest.skip("the address sanitizer must be the first library that is loaded")
-    part = pathtracer.render(*SIZE)
-    source, library = pathtracer.folder / "killed.c", pathtracer.folder / "killed.so"
-    source.write_text(f"#include <signal.h>\nint fsync(int file) {{ raise({way}); return 0; }}\n")
-    subprocess.run(["cc", "-shared", "-fPIC", source, "-o", library], check=True)
-    before = sorted(os.listdir(pathtracer.folder))
-    done = pathtracer.run("--merge", part, "-o", "out.exr", env={**os.environ, "LD_PRELOAD": str(library)},
-                          preexec_fn=lambda: signal.signal(getattr(signal, way), signal.SIG_DFL))
-    assert done.returncode == -getattr(signal, way)
-    assert sorted(os.listdir(pathtracer.folder)) == sorted([*before, "out.exr", "out.png"])
 
 
 @pytest.mark.parametrize("arguments", [["--list"], [*SIZE, "-o", "out.exr"]])
