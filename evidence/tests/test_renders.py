@@ -166,7 +166,7 @@ def test_models_stand_on_a_floor_in_the_light(pathtracer, tmp_path):
 
 def test_the_headline_is_printed_and_nothing_written(pathtracer, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    bench(["headline", "--scenes", "penumbra,lens", "--size", "64x48", "--crop", "16x12", "--seeds", "1", "--spp", "4", "--reference-spp", "32",
+    bench(["headline", "--scenes", "penumbra", "--size", "64x48", "--crop", "16x12", "--seeds", "1", "--spp", "4", "--reference-spp", "32",
            "--pathtracer", str(pathtracer)])
     text = capsys.readouterr().out
     assert "`blue` has this error over padded Sobol's: " in text and "| global Sobol' |" in text and "| samples for the error of |" in text

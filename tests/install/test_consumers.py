@@ -85,8 +85,20 @@ def test_a_project_of_one_language(way, language, static_library, expected, tmp_
     assert printed == expected if language == "C" else printed.splitlines() == [*expected.splitlines()[:5], "0"]
 
 
+# What a parent project may have decided for its own sources, as much as goes together.
+SETTINGS = {
+    "add_subdirectory": ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_C_STANDARD=90", "-DCMAKE_C_STANDARD_REQUIRED=ON", "-DCMAKE_C_EXTENSIONS=OFF",
+                         "-DCMAKE_C_FLAGS=-Werror -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wundef "
+                         "-Wmissing-prototypes -Wdeclaration-after-statement", "-DCMAKE_COMPILE_WARNING_AS_ERROR=ON",
+                         "-DCMAKE_C_CLANG_TIDY=false", "-DCMAKE_C_CPPCHECK=false", "-DCMAKE_DEBUG_POSTFIX=d",
+                         "-DCMAKE_ARCHIVE_OUTPUT_DIRECTORY=lib"],
+    "fetch_content": ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_C_STANDARD=17", "-DCMAKE_INTERPROCEDURAL_OPTIMIZATION=ON",
+                      "-DCMAKE_C_VISIBILITY_PRESET=hidden", "-DBUILD_SHARED_LIBS=ON", "-DCMAKE_C_FLAGS=-O1 -ffast-math -funsigned-char"],
+}
+
+
 def test_fetch_content_of_a_tag(expected, tmp_path):
-    """The listing of docs/porting.md, with a shallow clone of a repository."""
+    """The listing of docs/porting.md, with a shallow clone of a repository, in a project with settings of its own."""
     repository, project = tmp_path / "libbn", tmp_path / "project"
     for name in run("git", "-C", ROOT, "ls-files", "CMakeLists.txt", "LICENSE", "libbn").splitlines():
         (repository / name).parent.mkdir(parents=True, exist_ok=True)
@@ -100,29 +112,16 @@ def test_fetch_content_of_a_tag(expected, tmp_path):
     project.mkdir()
     (project / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.21)\nproject(renderer LANGUAGES C)\n"
                                             f"add_executable(renderer {HERE}/consumer.c)\n{listing}")
-    cmake_build(project, tmp_path / "build", f"-DLIBBN_REPOSITORY=file://{repository}", "-DBN_SMALL_DATA=ON")
+    cmake_build(project, tmp_path / "build", f"-DLIBBN_REPOSITORY=file://{repository}", "-DBN_SMALL_DATA=ON", *SETTINGS["fetch_content"])
     assert run(tmp_path / "build" / "renderer") == expected
 
 
-# What a parent project may have decided for its own sources, as much as goes together.
-SETTINGS = {
-    "add_subdirectory": ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_C_STANDARD=90", "-DCMAKE_C_STANDARD_REQUIRED=ON", "-DCMAKE_C_EXTENSIONS=OFF",
-                         "-DCMAKE_C_FLAGS=-Werror -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wundef "
-                         "-Wmissing-prototypes -Wdeclaration-after-statement", "-DCMAKE_COMPILE_WARNING_AS_ERROR=ON",
-                         "-DCMAKE_C_CLANG_TIDY=false", "-DCMAKE_C_CPPCHECK=false", "-DCMAKE_DEBUG_POSTFIX=d",
-                         "-DCMAKE_ARCHIVE_OUTPUT_DIRECTORY=lib"],
-    "fetch_content": ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_C_STANDARD=17", "-DCMAKE_INTERPROCEDURAL_OPTIMIZATION=ON",
-                      "-DCMAKE_C_VISIBILITY_PRESET=hidden", "-DBUILD_SHARED_LIBS=ON", "-DCMAKE_C_FLAGS=-O1 -ffast-math -funsigned-char"],
-}
-
-
-@pytest.mark.parametrize("way", SETTINGS)
-def test_settings_of_the_parent_do_not_reach_the_library(way, expected, tmp_path):
+def test_settings_of_the_parent_do_not_reach_the_library(expected, tmp_path):
     for name in ("bn/bn.h", "bn/bn_draw.h", "base/memory.h", "simd/simd.h"):  # headers of the same names
         (tmp_path / "headers" / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "headers" / name).write_text("#error not this one\n")
-    cmake_build(HERE / "part", tmp_path / "build", f"-DWAY={way}", "-DLANGUAGE=C", f"-DBN_SOURCE_DIR={ROOT}", "-DBN_SMALL_DATA=ON",
-                f"-DHEADERS={tmp_path / 'headers'}", *SETTINGS[way])
+    cmake_build(HERE / "part", tmp_path / "build", "-DWAY=add_subdirectory", "-DLANGUAGE=C", f"-DBN_SOURCE_DIR={ROOT}",
+                "-DBN_SMALL_DATA=ON", f"-DHEADERS={tmp_path / 'headers'}", *SETTINGS["add_subdirectory"])
     assert run(tmp_path / "build" / "consumer") == expected
 
 
