@@ -135,6 +135,17 @@ void test_weights_of_light_samples() {
     check(outside, 0.5, "half a sky");
 }
 
+// From within rough glass in a room of even light, everything has that light, which light samples and
+// scattered rays find from the back of the surface.
+void test_light_samples_from_within_glass() {
+    Scene scene = scene_build("furnace", {});
+    scene.materials[0].albedo = Vec3(0);
+    const uint32_t glass = add_dielectric(scene, 2.4f, 0.3f);
+    add_box(scene, glass, scene.camera.position, {0.2f, 0, 0}, {0, 0.2f, 0}, {0, 0, 0.2f});
+    scene_finish(scene);
+    check_near(render(scene, {32, 100}), 0.5, 0.01, "from within glass");
+}
+
 // All rays of one point of the image meet in the plane that is sharp, and leave from all of the lens
 // alike: the mean square along an axis of a disc is a quarter of its squared radius.
 void test_lens() {
@@ -239,6 +250,7 @@ int main() {
     test_zero_and_nan_normals();
     test_closed_white_box();
     test_weights_of_light_samples();
+    test_light_samples_from_within_glass();
     test_coverage_of_a_moving_square("white", 0, 1);
     test_coverage_of_a_moving_square("blue", 0, 3);
     test_coverage_of_a_moving_square("sobol", 0.1f, 1);
