@@ -78,7 +78,7 @@ def test_other_folders(lib, include, expected, install_small, tmp_path):
 
 @pytest.mark.parametrize(("way", "language"), [("add_subdirectory", "CXX"), ("find_package", "C"), ("find_package", "CXX")])
 def test_a_project_of_one_language(way, language, static_library, expected, tmp_path):
-    """One of C++ alone knows no standard of C. That of a tag, below, is one of C that compiles the library."""
+    """One of C++ alone knows no standard of C. That of a branch, below, is one of C that compiles the library."""
     cmake_build(HERE / "part", tmp_path, f"-DWAY={way}", f"-DLANGUAGE={language}", f"-DBN_SOURCE_DIR={ROOT}", "-DBN_SMALL_DATA=ON",
                 f"-DCMAKE_PREFIX_PATH={static_library.prefix}")
     printed = run(tmp_path / "consumer")
@@ -97,7 +97,7 @@ SETTINGS = {
 }
 
 
-def test_fetch_content_of_a_tag(expected, tmp_path):
+def test_fetch_content_of_a_branch(expected, tmp_path):
     """The listing of docs/porting.md, with a shallow clone of a repository, in a project with settings of its own."""
     repository, project = tmp_path / "libbn", tmp_path / "project"
     for name in run("git", "-C", ROOT, "ls-files", "CMakeLists.txt", "LICENSE", "libbn").splitlines():
@@ -105,9 +105,8 @@ def test_fetch_content_of_a_tag(expected, tmp_path):
         (repository / name).write_bytes((ROOT / name).read_bytes())
     guide = (ROOT / "docs/porting.md").read_text(encoding="utf-8")
     (listing,) = re.findall(r"```cmake\n(include\(FetchContent\)\n.*?)```", guide, re.DOTALL)
-    (tag,) = re.findall(r"GIT_TAG (\S+)", listing)
     identity = ("-c", "user.name=test", "-c", "user.email=test@localhost", "-c", "commit.gpgsign=false")
-    for arguments in (["init", "-q"], ["add", "."], [*identity, "commit", "-q", "-m", "Test"], [*identity, "tag", tag]):
+    for arguments in (["init", "-q", "-b", "main"], ["add", "."], [*identity, "commit", "-q", "-m", "Test"]):
         run("git", "-C", repository, *arguments)
     project.mkdir()
     (project / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.21)\nproject(renderer LANGUAGES C)\n"
