@@ -236,12 +236,12 @@ async function onWebGl2() {
 
 /* The line of an interface: its text, and its class: right, wrong, or empty if the interface is not available. */
 function verdict(name, result, expected) {
-  if (result === null) return ["nothing", `${name}: this browser does not offer it.`];
+  if (result === null) return ["nothing", `${name}: not in this browser${isSecureContext ? "" : ", or only over HTTPS or from disk"}.`];
   const hashes = [result.drawn, expected].map(hashOf), wrong = result.drawn.findIndex((word, i) => word !== expected[i]);
-  const speed = `${result.draw.toPrecision(3)} ns a draw of four numbers, ${result.fetch.toPrecision(3)} ns a texture fetch`;
-  if (wrong < 0) return ["right", `${name}: ${result.name}: all bits are the CPU's (hash ${hashes[0]}); ${speed}.`];
+  const speed = `${result.draw.toPrecision(3)} ns per draw of four numbers, ${result.fetch.toPrecision(3)} ns per texture fetch`;
+  if (wrong < 0) return ["right", `${name}: ${result.name}: all bits match the CPU's (hash ${hashes[0]}); ${speed}.`];
   const {x, y, index, domain} = asked(wrong >> 2);
-  return ["wrong", `${name}: ${result.name}: other bits than the CPU's (hash ${hashes.join(", not ")}), first in pixel ${x}, ${y}, index ${index}, ` +
+  return ["wrong", `${name}: ${result.name}: bits differ from the CPU's (hash ${hashes.join(", not ")}), first in pixel ${x}, ${y}, index ${index}, ` +
           `domain ${domain}, dimension ${wrong & 3}; ${speed}.`];
 }
 
@@ -261,8 +261,8 @@ async function check(expected) {
   element("report").value = report.join("\n");
 }
 
-element("copy").addEventListener("click", async () => {
+element("copy").addEventListener("click", () => {
   element("report").select();
-  await navigator.clipboard.writeText(element("report").value);
+  document.execCommand("copy"); // navigator.clipboard would need HTTPS
 });
 setTimeout(() => check(drawOnCpu())); // when the page has been shown

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws the cases of shader_cases on each GPU, through every driver that wgpu finds and through CUDA, and prints a line for each: green if
-all bits are the CPU's. Otherwise it is red, and the status is 1."""
+all bits match the CPU's. Otherwise it is red, and the status is 1."""
 
 import functools
 import hashlib
@@ -36,9 +36,9 @@ def verdict(run, cases) -> tuple:
     drawn = b"".join(run([*buffers, asked.tobytes()], asked.nbytes, len(asked)) for asked in cases.asked)
     own, wanted = (hashlib.sha256(words).hexdigest()[:8] for words in (drawn, cases.expected.tobytes()))
     if own == wanted:
-        return True, f"all bits are the CPU's (hash {own})"
+        return True, f"all bits match the CPU's (hash {own})"
     wrong = np.any(np.frombuffer(drawn, "<u4").reshape(cases.expected.shape) != cases.expected, axis=2)
-    return False, f"other bits than the CPU's in {wrong.sum():,} of {wrong.size:,} cases (hash {own}, not {wanted})"
+    return False, f"bits differ from the CPU's in {wrong.sum():,} of {wrong.size:,} cases (hash {own}, not {wanted})"
 
 
 def main():

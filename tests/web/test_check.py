@@ -42,7 +42,7 @@ def lines(page):
 
 def check_right(page):
     for name, (kind, text) in lines(page).items():
-        assert kind == "verdict right" and "1.50 ns a draw of four numbers, 1.50 ns a texture fetch" in text, text
+        assert kind == "verdict right" and "1.50 ns per draw of four numbers, 1.50 ns per texture fetch" in text, text
         assert page.value(f"element('report').value.includes(element('{name}').textContent)")
     assert page.happened("Runtime.exceptionThrown") == []
 
@@ -82,9 +82,26 @@ def test_missing_interface_has_no_verdict(page):
     assert page.value("verdict('WebGPU', null, [])[0]") == "nothing"
 
 
-def test_all_bits_are_the_cpus_from_a_server(browser):
+@pytest.fixture
+def port():
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=WEB)) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
-        open_check(browser, f"http://127.0.0.1:{server.server_port}/check.html", "async () => 1.5")
-        check_right(browser)
+        yield server.server_port
         server.shutdown()
+
+
+def test_all_bits_are_the_cpus_from_a_server(browser, port):
+    open_check(browser, f"http://127.0.0.1:{port}/check.html", "async () => 1.5")
+    check_right(browser)
+
+
+def test_a_server_without_https_has_webgl_and_a_report_to_copy(browser, port):
+    open_check(browser, f"http://0.0.0.0:{port}/check.html", "async () => 1.5")  # 127.0.0.1 would be trusted
+    found = lines(browser)
+    assert found["webgpu"] == ["verdict nothing", "WebGPU: not in this browser, or only over HTTPS or from disk."]
+    assert found["webgl2"][0] == "verdict right"
+    x, y = browser.value("(({x, y}) => [x + 5, y + 5])(element('copy').getBoundingClientRect())")
+    browser.value("document.addEventListener('copy', () => { window.copied = getSelection().toString(); }), 0")
+    for kind in ("mousePressed", "mouseReleased"):
+        browser.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+    assert browser.value("copied") == browser.value("element('report').value")
