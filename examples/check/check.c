@@ -18,8 +18,8 @@ void draw(int x, int y, unsigned index, int decision, float u[3]);
 enum { SIZE = 128, WINDOW = 16 };
 static const double AREA = 0.7853982; /* of a quarter disc: the expected share of samples in it */
 static double error[2][SIZE][SIZE];   /* of the number of samples in it */
-static int halves[2][SIZE]
-                 [SIZE]; /* samples whose u[0], or u[1], is in the same half of [0, 1) as u[2] */
+/* Samples whose u[0], or u[1], is in the same half of [0, 1) as u[2]. */
+static int halves[2][SIZE][SIZE];
 
 /* The error after a blur, divided by the error of white noise after the same blur. */
 static double blurred(unsigned count) {
