@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The source distribution is whole, and holds nothing else. scripts/wheel builds a wheel from it and tries both."""
+"""The source distribution has all that a wheel needs, and nothing else."""
 
 import os
 import re
