@@ -12,8 +12,7 @@ from 0 to 2**31 - 1. The seed passed to ``mitsuba.render`` becomes the stream of
 number. Two-dimensional draws 2 r and 2 r + 1 are ``draw_direction`` and ``draw_end_light`` of ray r: position in the pixel and first
 light, then direction and next light. One-dimensional draws are ``next_1d`` of the ray whose direction or light is drawn next.
 
-Vectorised variants draw in Dr.Jit, even inside recorded loops. Scalar variants are slow, and need a call of ``attach(scene)`` after
-the scene is loaded.
+Draws run in Dr.Jit, even inside recorded loops. Scalar variants are not supported.
 """
 
 from __future__ import annotations
@@ -30,10 +29,9 @@ except ImportError as error:
     raise ImportError(f"the sampler needs Mitsuba 3; run pip install 'libbn[mitsuba]' ({error})") from None
 
 from . import _drjit
-from ._path import PathSampler, RaySampler
 from ._sampler import Sampler, tables
 
-__all__ = ["attach"]
+__all__: list[str] = []
 
 # The types in both modules depend on the variant.
 dr: Any = drjit
@@ -80,7 +78,7 @@ class _Film:
 def _sensor(number: int) -> Any:
     """The sensor with this number in Dr.Jit's registry, or None.
 
-    Vectorised variants number the existing sensors from 1, and an array of sensors is an array of these numbers. Mitsuba does not
+    Dr.Jit numbers the existing sensors from 1, and an array of sensors is an array of these numbers. Mitsuba does not
     pass the sensor to a sampler, and has no list of sensors without a scene, so an array with one number is used instead."""
     try:
         return dr.reinterpret_array(mi.SensorPtr, mi.UInt32(number))[0]
@@ -89,7 +87,7 @@ def _sensor(number: int) -> Any:
 
 
 def _registered_film(sampler: Any) -> Any:
-    """The film of the sensor that uses this sampler, in vectorised variants; None if there is none yet."""
+    """The film of the sensor that uses this sampler; None if there is none yet."""
     number = last = 0
     while number < last + 64:  # numbers of deleted sensors stay unused for a while
         number += 1
@@ -106,15 +104,21 @@ def _registered_film(sampler: Any) -> Any:
 
 
 def _create_class() -> Any:
+    if mi.variant().startswith("scalar"):
+        raise RuntimeError(f"the sampler bluenoise needs a vectorised variant, such as llvm_ad_rgb, not {mi.variant()}")
     base: Any = mi.Sampler
 
     class BlueNoiseSampler(base):  # type: ignore[misc]
-        """Shared by vectorised and scalar variants."""
-
         def __init__(self, props: Any) -> None:
             base.__init__(self, props)
             self._sampler = Sampler("blue", seed=int(props.get("seed", 0)))
             self._film = _Film(self)
+            self._per_wavefront = 1  # samples of a pixel in a wavefront
+            self._advances = 0
+            self._lanes: Optional[_Lanes] = None
+            # The counts of pairs, and of single numbers of this ray. Dr.Jit finds these two and carries them through loops.
+            self._pairs = mi.UInt32(0)
+            self._singles = mi.UInt32(0)
 
         def _like(self) -> Any:
             """A sampler with the same properties, not seeded."""
@@ -126,23 +130,6 @@ def _create_class() -> Any:
 
         def fork(self) -> Any:
             return self._like()
-
-        def to_string(self) -> str:
-            return f"BlueNoiseSampler[sample_count = {self.sample_count()}, seed = {self._sampler.seed}]"
-
-    return _scalar(BlueNoiseSampler) if mi.variant().startswith("scalar") else _vectorised(BlueNoiseSampler)
-
-
-def _vectorised(common: Any) -> Any:
-    class BlueNoiseSampler(common):  # type: ignore[misc]
-        def __init__(self, props: Any) -> None:
-            common.__init__(self, props)
-            self._per_wavefront = 1  # samples of a pixel in a wavefront
-            self._advances = 0
-            self._lanes: Optional[_Lanes] = None
-            # The counts of pairs, and of single numbers of this ray. Dr.Jit finds these two and carries them through loops.
-            self._pairs = mi.UInt32(0)
-            self._singles = mi.UInt32(0)
 
         def clone(self) -> Any:
             other = self._like()
@@ -216,112 +203,13 @@ def _vectorised(common: Any) -> Any:
                 raise RuntimeError("seed() must come before the first sample")
             return self._lanes
 
-    return BlueNoiseSampler
-
-
-def _scalar(common: Any) -> Any:
-    class BlueNoiseSampler(common):  # type: ignore[misc]
-        def __init__(self, props: Any) -> None:
-            common.__init__(self, props)
-            self._order: Optional[_BlockOrder] = None
-            self._pixel = (0, 0, 0)
-            self._index = self._pairs = 0
-            self._path: Optional[PathSampler] = None
-            self._ray: Optional[RaySampler] = None
-
-        def clone(self) -> Any:
-            other = self._like()
-            other._order, other._pixel, other._index = self._order, self._pixel, self._index
-            other._path, other._pairs, other._ray = self._path, self._pairs, self._ray and self._ray._again()
-            return other
-
-        def seed(self, seed: Any, wavefront_size: int = _UNSEEDED) -> None:
-            mi.Sampler.seed(self, seed, wavefront_size)  # for wavefront_size()
-            if self._order is None:
-                if self._film.film is None:
-                    raise RuntimeError("scalar variants need bluenoise.mitsuba.attach(scene) after loading")
-                self._order = _BlockOrder(*self._film.extent())
-            self._pixel = self._order.pixel(int(seed))
-            self._start(0)
-
-        def advance(self) -> None:
-            if self._path is not None:
-                self._start(self._index + 1)
-
-        def _start(self, index: int) -> None:
-            frame, x, y = self._pixel
-            self._path = PathSampler(self._sampler, x, y, index, frame)
-            self._index, self._pairs, self._ray = index, 0, self._path.ray(0)
-
-        def next_2d(self, active: Any = True) -> Any:
-            path, ray = self._seeded()
-            u = ray.draw_end_light() if self._pairs & 1 else ray.draw_direction()
-            if self._pairs & 1:
-                self._ray = path.ray((self._pairs >> 1) + 1)
-            self._pairs += 1
-            return mi.Point2f(float(u[0]), float(u[1]))
-
-        def next_1d(self, active: Any = True) -> Any:
-            return float(self._seeded()[1].next_1d())
-
-        def _seeded(self) -> tuple[PathSampler, RaySampler]:
-            if self._path is None or self._ray is None:
-                raise RuntimeError("seed() must come before the first sample")
-            return self._path, self._ray
+        def to_string(self) -> str:
+            return f"BlueNoiseSampler[sample_count = {self.sample_count()}, seed = {self._sampler.seed}]"
 
     return BlueNoiseSampler
-
-
-class _BlockOrder:
-    """Finds the pixel for the number with which Mitsuba's scalar renderer seeds a sampler. Blocks follow a spiral from the centre of
-    the film, pixels in a block follow a Morton curve, and every increment of the render's seed skips a whole film."""
-
-    def __init__(self, x0: int, y0: int, width: int, height: int) -> None:
-        self.origin, self.pixels = (x0, y0), width * height
-        self.side = 32
-        while self.side > 1 and -(-width // self.side) * -(-height // self.side) < dr.thread_count() + 1:
-            self.side //= 2
-        self.blocks = _spiral(-(-width // self.side), -(-height // self.side))
-
-    def pixel(self, number: int) -> tuple[int, int, int]:
-        """The render's seed, x and y."""
-        covered = len(self.blocks) * self.side**2
-        seed, rest = divmod(number, self.pixels) if covered == self.pixels else (0, number)
-        if rest >= covered:
-            raise RuntimeError(f"scalar variants render with seeds other than 0 only if blocks of {self.side} x {self.side} "
-                               "pixels fill the film; give the seed to the sampler instead")
-        block, place = divmod(rest, self.side**2)
-        x, y = (sum(((place >> (2 * bit + axis)) & 1) << bit for bit in range(5)) for axis in (0, 1))
-        return (seed, self.origin[0] + self.blocks[block][0] * self.side + x,
-                self.origin[1] + self.blocks[block][1] * self.side + y)
-
-
-def _spiral(columns: int, rows: int) -> list[tuple[int, int]]:
-    """The blocks of a film from the centre outwards: right, down, left, up, in runs of 1, 1, 2, 2, 3, 3 ... steps."""
-    x, y, direction, left, length = columns // 2, rows // 2, 0, 1, 1
-    order: list[tuple[int, int]] = []
-    while len(order) < columns * rows:
-        if 0 <= x < columns and 0 <= y < rows:
-            order.append((x, y))
-        x, y = x + (1, 0, -1, 0)[direction], y + (0, 1, 0, -1)[direction]
-        left -= 1
-        if left == 0:
-            direction = (direction + 1) % 4
-            length += direction % 2 == 0
-            left = length
-    return order
 
 
 # ---- Registration
-
-
-def attach(scene: Any) -> None:
-    """Connects every ``bluenoise`` sampler of a scene to its film. Scalar variants need this before rendering; vectorised variants
-    find the film themselves."""
-    for sensor in scene.sensors():
-        sampler = sensor.sampler()
-        if isinstance(getattr(sampler, "_film", None), _Film):
-            sampler._film.film = sensor.film()
 
 
 def _register(_old: Optional[str], new: Optional[str]) -> None:
