@@ -140,17 +140,17 @@ def text(scene, checkout, integrator):
 
 # ---- The comparison
 
-# Values of Cycles' `sampling_pattern`: its default, what that tabulates, its two kinds of blue noise, and that of examples/cycles.
+# Values of Cycles' `sampling_pattern`: its default, the sequence that this tabulates, two types of blue noise, and the pattern of examples/cycles.
 NAMES = {"tabulated_sobol": "Tabulated Sobol", "sobol_burley": "Sobol-Burley", "blue_noise_first": "blue noise (first)", "blue_noise_pure": "blue noise (pure)"}
 SAMPLERS = (*NAMES, "blue")
 SEEDS = 2
-# What the page begins with.
+# The image at the top of the page.
 PICTURE = {"tabulated_sobol": "Tabulated Sobol", "blue": "blue"}
 PICTURE_SCENE, PICTURE_SPP, PICTURE_PART = "monkey", 4, (24, 0, 144, 144)
 REFERENCE_SPP = 1024
 REFERENCE_SAMPLER = "sobol_burley"  # which hashes pixel, dimension and seed
 ADAPTIVE, ADAPTIVE_SPP = 0.05, 128  # threshold, samples at most
-# Patterns that have to be told the number of samples, told so many, and stopped before.
+# Patterns that must know the number of samples; tuned for this many, and stopped earlier.
 PREVIEW, PREVIEW_SPP = ("blue_noise_first", "blue_noise_pure"), 64
 TOLD = {f"{than} {PREVIEW_SPP}": f"{NAMES[than]}, tuned for {PREVIEW_SPP}" for than in PREVIEW}
 
@@ -164,7 +164,7 @@ def integrator(sampler, spp, seed, threshold=None):
 
 
 def render(program, checkout, scene, settings, out, spp, counts=False):
-    """Renders `spp` samples into `out`, with `counts` their number in each pixel; returns the processor seconds."""
+    """Renders `spp` samples into `out`, or with `counts` the number of samples in each pixel; returns the CPU seconds."""
     with tempfile.TemporaryDirectory(prefix="libbn-cycles-") as folder:
         path = Path(folder) / "scene.xml"
         path.write_text(text(scene, checkout, settings), encoding="utf-8")
@@ -175,7 +175,7 @@ def render(program, checkout, scene, settings, out, spp, counts=False):
         environment = {**os.environ, "BN_TOLD": str(settings["aa_samples"]), **({"BN_COUNTS": "1"} if counts else {})}
         seconds = other_renderer.processor_seconds(command, f"Cycles failed on {scene}", environment)
         if not Path(out).is_file():
-            raise RenderError(f"Cycles wrote no picture of {scene}")
+            raise RenderError(f"Cycles wrote no image of {scene}")
     return seconds
 
 
@@ -216,20 +216,21 @@ class CyclesRun(other_renderer.OtherRun):
 
 class Report(other_renderer.OtherReport):
     TITLE, SCENES, SPREAD = "# In Cycles", SCENES, ("tabulated_sobol", "blue_noise_pure")
-    INTRO = f"""Figures are error ratios, Cycles' pattern over `blue` of [examples/cycles](../../examples/cycles/README.md), at the same number of
+    INTRO = f"""Errors on this page are relative to `blue`, the pattern of [examples/cycles](../../examples/cycles/README.md), at the same number of
 samples per pixel: 1.20 means that Cycles' pattern has 1.20 times the error of `blue`. They are geometric means over scenes and seeds.
-Errors are root mean squares over the pixels and channels of images of {SIZE[0]}x{SIZE[1]} pixels, the middle of images {ZOOM} times as
-wide, with and without a Gaussian blur. *As displayed* clips images to 0..1 before the blur; *exposed and displayed* first multiplies them
-so that the mean luminance of the reference is {EXPOSED}; *raw* does neither.
-"""
-    METHOD = """Cycles is {version}. The patterns are the values `tabulated_sobol`, `sobol_burley`, `blue_noise_first` and `blue_noise_pure` of
-Cycles' `sampling_pattern`, tuned for the number of samples (`aa_samples`) of each image unless a table says otherwise, and `blue`, which is
-tuned for no number. Clamping of indirect light is Cycles' own, and the pixel filter is the stand-alone program's, a box. Cycles puts sample
-0 into the middle of the pixel, whatever the pattern. `penumbra` and `lens` guided the choice of what is drawn where.
 
-References are means of two images by `sobol_burley` with seeds of their own, so their errors are independent of all others'. Half the
-difference of the two is a reference's own error. A scene counts where the error of `blue` is at least three times that; where a cell is
-empty, the reference is too noisy."""
+Each error is a root mean square over pixels and channels, with or without a Gaussian blur. Images have {SIZE[0]}x{SIZE[1]} pixels, the middle
+of images {ZOOM} times as wide. *As displayed* clips the image to 0..1 before the blur. *Exposed and displayed* first scales it so that the
+mean luminance of the reference is {EXPOSED}. *Raw* does neither.
+"""
+    METHOD = """Cycles is at {version}. Its patterns are the values `tabulated_sobol`, `sobol_burley`, `blue_noise_first` and `blue_noise_pure` of
+`sampling_pattern`. They are tuned for the number of samples of each image (`aa_samples`) unless a table says otherwise; `blue` does not need
+to know the number. Indirect light is clamped as Cycles does by default, and the pixel filter is the box of the stand-alone program. Cycles
+puts sample 0 in the middle of the pixel with every pattern. We used `penumbra` and `lens` to decide which effect draws which numbers.
+
+Each reference is the mean of two images rendered by `sobol_burley` with seeds of their own, so its error is independent of all others. Half
+the difference of the two images estimates the reference's own error. A scene counts only if the error of `blue` is at least three times
+that. Cells are empty where the reference is too noisy."""
 
     def adaptive_ratio(self, name, than):
         """Mean and interval, as a text, of a figure of adaptive images, the other's over that of `blue`."""
@@ -243,7 +244,7 @@ empty, the reference is too noisy."""
     def sections(self):
         early = [spp for spp in self.counts if spp < PREVIEW_SPP]
         found = {"Stopped early": [
-            f"As in a preview: tuned for {PREVIEW_SPP} samples and stopped after so many. `blue` is tuned for no number.", "",
+            f"As in a preview, these patterns are tuned for {PREVIEW_SPP} samples but stopped at the count above the column. `blue` does not need to know the count.", "",
             *(line for measure in HEADLINE for line in (f"{name_of(measure).capitalize()}:", "", self.ratios(self.compared, measure, early, TOLD), ""))]}
         samples = {label: [np.mean(own) for view in self.compared.views if (own := self.cells.get(view, f"{label} {ADAPTIVE}", ADAPTIVE_SPP, "samples"))]
                    for label in self.samplers}
@@ -258,23 +259,19 @@ empty, the reference is too noisy."""
         return found
 
     def answer(self):
-        """A few sentences."""
+        """The main table and the cost."""
         counts = [n for n in (1, 4, 16, 64) if n in self.counts]
 
-        def of(than, most=math.inf):
-            shown, raw = (", ".join(f"{own.value:.2f}" if own else "?" for own in (
-                self.compared.over(than, spp, measure) for spp in counts if spp < most)) for measure in HEADLINE)
-            return f"{shown} times (raw {raw})"
+        def cell(than, spp):
+            shown, raw = (self.compared.over(than, spp, measure) for measure in HEADLINE)
+            return f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else ""
 
         samples, error = (self.adaptive_ratio(name, "tabulated_sobol") for name in ("samples", HEADLINE[0]))
         last = (f"With adaptive sampling and a threshold of {ADAPTIVE}, Tabulated Sobol takes {samples} times the samples of `blue` and ends "
                 f"with {error} times its error. " if samples and error else "")
-        first, pure = ("blue_noise_first", "blue_noise_pure")
-        return (f"At {', '.join(map(str, counts))} samples, Tabulated Sobol, the default of Cycles' stand-alone program, has "
-                f"{of('tabulated_sobol')} the error of `blue` as displayed, Sobol-Burley {of('sobol_burley')}. Tuned for the number of samples, "
-                f"Cycles' blue noise has {of(pure)} with *pure* and {of(first)} with *first*. Tuned for {PREVIEW_SPP} and stopped before, as in "
-                f"a preview, *pure* has {of(f'{pure} {PREVIEW_SPP}', PREVIEW_SPP)} and *first* {of(f'{first} {PREVIEW_SPP}', PREVIEW_SPP)}. "
-                f"{last}A sample takes {self.time('blue'):.2f} times as long with `blue` as with Tabulated Sobol.")
+        rows = [[name, *(cell(than, spp) for spp in counts)] for than, name in {**NAMES, **TOLD}.items()]
+        return (f"Errors relative to `blue` after a blur of 2.1 pixels, as displayed and in brackets raw:\n\n{md_table(['pattern, at spp', *map(str, counts)], rows)}\n\n"
+                f"{last}A sample takes {self.time('blue'):.2f} times as long with `blue` as with Tabulated Sobol, the default of Cycles' stand-alone program.")
 
 
 # ---- The command

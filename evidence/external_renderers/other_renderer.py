@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the comparisons in other people's renderers share: runs of their programs, references, options, and the report."""
+"""The common part of comparisons in other renderers: runs of their programs, references, options, and the report."""
 
 import dataclasses
 import functools
@@ -51,8 +51,8 @@ def name_of(measure):
 
 @dataclasses.dataclass(frozen=True)
 class Task:
-    """All pictures of one view, sampler and seed; with a threshold one adaptive picture. The sampler is told the count of each picture,
-    or `told`."""
+    """All images of one view, sampler and seed, or with a threshold one adaptive image. The sampler is tuned for the count of each
+    image, or for `told`."""
 
     view: object
     sampler: str
@@ -236,13 +236,13 @@ class OtherReport:
                     parts += [f"{name_of(measure).capitalize()}:", "", self.ratios(own, measure), ""]
         for heading, lines in self.sections().items():
             parts += [f"## {heading}", "", *lines, ""]
-        parts += ["## Scene by scene", "", f"{name_of(HEADLINE[0]).capitalize()}; in brackets, the smallest and the greatest of a scene's crops.", ""]
+        parts += ["## Scene by scene", "", f"{name_of(HEADLINE[0]).capitalize()}. Brackets show the range over the crops of a scene that has several.", ""]
         for own in self.sets.values():
             for than in self.SPREAD:
                 parts += [self.scenes_table(own, HEADLINE[0], than), ""]
         return "\n".join([
-            *parts, "## Time", "", "CPU seconds of one thread, without what starting the program takes. On a machine with other work a few "
-            "per cent mean nothing.", "", self.times_table(), "",
+            *parts, "## Time", "", "CPU time of one thread, without the start of the program. The machine may have had other work, so ignore differences of a few "
+            "per cent.", "", self.times_table(), "",
             "## How it was measured", "", f"`{self.options.command}`, {self.options.seeds} seeds. {self.METHOD}"]) + "\n"
 
     def write(self, name, guide):

@@ -11,6 +11,7 @@ import tempfile
 
 from ..base.cache import cache_folder
 from ..base.command import Parser
+from ..base.tables import md_table
 from ..renders.judge import Cells
 from ..renders.renderer import REFERENCE_SEED
 from . import lux_scenes, other_renderer
@@ -79,41 +80,38 @@ def make_picture(work, path):
 
 class Report(other_renderer.OtherReport):
     TITLE, SCENES, SPREAD = "# In pbrt-v4", SCENES, ("zsobol", "sobol")
-    INTRO = f"""**Errors on this page are over those of `blue`: above 1, `blue` is better.** 1.20 means that pbrt's sampler has 1.20 times the error of the
-sampler of [examples/pbrt](../../examples/pbrt/README.md) at the same `--spp`. Figures are geometric means over scenes, crops and seeds.
+    INTRO = f"""Errors on this page are relative to `blue`, the sampler of [examples/pbrt](../../examples/pbrt/README.md), at the same `--spp`, so
+**values above 1 mean that `blue` is better**. They are geometric means over scenes, crops and seeds.
 
-Errors are root mean squares over the pixels and channels of crops of {CROP[0]}x{CROP[1]} pixels from images of {WIDTH}x{HEIGHT}, after
-a Gaussian blur or without. *As displayed* clips images to 0..1 before the blur; *exposed and displayed* first multiplies them so
-that the mean luminance of a crop's reference is {EXPOSED}; *raw* does neither. Hashes of the names place the crops. Nothing was chosen
-or tuned by these scenes.
+Each error is a root mean square over pixels and channels, with or without a Gaussian blur, in crops of {CROP[0]}x{CROP[1]} pixels from
+images of {WIDTH}x{HEIGHT}. *As displayed* clips the image to 0..1 before the blur. *Exposed and displayed* first scales it so that the
+mean luminance of a crop's reference is {EXPOSED}. *Raw* does neither. Hashes of the scenes' names place the crops. These scenes were not
+used to choose or tune anything.
 
-With *fixed wavelengths* (pbrt's option `disablewavelengthjitter`) all samples of an image have the same four: what differs is the sampler.
-By default a path has four random wavelengths, which `blue` spreads evenly; where light is even, nothing else is noisy.
+With *fixed wavelengths* (pbrt's option `disablewavelengthjitter`), all samples of an image have the same four wavelengths, so only the
+sampler differs. By default, each path has four random wavelengths. `blue` spreads them evenly; in evenly lit areas, they are the only
+source of noise.
 
-`zsobol` rounds counts down to powers of two: at 3 and 6 it takes 2 and 4 samples. `sobol` is one sequence over the whole image.
+`zsobol` rounds sample counts down to powers of two: at 3 and 6, it renders 2 and 4 samples. `sobol` is one sequence over the whole image.
 """
-    METHOD = f"""pbrt-v4 is at commit `{PBRT_COMMIT[:8]}`. Its film has its neutral sensor (`cie1931`) and a box filter one pixel wide, the integrator
-is `volpath`. `--spp` and `--seed` set counts and seeds, other options of samplers are pbrt's defaults. `sobol` keeps the positions in the
-pixel for all seeds. LuxCoreRender's scenes keep their meshes, cameras, lamps, plain colours and images; its skies and suns became an
-image of ours, layered and procedural materials simple ones, and what its checkout lacks is left out.
+    METHOD = f"""pbrt-v4 is at commit `{PBRT_COMMIT[:8]}`. Images use its neutral sensor (`cie1931`), a box filter one pixel wide, and the integrator
+`volpath`. `--spp` and `--seed` set sample counts and seeds; all other sampler options are pbrt's defaults. `sobol` uses the same positions
+in the pixel for all seeds. The scenes have the meshes, cameras, lamps, plain colours and images of LuxCoreRender's. An image of our own
+replaces skies and suns, and simple materials replace layered and procedural ones. Objects that are missing from the checkout are left out.
 
-References are means of two images by `paddedsobol`. It hashes pixel, dimension and seed, and the references have seeds of their
-own, so their errors are independent of all others'. Half the difference of the two images is a reference's own error. A crop
-counts where the error of `blue` is at least three times that."""
+Each reference is the mean of two images by `paddedsobol`, which hashes pixel, dimension and seed. References have seeds of their own, so
+their errors are independent of all others. Half the difference of the two images estimates a reference's own error. A crop counts only if
+the error of `blue` is at least three times that."""
 
     def __init__(self, options, cells, references):
         thans = {name: f"`{name}`" for name in SAMPLERS if name != "blue"}
         super().__init__(options, cells, references, SAMPLERS, thans, SETS)
 
     def answer(self):
-        """Where blue is ahead of pbrt's default and of its global Sobol', and where not."""
-        parts = []
-        for title, own in self.sets.items():
-            found = {than: ", ".join(f"{gain.value:.2f} at {spp}" for spp in self.counts if (gain := own.over(than, spp, HEADLINE[0])))
-                     for than in ("zsobol", "sobol")}
-            said = "; ".join(f"{self.name(than)} {text}" for than, text in found.items() if text)
-            parts.append(f"{title}, {name_of(HEADLINE[0])}, error over `blue`'s: {said}.")
-        return "\n\n".join(parts)
+        """pbrt's default and its global Sobol' relative to blue."""
+        rows = [[f"{self.name(than)}, {title.lower()}", *(f"{gain.value:.2f}" if (gain := own.over(than, spp, HEADLINE[0])) else "" for spp in self.counts)]
+                for title, own in self.sets.items() for than in ("zsobol", "sobol")]
+        return f"Errors relative to `blue`, {name_of(HEADLINE[0])}:\n\n{md_table(['sampler, at spp', *map(str, self.counts)], rows)}"
 
 
 # ---- The command

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The error of a picture against its reference, as a number, as a picture and as a spectrum.
+"""Measures the error of an image against its reference.
 
 Blue noise does not reduce the error of single pixels; it moves the error to high frequencies, where the eye and any
-later filter average it away. The error is therefore measured unblurred and after Gaussians of sigma 1.0 and 2.1 pixels,
-which model a near and a far viewer. Pictures are float arrays (height, width) or (height, width, channels) of linear
-radiance. MEASURES names the measures, WHAT_FOR describes them.
+later filter average it away. The error is therefore measured without a blur and after Gaussians of sigma 1.0 and 2.1
+pixels, which model a near and a distant viewer. Images are float arrays (height, width) or (height, width, channels) of
+linear radiance. MEASURES names the measures, and WHAT_FOR describes them.
 """
 
 import numpy as np
@@ -18,11 +18,11 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 KINDS = {"rmse": "RMSE", "displayed": "RMSE as displayed"}
 MEASURES = tuple(f"{kind}_{sigma}" if sigma else kind for kind in KINDS for sigma in SIGMAS)
 WHAT_FOR = {
-    "rmse": "RMSE of linear radiance is the error of Monte Carlo theory, and the one that matters if the picture is composited or "
-            "filtered later. A single lamp or firefly can dominate it.",
-    "displayed": "RMSE as displayed multiplies by the exposure, clips to 0..1 like a screen, and then blurs, in linear light "
-                 "without a tone curve, because the eye adds light linearly. It measures the noise that a viewer sees; values "
-                 "above white count as white.",
+    "rmse": "*RMSE* of linear radiance is the error of Monte Carlo theory. It matters if the image is composited or filtered later. "
+            "A single lamp or firefly can dominate it.",
+    "displayed": "*RMSE as displayed* measures the noise that a viewer sees. The image is multiplied by the exposure, clipped to 0..1 "
+                 "as on a screen, and then blurred. Values above white therefore count as white. The blur acts on linear light, without "
+                 "a tone curve, because the eye adds light linearly.",
 }
 
 
@@ -32,9 +32,9 @@ def _difference(image, reference):
 
 
 def blurred(image, sigma, edge="mirror"):
-    """The picture convolved with a Gaussian of `sigma` pixels, truncated at four sigma.
+    """The image convolved with a Gaussian of `sigma` pixels, truncated at four sigma.
 
-    edge: "mirror" for pictures (the outermost pixel is repeated: c b a | a b c), "toroidal" for tiles.
+    edge: "mirror" for images (the outermost pixel is repeated: c b a | a b c), "toroidal" for tiles.
     """
     image = np.asarray(image, np.float64)
     sigmas = (sigma, sigma) + (0,) * (image.ndim - 2)
@@ -51,18 +51,18 @@ def rmse(image, reference, sigma=0.0, edge="mirror"):
 
 
 def measure_name(name):
-    """The name of a measure for people."""
+    """The name of a measure, as tables print it."""
     kind, _, sigma = name.partition("_")
     return f"{KINDS[kind]} after sigma {sigma}" if sigma else f"{KINDS[kind]}, unblurred"
 
 
 def displayed(image, exposure=0.0):
-    """The picture as displayed at `exposure` stops: linear light, clipped to 0..1."""
+    """The image as displayed at `exposure` stops: linear light, clipped to 0..1."""
     return np.clip(np.asarray(image, np.float64) * 2.0**exposure, 0, 1)
 
 
 def displayed_rmse(image, reference, exposure=0.0, sigma=0.0):
-    """RMSE of the displayed pictures. Pixels are clipped before the blur, as on a screen."""
+    """RMSE of the displayed images. Pixels are clipped before the blur, as on a screen."""
     return rmse(displayed(image, exposure), displayed(reference, exposure), sigma)
 
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One sample a frame: `scripts/bench realtime` measures the noise that frames and averages of frames have
+"""One sample per frame: `scripts/bench realtime` measures the noise of frames and of averages of frames
 
-In every pixel of a frame the integrand is the same: a step in one number, a half-plane in a pair, a product of
-half-planes in four numbers. Single numbers are drawn as such (bn_ray_next_1d()). Slices of others' space-time masks are read from
-files, if you have some; without, the figures of an earlier run stay. It writes evidence/results/realtime.*.
+Every pixel of a frame has the same integrand: a step in one number, a half-plane in a pair, or a product of half-planes in
+four numbers. Single numbers are drawn with bn_ray_next_1d(). Published space-time masks are read from files if you have
+them; otherwise the figures of an earlier run remain. Writes evidence/results/realtime.*.
 """
 
 import dataclasses
@@ -26,7 +26,7 @@ from ..renders.views import golden_powers
 
 
 class Draws:
-    """A sampler of libbn. The index is that of the frame, or every frame has a key of its own and index 0."""
+    """A sampler of libbn. The sample index is the frame's number, or each frame has its own key and index 0."""
 
     def __init__(self, kind, new_key=False):
         self.kind, self.new_key = kind, new_key
@@ -38,14 +38,14 @@ class Draws:
 
 
 class Slices:
-    """Slices [depth][height][width][channels] in [0, 1), read as their authors say: repeated over the screen, slice frame % depth,
-    and with an offset of its own for each number, or group of numbers, that a slice does not have."""
+    """Slices [depth][height][width][channels] in [0, 1), used as their authors recommend: tiled over the screen, with slice
+    frame % depth. Numbers beyond the channels of a slice come from the same slice at another offset."""
 
     def __init__(self, *stacks):
         self.stacks = {stack.shape[-1]: stack for stack in stacks}
 
     def stack_for(self, dimensions):
-        """The one with as many channels, if there is one, or the next best."""
+        """The stack with `dimensions` channels if there is one, or else the next best."""
         return self.stacks[min(self.stacks, key=lambda channels: (channels > dimensions, -channels))]
 
     def frame(self, frame, dimensions, seed, size):
@@ -60,7 +60,7 @@ class Slices:
 
 
 class MovedMask:
-    """The built-in mask of 64x64, with an offset for each number, to which every frame adds a constant."""
+    """The built-in mask of 64x64, with an offset for each number. Every frame adds a constant to its values."""
 
     def __init__(self):
         self.still = Slices(bluenoise.to_float(bluenoise.builtin((64, 64)))[None, ..., None])
@@ -71,7 +71,7 @@ class MovedMask:
 
 
 class GradientNoise:
-    """Interleaved gradient noise (Jimenez, 2014), moved by 5.588238 pixels each frame; further numbers are from other places."""
+    """Interleaved gradient noise (Jimenez, 2014), moved by 5.588238 pixels each frame. Further numbers come from other offsets."""
 
     def frame(self, frame, dimensions, seed, size):
         y, x = np.mgrid[:size, :size]
@@ -83,8 +83,8 @@ class GradientNoise:
 
 # ---- Slices in files
 
-# The sets of the public packs that hold uniform numbers, and their channels: STBN's scalars and two-vectors (Wolfe et al., 2022),
-# FAST's (Donnelly et al., 2024).
+# The sets of uniform numbers in the public packs, and their channels: scalars and two-vectors of STBN (Wolfe et al., 2022) and
+# of FAST (Donnelly et al., 2024).
 PACKS = {"STBN": {r"stbn_(?:scalar|vec1)_.*": 1, r"stbn_vec2_.*": 2},
          "FAST": {r"real_uniform_.*": 1, r"vector2_uniform_.*": 2}, "slices": {".*": 0}}
 PACK_HELP = {"STBN": "PNG files of the public STBN pack: stbn_scalar_..., stbn_vec2_...",
@@ -93,8 +93,8 @@ PACK_HELP = {"STBN": "PNG files of the public STBN pack: stbn_scalar_..., stbn_v
 
 
 def read_set(folder, pattern, channels):
-    """float32 [depth][height][width][channels] from the PNG files NAME_0.png, NAME_1.png ... of the first NAME that the pattern matches: the
-    middles of the steps that their integers stand for. None without any. Channels 0: one where they are grey, else red and green."""
+    """float32 [depth][height][width][channels] from the PNG files NAME_0.png, NAME_1.png ... of the first NAME that matches the pattern,
+    or None if no file does. An integer becomes the middle of its step. Channels 0: one for grey files, else red and green."""
     found = sorted((match[1], int(match[2]), path) for path in Path(folder).glob("*.png")
                    if (match := re.fullmatch(rf"({pattern}?)_?(\d+)\.png", path.name)))
     files = [path for name, _, path in found if name == found[0][0]]
@@ -158,7 +158,7 @@ PARTS = {
 GIVEN = {
     "the screen's `x, y`, index `t`": lambda x, y, at_x, at_y, t, n: (at_x, at_y, t, 0),
     "the screen's `x, y`, index `t / n`": lambda x, y, at_x, at_y, t, n: (at_x, at_y, t // n, 0),
-    "the smaller picture's `x, y`, index `t / n`, key `t % n`": lambda x, y, at_x, at_y, t, n: (x, y, t // n, t % n),
+    "the smaller image's `x, y`, index `t / n`, key `t % n`": lambda x, y, at_x, at_y, t, n: (x, y, t // n, t % n),
 }
 
 
@@ -231,7 +231,7 @@ class Errors:
 
 
 def measure(ways, seeds, count, kinds=tuple(INTEGRANDS), size=SIZE):
-    """{(integrand, way): Errors}, roots of means over seeds and `count` integrands of a kind."""
+    """{(integrand, way): Errors}: root mean squares over seeds and `count` integrands of each type."""
     result = {}
     for dimensions in sorted({INTEGRANDS[kind][0] for kind in kinds}):
         sets = {kind: [INTEGRANDS[kind][1](np.random.default_rng([7, i])) for i in range(count)]
@@ -287,7 +287,7 @@ WINNERS = (("a single frame", "one frame"), ("averaged frames", "average, 0.1"))
 
 
 def rows_of(result, ways):
-    """Errors over those of white noise."""
+    """Errors relative to white noise."""
     return [{"integrand": kind, "way": way, "outcome": outcome, "filter": name,
              "error": f"{result[kind, way].outcomes[i, j] / result[kind, 'white'].outcomes[i, j]:.4f}"}
             for kind in INTEGRANDS for way in ways for i, outcome in enumerate(OUTCOMES) for j, name in enumerate(FILTERS)]
@@ -307,20 +307,20 @@ def short_table(errors, kind):
 
 
 def winners_table(errors):
-    """Who has the least error after sigma 1.0, and who at most 3 % more."""
+    """The methods with the least error after sigma 1.0, or at most 3 % more."""
     def winner(kind, outcome):
         values = {way: own[kind, outcome, "sigma 1.0"] for way, own in errors.items() if kind == "step" or way != GRADIENT}
         least = min(values.values())
         return ", ".join(f"{way} {value:.2f}" for way, value in sorted(values.items(), key=lambda item: item[1]) if value <= 1.03 * least)
 
-    return md_table(["numbers of an effect", *(name for name, _ in WINNERS)], [
+    return md_table(["numbers per effect", *(name for name, _ in WINNERS)], [
         [number, *(winner(kind, outcome) for _, outcome in WINNERS)] for number, kind in (("1", "step"), ("2", "half-plane"), ("4", "product"))], 2)
 
 
 def parts_table(result):
     names = list(FILTERS)
     places = [(0, "sigma 1.0"), (1, "sigma 0.0"), (1, "sigma 1.0"), (1, "sigma 2.1")]
-    return md_table(["drawn in a frame", "given to the path", *(
+    return md_table(["drawn in a frame", "passed to the path", *(
         f"{('one frame', 'average')[i]}, {name.replace('sigma 0.0', 'unfiltered')}" for i, name in places)],
         [[part, given, *(f"{own[i, names.index(name)]:.2f}" for i, name in places)] for (part, given), own in result.items()])
 
@@ -340,20 +340,25 @@ def draw_plot(result, ways, path):
 
 
 def text(errors, parts, options):
-    lines = ["# One sample a frame", "", f"Printed by `{options.command}`. [realtime.md](../../docs/realtime.md) says what to call.", "",
-             "Figures are errors over padded Sobol's, smaller is better. Least error after a blur of one pixel, and what is within 3 % of it (interleaved gradient noise for one number only: pairs of it keep an error that no average removes):", "", winners_table(errors), "",
+    lines = ["# One sample per frame", "", f"Generated by `{options.command}`. [realtime.md](../../docs/realtime.md) describes the calls.", "",
+             "Errors are relative to padded Sobol', so smaller is better. The first table shows the method with the least error after a blur of one pixel, and any method "
+             "within 3 % of it. Interleaved gradient noise is considered for single numbers only, because pairs of it keep an error that no average removes.", "",
+             winners_table(errors), "",
              "![The error of every frame](realtime.png)", "",
-             "- **Frames**: one frame; moving averages that have settled, in which the newest frame weighs 0.1.",
-             "- **Filters**: Gaussian blurs of sigma pixels, and box filters, over the screen.",
-             "- **Ways**: `blue`, `sobol` (padded), `white`; the built-in mask of 64x64, to which each frame adds the golden ratio, or R2 for two numbers; interleaved "
-             "gradient noise, moved by 5.588238 pixels a frame, which is made for one number: pairs of it lie on a line of the unit square, so a part of the error never "
-             "averages out. STBN and FAST are published textures of frames, STBN of 128x128x64 (scalars and two-vectors), FAST of "
-             "128x128x32 for a Gaussian of 1.0 and an exponential average of 0.1; their rows are those of the last run with `--stbn FOLDER --fast FOLDER`, to two digits.",
-             "", "[realtime.csv](realtime.csv) has means of 8 and 32 frames, other weights and filters, over white noise, and [realtime_parts.csv](realtime_parts.csv) the parts of the screen.", ""]
+             "- **Frames**: a single frame, or a settled moving average in which the newest frame has a weight of 0.1.",
+             "- **Filters**: Gaussian blurs with a sigma in pixels, and box filters, over the screen.",
+             "- **Mask**: the built-in mask of 64x64. Each frame adds the golden ratio to it, or R2 for two numbers.",
+             "- **Interleaved gradient noise**: moved by 5.588238 pixels per frame. It is made for one number. Pairs of it lie on a line of the unit square, so part of "
+             "their error never averages out.",
+             "- **STBN and FAST**: published textures with one slice per frame. STBN has 128x128x64 texels (scalars and two-vectors). FAST has 128x128x32 texels, optimised "
+             "for a Gaussian of 1.0 and an exponential average of 0.1. Their rows come from the last run with `--stbn FOLDER --fast FOLDER` and have two digits.",
+             "", "[realtime.csv](realtime.csv) has errors relative to white noise, also for means of 8 and 32 frames, other weights and other filters. "
+             "[realtime_parts.csv](realtime_parts.csv) has those for parts of the screen.", ""]
     for kind in HEADS:
         lines += [short_table(errors, kind), ""]
-    return "\n".join([*lines, "## Parts of the screen", "", "Where a frame draws every second or fourth pixel: half-planes, `blue` over white noise. *Average* is of the "
-                      "screen. Count the samples of a pixel, and give the screen's coordinates where the screen is filtered.", "", parts_table(parts)]) + "\n"
+    return "\n".join([*lines, "## Parts of the screen", "", "This table is for renderers that draw every second or every fourth pixel in a frame. It shows the error of `blue` "
+                      "relative to white noise, for half-planes. *Average* is the moving average of the whole screen. As the sample index, pass the number of samples that the "
+                      "pixel already has. Pass the screen's coordinates if you filter the screen.", "", parts_table(parts)]) + "\n"
 
 
 # ---- The command

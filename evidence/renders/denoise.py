@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the samplers after denoising, and by FLIP: `scripts/bench denoise` writes evidence/results/denoise.*
+"""Compares the samplers after denoising, also by FLIP: `scripts/bench denoise` writes evidence/results/denoise.*
 
-Renders the views with white, sobol, blue and the peers in the build at 1 to 16 samples per pixel, denoises each image in
-several ways with Open Image Denoise (the optional package pyoidn), and measures the remaining error against the references
-of `scripts/bench renders`, also by FLIP (the optional package flip-evaluator). Results are cached in ~/.cache/libbn, so an interrupted run
-resumes.
+Renders the views at 1 to 16 samples per pixel, denoises each image in several ways with Open Image Denoise (the optional
+package pyoidn), and measures the remaining error against the references of `scripts/bench renders`. It also measures FLIP
+(the optional package flip-evaluator). Results are cached in ~/.cache/libbn, so an interrupted run resumes.
 """
 
 import dataclasses
@@ -26,13 +25,13 @@ from . import views
 from .judge import Cells, Run, Task, pictures_of, plan, render_references
 from .renders import NAMES, REFERENCE_SPP
 
-# What the denoiser is given.
+# The denoiser's inputs.
 WAYS = {
     "none": "not denoised",
-    "colour": "colour alone",
-    "plain": "colour, albedo and normal of the same samples",
-    "primary": "albedo and normal of additional primary rays, declared noise-free (`cleanAux`)",
-    "apart": "as `primary`, with directly visible light added after denoising, from the same rays",
+    "colour": "colour only",
+    "plain": "colour, albedo and normal from the same samples",
+    "primary": "albedo and normal from additional primary rays, declared noise-free (`cleanAux`)",
+    "apart": "like `primary`, with directly visible light added after denoising, from the same rays",
 }
 DENOISED = tuple(WAYS)[1:]
 MEASURES = {"relative": "relative RMSE", "displayed": "RMSE as displayed, unblurred",
@@ -58,17 +57,17 @@ def load():
 
 
 def flip(image, reference, exposure, distance):
-    """Mean FLIP of the displayed images, so many centimetres from a screen of FLIP_DPI."""
+    """Mean FLIP of the displayed images, on a screen of FLIP_DPI at `distance` centimetres."""
     flip_evaluator = package("flip_evaluator", ".venv/bin/python -m pip install flip-evaluator")
     pixels_per_degree = distance / 2.54 * FLIP_DPI * math.tan(math.radians(1))
     shown = (displayed(each, exposure).astype(np.float32) for each in (reference, image))
     return float(flip_evaluator.evaluate(*shown, "LDR", inputsRGB=False, applyMagma=False, parameters={"ppd": pixels_per_degree})[1])
 
 
-# ---- Pictures with their layers
+# ---- Images with their layers
 
 def read_layers(path):
-    """(float32 array (height, width, 9), attributes): colour, albedo and normal of a path-traced picture."""
+    """(float32 array (height, width, 9), attributes): colour, albedo and normal of a path-traced image."""
     names = [*"RGB", *(f"albedo.{c}" for c in "RGB"), *(f"normal.{c}" for c in "XYZ")]
     with OpenEXR.File(str(path), separate_channels=True) as file:
         channels = file.channels()
@@ -93,7 +92,7 @@ def layers_of(program, view, sampler, seed, counts):
 
 
 def primary(view):
-    """The view without what lies behind the first surface."""
+    """The view with paths that end at the first surface."""
     return dataclasses.replace(view, lights=(*view.lights, "--max-depth", "0"))
 
 
@@ -127,7 +126,7 @@ def errors(image, reference, exposure, with_flip=True):
 
 
 class DenoisedRun(Run):
-    """A judge.Run that measures pictures after denoising, in all WAYS."""
+    """A judge.Run that measures images after denoising, in all WAYS."""
 
     def __init__(self, program, jobs, denoiser):
         super().__init__(program, "denoised", jobs)
@@ -168,7 +167,7 @@ class Report:
             NAMES.get(label, label): self.over(label, way, measure) for label in self.labels if label != "sobol"})
 
     def way_table(self, measure):
-        """What the ways gain over `plain`, for the same sampler."""
+        """The gains of the other WAYS over `plain`, for the same sampler."""
         def over_plain(label, way):
             def of(spp):
                 pairs = {view: [self.compared.cells.get(view, label, spp, f"{name}:{measure}") for name in (way, "plain")] for view in self.compared.views}
@@ -187,19 +186,20 @@ class Report:
         after = ", ".join(f"{own.value:.2f}" for spp in self.counts if (own := self.over("blue", "plain", "displayed_2.1")(spp)))
         scenes = self.compared.by_scene()
         found = [own for views in scenes.values() for spp in self.counts if (own := self.over("blue", "plain", "displayed", views)(spp))]
-        return (f"After Open Image Denoise, `blue` has this error over padded Sobol's, as displayed: {line} samples; after a blur of 2.1 pixels besides: {after}. "
-                f"Of {len(found)} pairs of a scene and a count it has significantly less in {sum(own.high < 1 for own in found)} and more in "
-                f"{sum(own.low > 1 for own in found)}.")
+        return (f"After Open Image Denoise, `blue` has the following error relative to padded Sobol', as displayed: {line} samples. After a further blur of 2.1 pixels, "
+                f"it has {after}. In {sum(own.high < 1 for own in found)} of {len(found)} combinations of a scene and a sample count, `blue` has significantly less "
+                f"error than padded Sobol'; in {sum(own.low > 1 for own in found)}, it has significantly more.")
 
     def text(self):
         options, crops = self.options, len(self.compared.views)
-        parts = ["# After denoising", "", f"Printed by `{options.command}` with Open Image Denoise (pyoidn {self.version}).", "", self.short(), "",
+        parts = ["# After denoising", "", f"Generated by `{options.command}` with Open Image Denoise (pyoidn {self.version}).", "", self.short(), "",
                  "![Error over padded Sobol', after the denoiser](denoise.png)", "",
-                 f"Every figure is an error over that of padded Sobol' after the same denoiser: below 1 is better. {crops} crops of {len(self.compared.by_scene())} scenes, "
-                 f"those of [renders.md](renders.md), denoised by themselves; {'one seed' if options.seeds == 1 else f'{options.seeds} seeds'}. {MARKED} [denoise.csv](denoise.csv) has intervals, scenes and more "
-                 "measures. Relative RMSE divides the difference by the reference plus a tenth of its mean.", ""]
-        parts += ["## FLIP", "", f"The mean difference that a viewer of the displayed image sees (Andersson and others, 2020), {FLIP_DPI} dpi at 75 and at 35 cm. It has a part that no "
-                  "sample removes, so ratios are nearer to 1 than those of errors.", ""]
+                 f"Errors are relative to padded Sobol' with the same denoiser, so values below 1 are better. The images are {crops} of the crops of [renders.md](renders.md), from "
+                 f"{len(self.compared.by_scene())} scenes, with {'one seed' if options.seeds == 1 else f'{options.seeds} seeds'}; each crop is denoised on its own. {MARKED} "
+                 "[denoise.csv](denoise.csv) has the intervals, the errors of single scenes, and more measures. *Relative RMSE* divides the difference by the reference "
+                 "plus a tenth of the reference's mean.", ""]
+        parts += ["## FLIP", "", "FLIP is the mean difference that a viewer of the displayed image sees (Andersson and others, 2020), here on a screen of "
+                  f"{FLIP_DPI} dpi at a distance of 75 and 35 cm. Part of it remains at any sample count, so its ratios are closer to 1 than those of the RMSE.", ""]
         for way in FLIP_WAYS:
             for measure in ("flip_75", "flip_35"):
                 parts += [f"{MEASURES[measure]}, `{way}`:", "", self.table(way, measure, [spp for spp in FLIP_COUNTS if spp in self.counts]), ""]
@@ -207,9 +207,9 @@ class Report:
             parts += [f"## `{way}`: {WAYS[way]}", ""]
             for measure in ("displayed", "displayed_2.1", "relative"):
                 parts += [f"{MEASURES[measure]}:", "", self.table(way, measure), ""]
-        return "\n".join([*parts, "## Which way", "", f"Keep directly visible light (lamps, the sky) out of the denoiser: denoise the rest and add that light afterwards, from "
-                          f"{PRIMARY_RAYS} primary rays, which end at the first surface. Take albedo and normal from the same rays and declare them noise-free. "
-                          f"What that changes, {MEASURES['relative']}:", "", self.way_table("relative")]) + "\n"
+        return "\n".join([*parts, "## Which inputs to use", "", "Keep directly visible light (lamps and the sky) out of the denoiser. Denoise the rest, and add that light afterwards "
+                          f"from {PRIMARY_RAYS} primary rays, which end at the first surface. Take albedo and normal from the same rays, and declare them noise-free. "
+                          f"The table compares the {MEASURES['relative']} with that of `plain`:", "", self.way_table("relative")]) + "\n"
 
     def draw(self, path):
         figure, axes = plt.subplots(1, len(DENOISED), figsize=(3.4 * len(DENOISED), 3.6), sharey=True)

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares the samplers on rendered scenes: `scripts/bench renders` writes evidence/results/renders.*
 
-Renders crops of large pictures of every scene with every sampler at 1 to 64 samples per pixel and several seeds, and measures
-each against a reference. renders.csv has every figure with its interval. Trials (--quick, --views development) go to out/renders alone. References and results are cached in ~/.cache/libbn ($XDG_CACHE_HOME): an
-interrupted run resumes, and a change to one sampler renders only that one again.
+Renders crops of large images of every scene with every sampler at 1 to 64 samples per pixel and several seeds, and measures
+each against a reference. renders.csv lists every error with its interval. Trials (--quick, --views development) write to
+out/renders only. References and results are cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes, and a
+change to one sampler renders only that sampler again.
 """
 
 import numpy as np
@@ -51,20 +52,20 @@ class Report:
         return compare.table(f"{NAMES[label]} over padded Sobol'", self.counts, {scene: self.over(label, HEADLINE, views) for scene, views in scenes.items()})
 
     def groups(self):
-        """{what: views}: scenes of ours and models of others."""
+        """{name: views}: the built-in scenes and the third-party models."""
         views = self.compared.views
         return {"built-in scenes": tuple(view for view in views if view.scene not in models.MODELS),
-                "models of others": tuple(view for view in views if view.scene in models.MODELS)}
+                "third-party models": tuple(view for view in views if view.scene in models.MODELS)}
 
     # ---- Samples to an error
 
     def to_white(self):
-        """{sampler: Estimate} of the samples that have the error of 16 of white noise's, over 16."""
+        """{sampler: Estimate} of the number of samples that have the error of 16 of white noise, divided by 16."""
         white = Comparison(self.cells, self.references, self.labels, "white")
         return {label: own for label in self.labels if (own := white.samples_for(label, 16, HEADLINE, self.counts))}
 
     def reach_table(self):
-        """Samples of each sampler for the error of padded Sobol' at TO_REACH, and of white noise at 16."""
+        """The number of samples with which each sampler has the error of padded Sobol' at TO_REACH, and of white noise at 16."""
         white, rows = self.to_white(), []
         for label in self.labels:
             found = [self.compared.samples_for(label, spp, HEADLINE, self.counts) for spp in TO_REACH if spp in self.counts]
@@ -81,7 +82,7 @@ class Report:
     # ---- Tests
 
     def losses(self):
-        """{(scene, spp, measure): one-sided p-value that blue's error is above that of padded Sobol', adjusted for the number of cells}."""
+        """{(scene, spp, measure): p-value of a one-sided test that blue has more error than padded Sobol', adjusted for the number of cells}."""
         chances = {}
         for (scene, crops), spp, measure in ((part, spp, measure) for part in self.compared.by_scene().items() for spp in self.counts
                                              for measure in ("rmse", "rmse_1.0", "rmse_2.1")):
@@ -91,7 +92,7 @@ class Report:
         return dict(zip(chances, statistics.holm(list(chances.values()))))
 
     def biases(self):
-        """{(scene, label): p-value that the mean luminance at the largest count is that of the references, adjusted}."""
+        """{(scene, label): adjusted p-value of a test that the mean luminance at the largest count differs from the references'}."""
         chances, spp = {}, max(self.counts)
         for (scene, crops), label in ((part, label) for part in self.compared.by_scene().items() for label in self.labels):
             means = [self.cells.get(view, label, spp, "mean") or [] for view in crops]
@@ -109,18 +110,18 @@ class Report:
         worst = {scene: sum(at[0] == scene for at in lost) for scene, *_ in lost}
         return (f"`blue` has significantly more error than padded Sobol' in {len(lost)} of {len(losses)} comparisons (scene, count and blur)"
                 + (f", {len(lost) - len(blurred)} of them without a blur ({', '.join(f'{scene} {count}' for scene, count in worst.items())})" if lost else "")
-                + f". {len(biases)} tests for bias found {len(biased) or 'none'}{': ' * bool(biased)}{', '.join(biased)}. T-tests with Holm's correction: "
-                f"each set raises a false alarm with a probability of {100 * statistics.FALSE_ALARMS:g} %.")
+                + f". The {len(biases)} tests for bias found {len(biased) or 'none'}{': ' * bool(biased)}{', '.join(biased)}. Both are sets of t-tests with Holm's "
+                f"correction; the probability that a set raises any false alarm is {100 * statistics.FALSE_ALARMS:g} %.")
 
     # ---- The page
 
     def short(self):
-        """What blue gains, and where most and least."""
+        """The gain of blue, and where it is largest and smallest."""
         line = ", ".join(f"{own.value:.2f} at {spp}" for spp in self.counts if (own := self.compared.over("blue", spp, HEADLINE)))
         scenes = {scene: own.value for scene, views in self.compared.by_scene().items() if (own := self.compared.over("blue", 16, HEADLINE, views))}
         order = sorted(scenes, key=scenes.get)
-        ends = f" At 16 samples it gains most in `{order[0]}` ({scenes[order[0]]:.2f}) and least in `{order[-1]}` ({scenes[order[-1]]:.2f})." if order else ""
-        return f"As displayed, after a blur of 2.1 pixels, `blue` has this error over padded Sobol's: {line} samples.{ends} {self.tests_text()}"
+        ends = f" At 16 samples, it gains most in `{order[0]}` ({scenes[order[0]]:.2f}) and least in `{order[-1]}` ({scenes[order[-1]]:.2f})." if order else ""
+        return f"As displayed after a blur of 2.1 pixels, `blue` has the following error relative to padded Sobol': {line} samples.{ends} {self.tests_text()}"
 
     def plot(self, path):
         figure, axes = plt.subplots(1, 2, figsize=(12, 4.4), sharey=True)
@@ -141,28 +142,31 @@ class Report:
     def text(self):
         options, crop = self.options, next(iter(self.references)).size
         left = {spp: own.left_out for spp in self.counts if (own := self.compared.over("blue", spp, HEADLINE)) and own.left_out}
-        parts = ["# Rendered scenes", "", f"Printed by `{options.command}`.", "", self.short(), "", "![Error over padded Sobol' against samples](renders.png)", "",
-                 f"Every figure is an error over that of padded Sobol' at the same number of samples: below 1 is better. Geometric means over "
+        parts = ["# Rendered scenes", "", f"Generated by `{options.command}`.", "", self.short(), "", "![Error over padded Sobol' against samples](renders.png)", "",
+                 f"Errors are relative to padded Sobol' at the same number of samples, so values below 1 are better. They are geometric means over "
                  f"{len(self.compared.by_scene())} scenes, {len(self.compared.views)} crops of {crop[0]}x{crop[1]} pixels and {options.seeds} seeds. {MARKED} "
-                 "[renders.csv](renders.csv) has all figures, and by scene, with intervals.", ""]
+                 "[renders.csv](renders.csv) lists all errors with their intervals, including those of single scenes.", ""]
         for measure in TABLES:
             parts += [f"## {measure_name(measure)}", "", self.table(measure), ""]
-        parts += ["## Ours and others'", ""]
+        parts += ["## Built-in scenes and third-party models", ""]
         for name, chosen in self.groups().items():
             if chosen:
                 parts += [f"As displayed, after sigma 2.1, {name}:", "", self.table(HEADLINE, chosen), ""]
         parts += ["## Scene by scene", "", "As displayed, after sigma 2.1:", "", self.scenes_table("blue"), ""]
-        parts += ["## Samples to an error", "", "As displayed, after sigma 2.1, interpolated between counts; geometric means over the crops in which the error "
-                  "is reached:", "", self.reach_table(), ""]
+        parts += ["## Samples needed", "", "The number of samples with which each sampler reaches the same error, as displayed after sigma 2.1. Values are "
+                  "interpolated between sample counts; they are geometric means over the crops in which the error is reached.", "", self.reach_table(), ""]
         return "\n".join([*parts, "## How it was measured", "",
-                          f"Crops are four of each picture of 1280x960 pixels or more, placed by a hash before anything was rendered (set *{options.views}*: "
-                          f"{views.SETS[options.views][1]}). Models of others are those of pip's {models.GRADIO} and Debian's {' and '.join(models.DEBIAN)}, "
-                          "on a floor under the sky or in a room with a lamp. `zorder` is tuned for each count; a mask drives padded Sobol'."
+                          "Images have 1280x960 pixels or more. A hash placed four crops in each before anything was rendered (set "
+                          f"*{options.views}*: {views.SETS[options.views][1]}). The third-party models come from the pip package {models.GRADIO} and "
+                          f"the Debian packages {' and '.join(models.DEBIAN)}; they lie on a floor under the sky or in a room with a lamp. `zorder` is tuned for each sample "
+                          "count. The mask sampler adds the values of a mask to padded Sobol' points."
                           + (f" OpenQMC is at commit {peers.commit(options.openqmc)}." if set(peers.PEERS) & set(self.labels) else ""), "",
                           *(f"- {text}" for text in WHAT_FOR.values()), "",
-                          f"References have {options.reference_spp} samples. A crop counts where the smaller error is at least {REFERENCE_MARGIN:g} times the reference's own (left "
-                          f"out at 2.1 as displayed: {', '.join(f'{n} at {spp}' for spp, n in left.items()) or 'none'}), and where one sample of white noise "
-                          f"differs by {VISIBLE:g} or more ({len(self.references) - len(self.compared.views)} crops do not)."]) + "\n"
+                          f"References have {options.reference_spp} samples per pixel. A crop counts only if the smaller of the two errors is at least {REFERENCE_MARGIN:g} times the "
+                          "reference's own error, and if one sample of white noise differs from the reference by "
+                          f"{VISIBLE:g} or more. As displayed after sigma 2.1, the first condition leaves out these numbers of crops: "
+                          f"{', '.join(f'{n} at {spp} samples' for spp, n in left.items()) or 'none'}. The second leaves out "
+                          f"{len(self.references) - len(self.compared.views) or 'none'}."]) + "\n"
 
 
 # ---- The command

@@ -69,7 +69,7 @@ def of_renders(found):
     white = {label: 16 * own.value for (measure, _, label, _), own in found.items() if measure == TO_WHITE}
     yield "How many samples do I save?", (
         f"{white['blue']:.1f} samples of `blue` match the visible error of 16 independent random samples. Padded Sobol' needs {white['sobol']:.1f}, global Sobol' "
-        f"{white['sobol-global']:.1f}, and Z-order tuned for the count {white['zorder']:.1f}"), "renders.md#samples-to-an-error"
+        f"{white['sobol-global']:.1f}, and Z-order tuned for the count {white['zorder']:.1f}"), "renders.md#samples-needed"
     sharp = [own for spp in COUNTS if (own := found.get(("displayed", "", "blue", spp)))]
     ends = "the two tie" if not any(own.significant for own in sharp) else "it has " + " to ".join(f"{end(own.value for own in sharp):.2f} times the error"[:4] for end in (min, max))
     yield "How much depends on the blur?", (

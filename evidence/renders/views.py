@@ -141,7 +141,7 @@ def crops_of(view, size=CROP):
     return found
 
 
-SETS = {"development": (1000, "seen while the sampler was made"), "held-out": (2000, "not seen by any search, choice or picture")}
+SETS = {"development": (1000, "used while the sampler was developed"), "held-out": (2000, "never used to search, choose or illustrate anything")}
 SHOWN = "held-out"  # the set whose figures are in evidence/results
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Screen-space error and spectral peaks of the samplers: `scripts/bench samplers` writes evidence/results/samplers.*
+"""Measures screen-space error and spectral peaks of the samplers: `scripts/bench samplers` writes evidence/results/samplers.*
 
-Every pixel integrates the same function, or one that drifts slowly across the screen (integrands.py); the times of draws are those of the
-program bench_draws. samplers.csv has every figure.
+Every pixel integrates the same function, or one that drifts slowly across the screen (integrands.py). The program bench_draws
+measures the times of draws. samplers.csv has all errors and peaks.
 """
 
 import csv
@@ -23,19 +23,19 @@ from ..renders.renders import NAMES
 from . import integrands
 from .integrands import COUNTS, EVERY_COUNT, SIDE
 
-EVERY, RUNS_OF_EVERY = ("white", "sobol", "zorder", "sobol-global", "blue"), 4  # what is measured at every count
+EVERY, RUNS_OF_EVERY = ("white", "sobol", "zorder", "sobol-global", "blue"), 4  # the samplers measured at every count
 OWN = ("white", "sobol", "zorder", "mask", "blue")
 BASE, PEAKS = "sobol", "spectral peaks, the largest of any pair"
-#: Rows of the page: of integrands.py, what they are.
+#: Sections of the page: {row of integrands.py: heading}.
 ROWS = {
     "half-planes": "Half-planes over a pair, after sigma 2.1",
-    "half-planes, sigma 1.0": "The same after sigma 1.0",
-    "half-planes, single pixels": "The same in single pixels",
-    "half-planes, period 64": "Half-planes that drift across 64 pixels, after sigma 2.1",
-    "products of both pairs": "Products of half-planes in both pairs, after sigma 2.1",
-    "products of two members": "Products of half-planes in two effects of a path, after sigma 2.1",
+    "half-planes, sigma 1.0": "Half-planes over a pair, after sigma 1.0",
+    "half-planes, single pixels": "Half-planes over a pair, in single pixels",
+    "half-planes, period 64": "Half-planes that drift with a period of 64 pixels, after sigma 2.1",
+    "products of both pairs": "Products of half-planes over both pairs, after sigma 2.1",
+    "products of two members": "Products of half-planes over two domains of a family, after sigma 2.1",
     "single numbers": "Steps in a single number, after sigma 2.1",
-    "edges along the pixel's sides": "Edges parallel to the screen's, blurred along themselves",
+    "edges along the pixel's sides": "Edges parallel to the sides of the pixel, blurred along the edge",
 }
 SHOWN_COUNTS = (1, 2, 3, 5, 7, 11, 16, 24, 32, 64, 256, 1024, 4096)
 PLOTTED = ("half-planes", "products of both pairs", "products of two members")
@@ -64,7 +64,7 @@ def time_draws(program):
 
 
 def measure_all(ways, runs, counts=COUNTS, images_of=integrands.images_of_run):
-    """Rows with the error of each sampler over that of BASE, or its peaks, by integrand and count."""
+    """Rows with the error of each sampler relative to BASE, or its peaks, by integrand and count."""
     def run(name):
         found = integrands.summarised(integrands.measure(ways[name], runs, counts, name == "zorder", images_of))
         print(f"bench: measured {name}", file=sys.stderr)
@@ -87,7 +87,7 @@ def row_table(rows, row, counts=COUNTS):
 def times_table(times):
     forms = ("inline", "single", "block", "peer")
     found = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in times}
-    return md_table(["sampler", "inline", "a call", "a block", "peer, inline"], [
+    return md_table(["sampler", "inline", "a call", "a block", "OpenQMC, inline"], [
         [name, *(f"{found[name, form]:.1f}" if (name, form) in found else "" for form in forms)] for name in dict.fromkeys(name for name, _ in found)])
 
 
@@ -110,32 +110,35 @@ def answer(rows):
         values = [each["value"] for each in rows if (each["row"], each["sampler"]) == (row, name)]
         return f"{min(values):.2f} to {max(values):.2f}" if row != PEAKS else f"{max(values):.1f}"
 
-    return (f"After a blur of 2.1 pixels `blue` has {ends('half-planes', 'blue')} times the error of padded Sobol' in half-planes over a pair, "
-            f"{ends('products of both pairs', 'blue')} in products over both pairs, and {ends('half-planes, single pixels', 'blue')} in single pixels. "
-            f"It shows no pattern: its largest spectral peaks are {ends(PEAKS, 'blue')} times the mean power, those of white noise {ends(PEAKS, 'white')}, "
-            f"of Z-order {ends(PEAKS, 'zorder')}, of global Sobol' {ends(PEAKS, 'sobol-global')}.")
+    return (f"After a blur of 2.1 pixels, `blue` has {ends('half-planes', 'blue')} times the error of padded Sobol' for half-planes over a pair of numbers, "
+            f"and {ends('products of both pairs', 'blue')} times for products over both pairs. In single pixels, it has {ends('half-planes, single pixels', 'blue')} "
+            f"times the error for half-planes. It shows no pattern: its largest spectral peaks are {ends(PEAKS, 'blue')} times the mean power, compared to "
+            f"{ends(PEAKS, 'white')} for white noise, {ends(PEAKS, 'zorder')} for Z-order and {ends(PEAKS, 'sobol-global')} for global Sobol'.")
 
 
 def report_text(rows, times, every, options):
-    parts = ["# Samplers on simple integrands", "", f"Printed by `{options.command}`.", "", answer(rows), "",
+    parts = ["# Samplers on simple integrands", "", f"Generated by `{options.command}`.", "", answer(rows), "",
              "![Error over padded Sobol', and spectral peaks](samplers.png)", "",
              "![Flat and drifting half-planes at 1 and 4 samples](../../docs/patterns.png)", "",
-             "*A weave: two half-planes, constant and drifting, at 1 and 4 samples. Global Sobol' arranges samples like an ordered-dither matrix. Drawn by `scripts/bench samplers --picture docs/patterns.png`.*", "",
-             f"Figures are errors over padded Sobol's at the same count, below 1 is better, in images of {SIDE}x{SIDE} pixels after a toroidal Gaussian blur: root mean "
-             f"squares over {options.runs} seeds, all four members of a family and random integrands that no search has seen. Samplers run progressively; `zorder` is "
-             "tuned for each count; `sobol-global` takes the dimensions 2 to 17 of one sequence over the screen. "
-             + (f"OpenQMC is at commit {peers.commit(options.openqmc)}, whose `sobolbn` draws SZ sequences. " if options.openqmc else "")
+             "*Two half-planes, constant and drifting, at 1 and 4 samples. Global Sobol' arranges samples like an ordered-dither matrix, which shows as a weave. "
+             "Drawn by `scripts/bench samplers --picture docs/patterns.png`.*", "",
+             f"Errors are relative to padded Sobol' at the same sample count, so values below 1 are better. Images have {SIDE}x{SIDE} pixels; the Gaussian blur is toroidal. "
+             f"Each error is a root mean square over {options.runs} seeds, all four domains of a family, and random integrands that no search has used. Samplers run "
+             "progressively, except that `zorder` is tuned for each count. `sobol-global` uses dimensions 2 to 17 of one sequence over the screen. "
+             + (f"OpenQMC is at commit {peers.commit(options.openqmc)}; its `sobolbn` draws SZ sequences. " if options.openqmc else "")
              + "[samplers.csv](samplers.csv) has all rows.", ""]
     for row, what in ROWS.items():
         parts += [f"## {what}", "", row_table(rows, row), ""]
-    parts += ["## Every count", "", "Half-planes and products of two at 1 to 32 samples and at powers of two to 4,096, from other integrands and "
-              f"{RUNS_OF_EVERY} seeds; [samplers_counts.csv](samplers_counts.csv) has all counts.", ""]
+    parts += ["## Every count", "", "These tables show some of the counts from 1 to 32 and powers of two up to 4,096, measured with other integrands and "
+              f"{RUNS_OF_EVERY} seeds. [samplers_counts.csv](samplers_counts.csv) has all of them.", ""]
     for row in ("half-planes", "half-planes, single pixels", "products of both pairs", "products of both pairs, single pixels"):
         parts += [f"{row.capitalize()}{'' if row.endswith('pixels') else ', after sigma 2.1'}:", "", row_table(every, row, SHOWN_COUNTS), ""]
-    parts += ["## Spectral peaks", "", "The mean of the 41 largest powers (1 %) in the spectrum of an error image over its mean power, the largest of any pair of numbers: what the eye "
-              "sees as a weave or a checkerboard. A regular arrangement has little error after a blur and large peaks.", "", row_table(rows, PEAKS), "",
-              "## Time per draw", "", "Nanoseconds per 4-D draw on one core (`bench_draws`), in the order of a path tracer: six domains for each of 16 indices, pixel after pixel. "
-              "*Inline* is `bn_draw.h`, *a call* `bn_sample_4d()`, *a block* `bn_sample_block()`. Minima of many short, interleaved measurements; only ratios travel.", "",
+    parts += ["## Spectral peaks", "", "The eye sees spectral peaks as a weave or a checkerboard. The table shows the mean of the 41 largest powers (1 %) in the spectrum of an error "
+              "image, divided by the mean power, for the worst pair of numbers. Regular arrangements of samples have little error after a blur, but large peaks.", "",
+              row_table(rows, PEAKS), "",
+              "## Time per draw", "", "Nanoseconds per 4-D draw on one core, measured by `bench_draws`. Draws are in the order of a path tracer: pixel by pixel, with 16 sample "
+              "indices per pixel and six domains per index. *Inline* uses `bn_draw.h`, *a call* is `bn_sample_4d()`, and *a block* is `bn_sample_block()`. Each time is the "
+              "minimum of many short, interleaved measurements. Times depend on the machine; their ratios carry over better.", "",
               times_table(times), ""]
     return "\n".join(parts)
 
