@@ -66,8 +66,8 @@ extern "C" {
 #define BN_API
 #endif
 
-/* BN_CONSTEXPR is constexpr from C++14 on. In C++, inline functions have external linkage, so that a
- * program's may call them. BN_UNREAD: the function does not read the array of its first argument. */
+/* BN_CONSTEXPR is constexpr from C++14 on. In C++, functions have external linkage, so that a program's own
+ * inline functions may call them. BN_UNREAD marks functions that do not read the array they are given. */
 #ifdef __cplusplus
 #define BN_INLINE inline
 #else
@@ -121,7 +121,7 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  *     uint32_t ray      = bn_domain_child(BN_DOMAIN_ROOT, bounce); // 1, 2, ...: direction, next light
  *     uint32_t roulette = bn_domain_child(ray, 0);
  *
- * A domain has four dimensions. Use the pairs (0, 1) and (2, 3) for 2-D decisions, and no dimension twice.
+ * A domain has four dimensions. Use the pairs (0, 1) and (2, 3) for 2-D decisions, and each dimension once.
  * Paths of stream 0 use children of the root; if you also use domains of your own, give paths other streams.
  *
  * Families. The children of a domain with keys 4 k to 4 k + 3 form a family. With BLUE, the four dimensions
@@ -137,7 +137,7 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
 
 /* Returns the child of any domain for any key: a hash of the domain and of key / 4, with key % 4 as the
  * member of the family. Takes about a nanosecond. Two given families coincide with a probability of 2^-30:
- * with paths of 16 rays, that happens in one frame in a million. CUDA and HIP have it in bn_draw.h. */
+ * with paths of 16 rays, that happens in one frame in a million. For CUDA and HIP, include bn_draw.h. */
 #if !defined(__CUDACC__) && !defined(__HIPCC__)
 BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 #endif
@@ -254,9 +254,9 @@ BN_API void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, ui
                              uint32_t domain, uint32_t out[4]);
 
 /* Draws a block of samples, bit-equal to bn_sample_4d(), into out[height][width][index_count][4], starting at
- * pixel (x0, y0) and first_index. Work that depends only on the pixel is shared: BLUE with many indices is
- * faster than single draws, SOBOL and WHITE nearly as fast as in a wavefront. Errors: INVALID_ARGUMENT (sampler or
- * out is NULL, a zero extent, the block runs past the last coordinate or index), SIZE_MISMATCH. */
+ * pixel (x0, y0) and first_index. Samples of a pixel share work: with many indices, BLUE is faster than with
+ * single draws, and SOBOL and WHITE are nearly as fast as in a wavefront. Errors: INVALID_ARGUMENT (sampler
+ * or out is NULL, a zero extent, the block runs past the last coordinate or index), SIZE_MISMATCH. */
 BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uint32_t width,
                                  uint32_t height, uint32_t first_index, uint32_t index_count,
                                  uint32_t domain, float *out, size_t out_count);
@@ -284,8 +284,8 @@ BN_INLINE bn_wavefront bn_wavefront_default(void) {
 
 /* Draws for all lanes of a wavefront, bit-equal to bn_sample_4d(). If only one pair is requested, only that
  * pair is drawn. Arrays must be aligned for their element type and must not overlap the outputs. Allocates
- * nothing and takes no locks. With AVX2 (not if compiled by MSVC or by GCC for Windows), BLUE takes less than
- * half the time of single draws, SOBOL and WHITE a tenth; other types gain nothing. Errors: INVALID_ARGUMENT
+ * nothing and takes no locks. With AVX2 (not if compiled by MSVC or by GCC for Windows), BLUE takes under half
+ * the time of single draws, and SOBOL and WHITE a tenth; other types gain nothing. Errors: INVALID_ARGUMENT
  * (sampler, wavefront, x, y or all of out is NULL, stride is 0, a bad struct_size), UNSUPPORTED. */
 BN_API bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefront *wavefront);
 
@@ -303,10 +303,10 @@ BN_INLINE void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
 /* ---- Making masks */
 
 /* Three algorithms make masks. Void-and-cluster makes good masks in milliseconds on one core. Relaxation is
- * nearly as good, faster, and uses all cores. Annealing is slow and has the least error at the blur that it
- * minimises. All three call `progress` in C's default floating-point environment. Errors: INVALID_ARGUMENT (a NULL pointer, a zero
- * extent, an option out of range, rank_bits other than 16 or 32 or too few, a depth or channels that the
- * algorithm does not support), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
+ * nearly as good, faster, and uses all cores. Annealing is slow but has the least error after the blur for
+ * which it optimises. All three call `progress` in C's default floating-point environment. Errors:
+ * INVALID_ARGUMENT (a NULL pointer, a zero extent, an option out of range, rank_bits other than 16 or 32 or
+ * too few, a depth or channels that the algorithm lacks), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
 
 typedef struct bn_void_and_cluster_options {
     size_t struct_size; /* sizeof(bn_void_and_cluster_options) */
@@ -323,8 +323,8 @@ BN_INLINE bn_void_and_cluster_options bn_void_and_cluster_options_default(void) 
 }
 
 /* Makes a mask of one channel, in two or three dimensions (Ulichney, "The void-and-cluster method for dither
- * array generation", 1993). Takes 0.2 to 0.4 microseconds and 14 bytes per texel
- * (2-D, sigma 1.5). Runs on the calling thread. */
+ * array generation", 1993). Runs on the calling thread. Takes 0.2 to 0.4 microseconds and 14 bytes per texel
+ * in two dimensions with sigma 1.5. */
 BN_API bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options,
                                      const bn_mask *mask, bn_progress progress, void *user);
 
@@ -339,8 +339,8 @@ BN_INLINE bn_relax_options bn_relax_options_default(void) {
     return options;
 }
 
-/* Makes a 2-D mask of one channel by parallel relaxation, the fastest way to make a large mask; its quality
- * is slightly below void-and-cluster. Starting from white noise, each of 20 learned steps changes all texels
+/* Makes a 2-D mask of one channel by parallel relaxation. This is the fastest way to make a large mask, and
+ * nearly as good as void-and-cluster. It starts from white noise. Each of 20 learned steps changes all texels
  * at once by a weighted sum of clipped differences from their neighbours. The result is then ranked. */
 BN_API bn_result bn_relax(const bn_relax_options *options, const bn_mask *mask,
                           bn_progress progress, void *user);
@@ -391,10 +391,10 @@ BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_
  * rank of count or more is treated as count - 1. Returns 0 if count is 0. */
 BN_API float bn_rank_to_float(uint32_t rank, size_t count);
 
-/* Returns the built-in mask of size x size texels, with 16-bit ranks in static storage. Annealed for minutes:
- * 5 % less error after a blur of 1 texel than void-and-cluster. CC0-1.0. Sizes are 16, 32, 64, 128 and, unless the library was
- * built with BN_SMALL_DATA, 256. For any other size, ranks is NULL. A statically linked program contains
- * these masks, 175 KB, only if it calls this function; samplers and bn_dither() use only the 64 x 64 mask. */
+/* Returns the built-in mask of size x size texels, with 16-bit ranks in static storage (licence: CC0-1.0). It
+ * was annealed for minutes and has 5 % less error than void-and-cluster after a blur of 1 texel. Sizes are 16,
+ * 32, 64, 128 and, except with BN_SMALL_DATA, 256; for others, ranks is NULL. A static program contains these
+ * masks, 175 KB, only if it calls this function; samplers and bn_dither() use only the 64 x 64 mask. */
 BN_API bn_mask bn_builtin_mask(uint32_t size);
 
 /* ---- Using masks */
@@ -416,7 +416,7 @@ BN_API bn_result bn_power_spectrum(const bn_mask *mask, float *power, size_t cou
 
 typedef struct bn_dither_options {
     size_t struct_size; /* sizeof(bn_dither_options) */
-    uint32_t levels;    /* of the output, evenly spaced from 0 to 1; from 2 (default) to 256 */
+    uint32_t levels;    /* number of output levels from 0 to 1, evenly spaced: 2 (default) to 256 */
     /* 0 (default): preserve the local mean of the values. 1: input and output are sRGB-encoded; preserve the
      * local mean of linear light. */
     int32_t srgb;

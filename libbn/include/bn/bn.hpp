@@ -386,7 +386,7 @@ class SequentialSampler {
     // Holds a copy of the Sampler. Call start() before you draw.
     SequentialSampler() noexcept : SequentialSampler(Sampler()) {}
     explicit SequentialSampler(const Sampler &sampler) noexcept : sampler_(*sampler.get()) {}
-    // Starts at ray 0 of a path or branch; or takes over one ray that you do not use otherwise, such as
+    // Starts at ray 0 of a path or branch. You can also pass one ray that you do not use otherwise, such as
     // ray.child(MATERIAL) beside ray.draw().
     explicit SequentialSampler(const PathSampler &path) noexcept
         : sampler_(*path.sampler_), path_(path.state_) {
@@ -402,16 +402,16 @@ class SequentialSampler {
         path_ = bn_path_start(x, y, index, stream);
         begin(0);
     }
-    // Call this before each later ray, so that neighbouring paths are in step again. Passing the current ray's number
-    // continues that ray, for loops that step over transparent surfaces. So does an earlier number, because the
-    // numbers of that ray have been used; debug builds assert.
+    // Call this before each later ray, so that neighbouring paths are in step again. The number of the current ray
+    // continues that ray, for loops that step over transparent surfaces. An earlier number does the same, because the
+    // numbers of earlier rays have been used; debug builds assert.
     void start_ray(uint32_t ray) noexcept {
         assert(ray >= ray_);
         if (ray > ray_) begin(ray);
     }
-    // Declares the order of calls, '1' for a number and '2' for a pair; debug builds assert that it is kept.
-    // expect("22", "1212"): position and lens; a light and the point on it, a lobe and its direction. Call it before
-    // start(). The strings must outlive the object. Calls past the end of a string are not checked.
+    // Declares the order of calls, '1' for a number and '2' for a pair. Debug builds assert that later calls follow it.
+    // For example, expect("22", "1212") declares position and lens on ray 0, then a light, the point on it, a lobe and
+    // its direction. Call it before start(). The strings must outlive the object. Calls past their end are not checked.
     void expect(const char *ray_0, const char *later_rays) noexcept {
         expected_[0] = ray_0;
         expected_[1] = later_rays;

@@ -18,7 +18,7 @@
  * is w steps wide leaves w different remainders, evenly spaced: an item with a probability of 1/256 leaves 16
  * bits, from which you can choose again. A choice with probability 1 leaves the draw unchanged.
  *
- * Range. If u is negative or NaN it is treated as 0, and if it is 1 or more as the last step, even with
+ * Range. A negative u or a NaN counts as 0, and a u of 1 or more counts as the last step, even with
  * -ffast-math. Digits of u finer than 2^-24 are dropped.
  *
  * The functions are inline, and __host__ __device__ in CUDA and HIP. Shaders get the same bits from
@@ -39,15 +39,15 @@ extern "C" {
  * probability is NaN or at most 0, and always does if it is 1 or more. */
 BN_DEVICE_INLINE int bn_choose(float probability, float *u);
 
-/* Returns one of `count` items, all equally likely: each has 2^24 / count steps, rounded up or down. Of more
- * than 2^24 items, only 2^24 can be chosen, evenly spaced. Returns 0 if count is 0. */
+/* Returns one of `count` items, all equally likely: each has 2^24 / count steps, rounded up or down. If there
+ * are more than 2^24 items, only 2^24 of them, evenly spaced, can be chosen. Returns 0 if count is 0. */
 BN_DEVICE_INLINE uint32_t bn_choose_u32(uint32_t count, float *u);
 
 /* Returns item i with a probability proportional to cdf[i] - cdf[i - 1]: the first item for which *u * sum <
  * cdf[i]. The cumulative weights must ascend to a sum from 1e-30 to 1e30. They are rounded up to steps of
  * 2^-24 of the sum; if they are whole steps, the probabilities are exact. An item whose limits round to the
- * same step is never chosen. Any table is safe: out of order, with NaN or with another sum, some item is
- * chosen. Returns 0 if count is 0.
+ * same step is never chosen. Any table is safe: even if it is out of order, contains a NaN or has another
+ * sum, the function returns an item. Returns 0 if count is 0.
  *
  * For a 2-D map, choose the row with one number of a pair and the column with the other, from one table per
  * row. A single search over all texels would break the stratification of the pair. */

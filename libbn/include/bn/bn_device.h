@@ -14,7 +14,7 @@ typedef unsigned int uint32_t;
 #endif
 
 #if defined(__CUDACC__) || defined(__HIPCC__) || defined(BN_DEVICE_ONLY)
-/* Defined if the functions are also compiled for a GPU. */
+/* Defined if the functions are compiled for a GPU as well. */
 #define BN_DEVICE_TOO 1
 #endif
 
@@ -52,7 +52,7 @@ typedef unsigned int uint32_t;
 #define BN_PASS_TABLE bn_words,
 #define BN_WORD(i) bn_words[i]
 
-/* Through signed integers, for which CPUs have instructions. */
+/* Converts through signed integers, for which CPUs have instructions. */
 #define BN_TO_UINT(v) BN_CAST(uint32_t, BN_CAST(int32_t, v))
 #define BN_TO_FLOAT(v) BN_CAST(float, BN_CAST(int32_t, v))
 #define BN_MULTIPLY_HIGH(a, b) BN_CAST(uint32_t, BN_CAST(unsigned long long, a) * (b) >> 32)

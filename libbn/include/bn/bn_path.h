@@ -30,8 +30,8 @@
  * u[1]) of bn_ray_next_4d().
  *
  * Make one bn_ray for each ray and pass it by pointer. It is stateful, and a second bn_ray for the same ray
- * returns the same numbers again. To count yourself, call bn_ray_draw_1d(sampler, &ray, k) and its relatives,
- * which return the result of call k + 1 of bn_ray_next_1d().
+ * returns the same numbers again. To number the draws yourself, call bn_ray_draw_1d(sampler, &ray, k), which
+ * returns the result of call k + 1 of bn_ray_next_1d(), and its relatives.
  *
  * SPLITS, LOOPS, KEYS
  *

@@ -32,10 +32,10 @@
  *
  * With the provider "cuda", the network runs on the first NVIDIA GPU that CUDA finds. This requires an ONNX
  * Runtime with the CUDA execution provider, and the versions of CUDA and cuDNN that it was built for. Noise
- * and ranks are still computed on the CPU, and all arguments are in main memory. Tiles have up to
- * 1024 x 1024 texels, so large windows and masks should gain the most (not measured). If the provider or the GPU is missing, or cannot run
- * the whole network, bn_neural_open() fails with RUNTIME. It never falls back to the CPU; to use the CPU, open
- * the network again without a provider.
+ * and ranks are still computed on the CPU, and all arguments are in main memory. Tiles have up to 1024 x 1024
+ * texels, so large windows and masks should gain the most (not measured). If the provider or the GPU is
+ * missing, or cannot run the whole network, bn_neural_open() fails with RUNTIME. It never falls back to the
+ * CPU; to use the CPU, open the network again without a provider.
  *
  * REPRODUCIBILITY
  *
