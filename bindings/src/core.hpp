@@ -32,7 +32,7 @@ void bind_neural(py::module_ &module);
  * message. Needs the GIL. */
 void check(bn_result result, const std::string &arguments);
 
-/* The result of work(), without the GIL. */
+/* Runs work() without the GIL and returns its result. */
 template <typename Work>
 bn_result unlocked(Work work) {
     py::gil_scoped_release release;
@@ -56,13 +56,13 @@ class Progress {
 
     static int32_t call(void *self, double fraction) noexcept;
 
-    /* Raises the exception that stopped the work, else calls check(result, arguments). After a
-     * success, the callable receives 1, if it has not yet. */
+    /* Raises the exception that stopped the work, or else calls check(result, arguments). After success,
+     * passes 1 to the callable if it has not received it yet. */
     void finish(bn_result result, const std::string &arguments);
 
   private:
-    /* Ctrl-C can interrupt the work: takes the GIL at most once per interval and throws what a signal
-     * handler raised. */
+    /* Lets Ctrl-C interrupt the work: takes the GIL at most once per interval, and throws the exception
+     * that a signal handler raised. */
     void poll();
     int32_t report(double fraction);
 

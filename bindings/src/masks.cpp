@@ -10,8 +10,8 @@ py::ssize_t extent(uint32_t value) {
     return static_cast<py::ssize_t>(value);
 }
 
-/* A function that fills in a mask, whose first axis of three is `first`; from the mask that it holds if
- * options.start_from_ranks is set. */
+/* A function that fills an array with a mask. `first` is the meaning of the first of three axes. If
+ * options.start_from_ranks is set, it starts from the ranks in the array. */
 template <auto make, typename Options>
 auto generator(const char *name, uint32_t bn_mask::*first) {
     return [name, first](Ranks &ranks, const Options &options, const py::object &callback) {

@@ -74,8 +74,8 @@ class Sampler {
                           ", index_count " + std::to_string(index_count));
     }
 
-    /* Samples first_index, first_index + 1 ... of one pixel with all 32 bits, each in the middle of its
-     * interval, for an integration without bias. `out` has shape (index_count, 4). */
+    /* Samples first_index, first_index + 1 ... of one pixel with all 32 bits, each at the centre of its
+     * interval, so that integrals are unbiased. `out` has shape (index_count, 4). */
     void points(int32_t x, int32_t y, uint32_t first_index, uint32_t domain, Doubles &out) const {
         double *to = out.mutable_data();
         for (py::ssize_t i = 0; i < out.shape(0); ++i, to += 4) {
@@ -102,7 +102,7 @@ UInt32s tables() {
     return UInt32s(static_cast<py::ssize_t>(count), words);
 }
 
-/* What was chosen, in the upper half, and the bits of the rest of the number. */
+/* The choice in the upper half, and the bits of the remainder in the lower half. */
 uint64_t packed(uint32_t chosen, float rest) {
     uint32_t bits;
     std::memcpy(&bits, &rest, sizeof bits);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One sample a frame: slices from files, the measure, averages that follow a moving camera, and tables in pages."""
+"""One sample per frame: slices from files, the measure, averages that follow a moving camera, and tables in pages."""
 
 import numpy as np
 import pytest

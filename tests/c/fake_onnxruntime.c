@@ -48,7 +48,7 @@ struct bn_ort_cuda_options {
     int precise;
 };
 
-/* Every object is a block of memory, so that sanitizers see what is not given back. */
+/* Every object is a block of memory, so that sanitizers find leaks. */
 static void *make(size_t size) {
     pthread_mutex_lock(&mutex);
     ++state.living;
@@ -63,7 +63,7 @@ static void forget(void *object) {
     free(object);
 }
 
-/* Counts a call that can fail; a status when it is the one that is to fail. */
+/* Counts a call that can fail. Returns a status if this is the call to fail. */
 static bn_ort_status *called(void) {
     pthread_mutex_lock(&mutex);
     const int fails = ++state.calls == state.fail_at;
@@ -128,7 +128,7 @@ static bn_ort_status *append_cuda(bn_ort_session_options *options,
     return called();
 }
 
-/* A text that the caller gives back; NULL for NULL. */
+/* A string that the caller frees; NULL for NULL. */
 static bn_ort_status *give_text(const char *text, char **copy) {
     bn_ort_status *status = called();
     *copy = NULL;
@@ -250,7 +250,7 @@ static bn_ort_status *create_tensor(const bn_ort_memory_info *memory, void *data
     return status;
 }
 
-/* Waits until two threads are in here at once, ten seconds at most. */
+/* Waits until two threads are in this function at once, for at most ten seconds. */
 static void meet(void) {
     struct timespec until;
     clock_gettime(CLOCK_REALTIME, &until);

@@ -6,16 +6,16 @@
 #include <stdint.h>
 
 typedef struct fake_state {
-    int calls, fail_at; /* of the functions that can fail; the one numbered fail_at does */
-    int error_code;     /* of all statuses */
-    int living;         /* objects, statuses too */
+    int calls, fail_at; /* calls to functions that can fail; call fail_at fails */
+    int error_code;     /* the code of all statuses */
+    int living;         /* live objects, including statuses */
     int spoil_from;     /* from this call on, outputs end with spoil_with; 0: never */
     float spoil_with;
-    int meet; /* runs wait until two are under way at once */
+    int meet; /* runs wait until two are in progress at once */
     int running, most_running, runs;
     int telemetry_disabled, spinning, log_level;
     int lacks_cuda, lacks_tf32, lacks_gpu, lacks_table, lacks_base;
-    const char *version;             /* NULL: one that will do */
+    const char *version;             /* NULL: a supported version */
     int cuda_runs, rough, fallbacks; /* rough: sessions of low precision; fallbacks: that may leave
                                       * CUDA */
     uint32_t asked_version;
@@ -25,12 +25,12 @@ typedef fake_state *(*fake_state_getter)(void);
 
 /* The bytes of a model. */
 typedef struct fake_model {
-    int radius, align, spacing; /* spacing 0 leaves the entry out */
+    int radius, align, spacing; /* a spacing of 0 omits the entry */
     uint32_t channels;
 } fake_model;
 
-/* The output of the fake network, from the first, the middle and the last texel of the window that
- * an output texel sees. */
+/* The output of the fake network for an output texel, from the first, the middle and the last texel of
+ * its receptive field. */
 static inline float fake_network(uint32_t channel, float first, float middle, float last) {
     return (channel % 2 ? 1 - middle : middle) * 0.5f + first * 0.25f + last * 0.125f;
 }

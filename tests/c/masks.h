@@ -55,7 +55,7 @@ static inline double error_of(const uint32_t *ranks, uint32_t width, uint32_t he
     return error;
 }
 
-/* A progress callback that cancels at a call, and counts calls, those at 0, and steps backwards. */
+/* A progress callback that cancels at a given call. It counts calls, calls with 0, and decreases. */
 typedef struct watch {
     int cancel_at; /* 0: never */
     int calls, at_zero, backwards;
@@ -70,7 +70,7 @@ static inline int32_t watch_progress(void *user, double fraction) {
     return ++w->calls == w->cancel_at;
 }
 
-/* How many of the texels, which were filled with bytes 0x5a, have another value. */
+/* The number of texels that have changed since they were filled with bytes 0x5a. */
 static inline size_t count_touched(const uint32_t *ranks, size_t count) {
     size_t touched = 0;
     for (size_t i = 0; i < count; ++i) touched += ranks[i] != 0x5a5a5a5au;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Shared by the tests of networks: the fake runtime that is built beside them, and opening a model in
- * it. */
+ * Shared by the tests of networks: the fake runtime that is built next to them, and functions that open
+ * a model in it. */
 #ifndef BN_TESTS_NEURAL_H
 #define BN_TESTS_NEURAL_H
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Makes samplers for tests; a failure ends the program. Whether points are a net. */
+ * Makes samplers for tests, where a failure ends the program, and checks whether points are a net. */
 #ifndef BN_TESTS_SAMPLERS_H
 #define BN_TESTS_SAMPLERS_H
 
@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TYPES = 5 }; /* of samplers: BN_SAMPLER_BLUE is 0 */
+enum { TYPES = 5 }; /* sampler types, from BN_SAMPLER_BLUE = 0 */
 
 static inline bn_sampler make_sampler(int32_t type, uint32_t samples_per_pixel, uint64_t seed) {
     bn_sampler sampler;
@@ -24,8 +24,8 @@ static inline bn_sampler make_sampler(int32_t type, uint32_t samples_per_pixel, 
 
 enum { MOST_POINTS = 4096 };
 
-/* Whether 2^m points, at most 4096, have one in each box of so many binary digits along each axis, m
- * in all. */
+/* Whether each box with the given numbers of binary digits along each axis, m in total, contains one of
+ * the 2^m points (at most 4096). */
 static inline int one_in_each_box(uint32_t points[][4], const int digits[4], int m) {
     static unsigned char seen[MOST_POINTS];
     memset(seen, 0, (size_t)1 << m);
@@ -39,8 +39,8 @@ static inline int one_in_each_box(uint32_t points[][4], const int digits[4], int
     return 1;
 }
 
-/* Whether 4^m points are a (0,m,4)-net to base 4: one in each box whose sides are powers of 1/4 and
- * whose volume is 4^-m. */
+/* Whether 4^m points are a (0,m,4)-net in base 4: each box of volume 4^-m whose sides are powers of 1/4
+ * contains one. */
 static inline int are_net_in_four(uint32_t points[][4], int m) {
     for (int a = 0; a <= m; ++a) {
         for (int b = 0; a + b <= m; ++b) {

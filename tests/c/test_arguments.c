@@ -72,8 +72,8 @@ static void test_extents(void) {
         {8, 0, 0, BN_ERROR_INVALID_ARGUMENT},
         {0, 0, 0, BN_ERROR_INVALID_ARGUMENT},
         {UINT32_MAX, 0, 0, BN_ERROR_INVALID_ARGUMENT},
-        {32768, 65536, 64, BN_ERROR_OUT_OF_MEMORY}, /* 2^31: one too many */
-        {65536, 65536, 64, BN_ERROR_OUT_OF_MEMORY}, /* 0 in 32 bits */
+        {32768, 65536, 64, BN_ERROR_OUT_OF_MEMORY}, /* 2^31, one more than allowed */
+        {65536, 65536, 64, BN_ERROR_OUT_OF_MEMORY}, /* overflows to 0 in 32 bits */
         {UINT32_MAX, UINT32_MAX, 1, BN_ERROR_OUT_OF_MEMORY},
         {1u << 31, 1u << 31, 0, BN_ERROR_OUT_OF_MEMORY},
         {8, 8, 63, BN_ERROR_SIZE_MISMATCH},
@@ -102,14 +102,14 @@ static void test_masks(void) {
         if (function < FIRST_THAT_READS) continue;
         for (int mistake = 0; mistake < 3; ++mistake) {
             fill_white(ranks, MOST, 4);
-            ranks[mistake * 31] = mistake == 1 ? MOST : ranks[5]; /* beyond the last; twice */
+            ranks[mistake * 31] = mistake == 1 ? MOST : ranks[5]; /* out of range, or a duplicate */
             if (mistake == 2) ranks[62] = UINT32_MAX;
             CHECK(call(function, ranks, 8, 8, 64) == BN_ERROR_BAD_DATA);
         }
     }
 }
 
-/* An option of void-and-cluster or annealing that is a number. */
+/* A numeric option of void-and-cluster or annealing. */
 static bn_result call_with(int function, size_t option, double number) {
     bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
     bn_anneal_options a = bn_anneal_options_default();
@@ -120,8 +120,7 @@ static bn_result call_with(int function, size_t option, double number) {
                               : bn_void_and_cluster(&v, &mask, NULL, NULL);
 }
 
-/* Numbers beyond the ends of their ranges, which tests of each generator take to be good, and what is
- * no number. */
+/* Values just outside their ranges (the tests of each generator cover the ends themselves), and NaN. */
 static void test_numbers(void) {
     static const double bad[] = {NAN, -NAN, INFINITY, -INFINITY, -1, -DBL_MIN};
     static const struct {
@@ -156,16 +155,16 @@ static void test_numbers(void) {
         if (i < 2) CHECK(bn_dither(NULL, values, 8, 8, 1, outputs, MOST) == BN_ERROR_BAD_DATA);
     }
     CHECK(error == -7);
-    values[3] = INFINITY; /* counts as the nearer of 0 and 1 */
+    values[3] = INFINITY; /* clamped to 1 */
     CHECK(bn_dither(NULL, values, 8, 8, 1, outputs, MOST) == BN_SUCCESS && outputs[3] == 1);
     values[3] = 0;
 }
 
-/* Every function refuses the shapes of masks that it does not make or read. */
+/* Every function rejects mask shapes that it does not support. */
 static void test_shapes(void) {
     static const struct {
         uint32_t rank_bits, width, depth, channels;
-        unsigned good; /* bit f: for function f */
+        unsigned good; /* bit f: accepted by function f */
     } shapes[] = {{32, 4, 0, 1, 0},
                   {32, 4, 1, 0, 0},
                   {32, 4, 2, 1, 1 << VOID_AND_CLUSTER},
@@ -173,7 +172,7 @@ static void test_shapes(void) {
                   {32, 4, 1, 5, 0},
                   {8, 4, 1, 1, 0},
                   {16, 4, 1, 1, (1 << FUNCTIONS) - 1},
-                  {16, (1 << 16) / 4 + 1, 1, 1, 0}}; /* more ranks than 16 bits have */
+                  {16, (1 << 16) / 4 + 1, 1, 1, 0}}; /* more ranks than 16 bits can hold */
     static uint16_t narrow[(1 << 16) + 4];
     for (size_t i = 0; i < sizeof shapes / sizeof *shapes; ++i) {
         for (int function = 0; function < FUNCTIONS; ++function) {
@@ -188,14 +187,14 @@ static void test_shapes(void) {
         }
     }
     bn_anneal_options from = bn_anneal_options_default();
-    from.start_from_ranks = 1; /* the second channel misses a rank */
+    from.start_from_ranks = 1; /* the second channel lacks a rank */
     for (uint32_t i = 0; i < 32; ++i) ranks[i] = i < 31 ? i % 16 : 16;
     bn_mask mask = bn_mask_u32(ranks, 4, 4);
     mask.channels = 2;
     CHECK(bn_anneal(&from, &mask, NULL, NULL) == BN_ERROR_BAD_DATA && ranks[31] == 16);
 }
 
-/* Masks of 16 bits have the ranks of those of 32 bits, and nothing behind them is written. */
+/* 16-bit masks have the same ranks as 32-bit masks, and nothing is written past their end. */
 static void test_rank_bits(void) {
     for (int function = VOID_AND_CLUSTER; function <= ANNEAL_FROM; ++function) {
         const uint32_t channels = function >= ANNEAL ? 2 : 1, count = 16 * channels;
@@ -226,8 +225,8 @@ static void test_strings(void) {
     CHECK(strcmp(version, bn_version_string()) == 0);
 }
 
-/* Every size but the structure's own is refused, those that end inside an option too. A larger one is
- * allowed as long as the rest is zero. */
+/* Every struct_size except the structure's own is rejected, also one that ends inside an option. A larger
+ * one is accepted if the additional bytes are zero. */
 #define CHECK_SIZES(type, options_default, call)                                                   \
     do {                                                                                           \
         union {                                                                                    \
@@ -267,19 +266,17 @@ static void test_struct_sizes(void) {
 #endif
 }
 
-/* Progress never goes back, is told often, and cancels at any call, which leaves the outputs. */
+/* Progress never decreases, is reported often, and can cancel at any call, which keeps the outputs. */
 static void test_progress(void) {
     static const struct {
         int function;
         uint32_t width, height, channels;
         int least_calls;
-    } cases[] = {{VOID_AND_CLUSTER, 128, 120, 1, 3},
-                 {RELAX, 128, 120, 1, 20}, /* a call for each of the steps */
-                 {RELAX, 512, 512, 1, 24}, /* which orders many first and last ranks */
-                 {ANNEAL, 128, 120, 1, 3},
-                 {ANNEAL, 128, 60, 2, 3},
-                 {ERROR, 128, 120, 1, 3},
-                 {SPECTRUM, 128, 120, 1, 3}};
+    } cases[] = {
+        {VOID_AND_CLUSTER, 128, 120, 1, 3}, {RELAX, 128, 120, 1, 20}, /* one call per step */
+        {RELAX, 512, 512, 1, 24}, /* reorders many of the first and last ranks */
+        {ANNEAL, 128, 120, 1, 3},           {ANNEAL, 128, 60, 2, 3},  {ERROR, 128, 120, 1, 3},
+        {SPECTRUM, 128, 120, 1, 3}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
         const size_t count = (size_t)cases[i].width * cases[i].height;
         const int function = cases[i].function, makes = function < FIRST_THAT_READS;
@@ -302,7 +299,7 @@ static void test_progress(void) {
     }
 }
 
-/* far_sigma and far_weight are for one channel, far_sigma only with a weight. */
+/* far_sigma and far_weight apply to one channel, and far_sigma only with a weight. */
 static void test_unused_far_sigma(void) {
     static uint32_t mask[2 * 64];
     bn_anneal_options o = bn_anneal_options_default();

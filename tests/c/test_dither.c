@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Dithering: the formula, exact ends, independent channels, light, bad input. */
+ * Dithering: the formula, exact 0 and 1, independent channels, linear light, bad input. */
 #include "check.h"
 #include "masks.h"
 #include <math.h>
@@ -8,9 +8,9 @@ static double light(double v) {
     return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
 }
 
-/* Every texel of three channels, with sRGB or without, and a mask of odd extents, at all brightnesses,
- * both ends and, where the curve has its knee, densely; then in place. Texels so close to the next level
- * that rounding may decide are left out; there are next to none. */
+/* Every texel of three channels, with and without sRGB, with a mask of odd extents, out of place and in
+ * place. The values cover all brightnesses, both ends and, densely, the knee of the curve. Texels so
+ * close to the next level that rounding may decide are left out; there are almost none. */
 static void test_formula(void) {
     enum { width = 251, height = 97, channels = 3, mask_width = 7, mask_height = 5 };
     enum { texels = mask_width * mask_height, count = width * height * channels };
@@ -61,9 +61,9 @@ static void test_formula(void) {
     }
 }
 
-/* With offsets, the channels of a flat colour are set together about as often as chance has it.
- * Their covariance over 4096 independent texels would have a standard deviation of 0.25 / 64; 6 of
- * them have a false-alarm rate below 1e-8 in each of 3 pairs. Without, they are the same. */
+/* With offsets, the channels of a flat colour are uncorrelated. Their covariance over 4096 independent
+ * texels would have a standard deviation of 0.25 / 64; a limit of six deviations has a false-alarm rate
+ * below 1e-8 in each of 3 pairs. Without offsets, the channels are equal. */
 static void test_channels(void) {
     enum { size = 64 };
     static float image[size * size * 3], out[size * size * 3];
@@ -82,7 +82,7 @@ static void test_channels(void) {
     for (int i = 0; i < size * size; ++i) CHECK(out[3 * i] == out[3 * i + 2]);
 }
 
-/* Masks, NaN and counts: test_arguments.c. */
+/* test_arguments.c tests bad masks, NaN and counts. */
 static void test_bad_input(void) {
     float image[6] = {0, 0.5f, 1, 2, -1, 0.25f}, out[6] = {7, 7, 7, 7, 7, 7};
     bn_dither_options options = bn_dither_options_default();

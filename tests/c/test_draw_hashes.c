@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Notices a change of any bit of any draw, choice or path: hashes of 4,096 draws of every type, at
- * ordinary and extreme arguments, must equal draw_hashes.txt. --print prints that file. Built for the
- * library's functions, for the inline ones, with SSE2 and without, and for those with -ffast-math; the
- * tests of Python and Rust compare with the same file. */
+ * Detects a change of any bit of any draw, choice or path: hashes of 4,096 draws of every type, at
+ * ordinary and extreme arguments, must equal draw_hashes.txt. --print prints that file. The test is
+ * built with the library's functions, and with the inline ones with SSE2, without SSE2 and with
+ * -ffast-math. The Python and Rust tests compare with the same file. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_choose.h>
@@ -16,7 +16,7 @@ enum { DRAWS = 4096, ROWS = 12, LINE = 80, MASK_WIDTH = 12, MASK_HEIGHT = 10 };
 
 static const char table_path[] = BN_TESTS_DIR "/c/draw_hashes.txt";
 
-/* SplitMix64, written here so that the arguments do not depend on what is tested. */
+/* SplitMix64, repeated here so that the arguments do not depend on the code under test. */
 static uint64_t random_u64(uint64_t counter) {
     uint64_t v = (counter + 1u) * 0x9e3779b97f4a7c15u;
     v = (v ^ (v >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -124,7 +124,7 @@ static uint64_t add_choices(uint64_t hash, float probability, uint32_t count, co
     return add(hash, bits_of(left));
 }
 
-/* With draws and probabilities. */
+/* Choices with draws and probabilities. */
 static uint64_t hash_choices(void) {
     static const float limits[8] = {0.0f, 0.125f, 0.125f, 0.25f, 0.3125f, 0.75f, 0.875f, 1.0f};
     static const float sums[4] = {1.0f, 3.0f, 0.75f, 1e10f};
@@ -140,7 +140,7 @@ static uint64_t hash_choices(void) {
     return hash;
 }
 
-/* With special numbers and any bits at all. */
+/* Choices with special values and arbitrary bits. */
 static uint64_t hash_strange_choices(void) {
     static const float special[] = {NAN, INFINITY, -INFINITY, -0.0f, 1.0f, -1.0f, 1e-40f, 2.0f};
     uint64_t hash = 0xcbf29ce484222325u;

@@ -6,8 +6,8 @@
 #include <float.h>
 #include <math.h>
 
-/* The conversion drops the last 8 bits, so its 2^24 results at both ends of those are all cases of
- * 2^32: each is a multiple of 2^-24, larger than the one before, and below 1. */
+/* The conversion drops the lowest 8 bits, so testing all 2^24 results with these bits clear and set
+ * covers all 2^32 inputs. Each result is a multiple of 2^-24, greater than the last, and below 1. */
 static void test_every_float(void) {
     uint32_t wrong = 0;
     for (uint32_t i = 0; i < 1u << 24; ++i) {
@@ -32,7 +32,7 @@ static void check_error(const uint32_t *ranks, uint32_t width, uint32_t height) 
 enum { MOST = 70 * 66 };
 static uint32_t made[2][4 * MOST];
 
-/* What was made twice. */
+/* Two masks made with the same arguments. */
 static void check_made(size_t texels, uint32_t channels) {
     CHECK(memcmp(made[0], made[1], texels * channels * sizeof *made[0]) == 0);
     for (uint32_t c = 0; c < channels; ++c) CHECK(is_permutation(made[0] + c * texels, texels));

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Masks and windows of networks. In a fake ONNX Runtime that computes a known function: noise,
+ * Masks and windows from networks, in a fake ONNX Runtime that computes a known function: noise,
  * tiles, wrapping, threads, CUDA, every failing call, unusable libraries. tests/python uses the real
- * one, also for what a model may say about itself. */
+ * runtime, and also tests the metadata of models. */
 #define _DEFAULT_SOURCE
 #include "check.h"
 #include "masks.h"
@@ -55,7 +55,7 @@ static void test_noise(void) {
     CHECK(fabs(down / count * 12) < bound);
     CHECK(fabs(between_seeds / count * 12) < bound);
     CHECK(noise[2 * width + 9] == noise_of(2, 7, 3));
-    /* The same bits everywhere, as trainers rely on. */
+    /* The bits are the same everywhere; the trainer relies on this. */
     CHECK(noise_of(0, 0, 0) == 0x1p-24f * 3407499);
     CHECK(noise_of(-1, 1, 7) == 0x1p-24f * 2805431);
     CHECK(noise_of(-FARTHEST, FARTHEST - 1, UINT64_MAX) == 0x1p-24f * 11651764);
@@ -79,7 +79,7 @@ static int64_t wrapped(int64_t v, uint32_t period) {
     return remainder < 0 ? remainder + period : remainder;
 }
 
-/* What the stand-in's network gives at a texel; extents of 0 do not wrap. */
+/* The output of the fake network at a texel; extents of 0 mean no wrapping. */
 static float expected_at(uint32_t channel, int64_t x, int64_t y, int64_t radius, uint64_t seed,
                          uint32_t width, uint32_t height) {
     float corner[3];
@@ -136,7 +136,7 @@ static void test_windows(void) {
 }
 
 /* With a sparse spacing of s texels, the first and the last count / s^2 ranks of each channel are
- * ordered anew; the ranks between stay. */
+ * reordered; the ranks between them stay. */
 static void test_sparse_spacing(void) {
     enum { extent = 64, count = extent * extent, points = count / 16 };
     static uint32_t ranks[4][2 * count];
@@ -204,7 +204,7 @@ static void test_threads_are_used(void) {
     bn_neural *neural;
     fake_state *state = fake_reset();
     CHECK(open_model(&model, FAKE_RUNTIME, 2, &neural) == BN_SUCCESS);
-    CHECK(state->telemetry_disabled == 0); /* this program had loaded it before */
+    CHECK(state->telemetry_disabled == 0); /* because this program had already loaded it */
     CHECK(state->spinning == 0 && state->log_level == 4 && state->asked_version == 21);
     state->most_running = 0;
     state->meet = 1;
@@ -223,7 +223,7 @@ static void test_threads_are_used(void) {
 
 typedef struct watcher {
     pthread_t thread;
-    int calls, stop_at, bad; /* the call to stop at; 0: none */
+    int calls, stop_at, bad; /* stop_at: the call to cancel at; 0: none */
     double last;
 } watcher;
 
@@ -234,7 +234,7 @@ static int32_t watch_thread(void *user, double fraction) {
     return ++w->calls == w->stop_at;
 }
 
-/* A mask or a window stops at the call that cancels: other threads finish the tiles they have begun. */
+/* A mask or a window stops at the call that cancels. Other threads finish the tiles they have begun. */
 static void test_progress(void) {
     enum { width = 1100, height = 900, count = width * height };
     static uint32_t ranks[count];
@@ -255,7 +255,7 @@ static void test_progress(void) {
         const bn_result result = window ? bn_neural_window(neural, 5, 6, width, height, 1, values,
                                                            count, watch_thread, &w)
                                         : bn_neural_mask(neural, &mask, 1, watch_thread, &w);
-        /* With luck other threads have done all before the calling one asks again. */
+        /* Other threads may have finished everything before the calling thread asks again. */
         const int stopped = stop_at > 0 && w.calls == stop_at;
         CHECK(result == (stopped ? BN_ERROR_CANCELLED : BN_SUCCESS) && w.bad == 0);
         CHECK(stop_at == 0 ? state->runs >= 12 && (threads > 1 || w.last > 0)
@@ -270,7 +270,7 @@ static void test_progress(void) {
 
 /* ---- GPU */
 
-/* Everything runs in sessions that cannot leave the GPU, in fewer tiles, with the same values. */
+/* All sessions are confined to the GPU; there are fewer tiles, with the same values. */
 static void test_cuda(void) {
     enum { width = 700, height = 450, count = width * height };
     static float values[2][count];
@@ -296,7 +296,7 @@ static void test_cuda(void) {
     }
 }
 
-/* Without CUDA or without a GPU: an error. Whether the model is to blame, the status tells. */
+/* Without CUDA or without a GPU, opening fails. The status shows whether the model is to blame. */
 static void test_missing_gpu(void) {
     fake_model model = fake_model_default();
     bn_neural *neural;
@@ -373,8 +373,8 @@ static void test_arguments(void) {
     bn_neural_close(neural);
 }
 
-/* Every call of the runtime that can fail fails once: no failure leaks, none spoils the output, and
- * none moves a network from the GPU to the processor. */
+/* Every call to the runtime that can fail does so once. No failure leaks memory, damages the output, or
+ * moves a network from the GPU to the CPU. */
 static void test_failing_calls(const char *provider) {
     enum { extent = 40, count = extent * extent };
     static uint32_t ranks[count];
@@ -402,7 +402,7 @@ static void test_failing_calls(const char *provider) {
         bad_data += result == BN_ERROR_BAD_DATA;
         CHECK(result == BN_ERROR_RUNTIME || result == (cuda ? BN_SUCCESS : BN_ERROR_BAD_DATA));
     }
-    /* On the processor the session or the try of the model blames the model. */
+    /* On the CPU, a failure to create the session or to try the model is blamed on the model. */
     CHECK(runtime > (cuda ? 15 : 6) && bad_data == (cuda ? 0 : 4));
     fake_reset();
 }
@@ -426,7 +426,7 @@ static void test_values_that_are_not_finite(void) {
         CHECK(mask_of(neural, extent, extent, 0, ranks) == BN_ERROR_BAD_DATA);
         CHECK(window_of(neural, 0, 0, extent, extent, 0, values, count) == BN_ERROR_BAD_DATA);
         CHECK(ranks[0] == 0 && ranks[1] == 0);
-        /* Beyond [0, 1), but numbers: windows clamp. */
+        /* Outside [0, 1) but finite: windows clamp. */
         state->spoil_with = i == 0 ? 3.0f : i == 1 ? -0.25f : 1.0f;
         CHECK(window_of(neural, 0, 0, extent, extent, 0, values, count) == BN_SUCCESS);
         CHECK(values[count - 1] == (i == 1 ? 0 : 1 - 0x1p-24f));
@@ -438,7 +438,7 @@ static void test_values_that_are_not_finite(void) {
 }
 
 static void test_unusable_libraries(void) {
-    /* The C library has no such entry. */
+    /* The C library is no ONNX Runtime: it lacks the entry point. */
     static const char *const libraries[] = {"/there/is/no/such/library.so", __FILE__, "libc.so.6",
                                             "/"};
     static const fake_state lacking[] = {
@@ -465,7 +465,7 @@ static void test_unusable_libraries(void) {
     CHECK(open_model(&model, NULL, 1, &neural) == BN_SUCCESS);
     bn_neural_close(neural);
     unsetenv("BN_ONNXRUNTIME");
-    /* A library that nobody else had loaded gets its telemetry switched off. */
+    /* If libbn itself loads the runtime, it turns telemetry off. */
     unsetenv("ORT_DISABLE_TELEMETRY");
     CHECK(open_model(&model, BN_FAKE_DIR "/libfake_other.so", 1, &neural) == BN_SUCCESS);
     void *handle = dlopen(BN_FAKE_DIR "/libfake_other.so", RTLD_NOW | RTLD_LOCAL);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * A program with more rights than its user ignores BN_ONNXRUNTIME.
+ * A program with elevated privileges ignores BN_ONNXRUNTIME.
  *
  * Needs root: copies itself to a set-user-ID file of another user, and runs that with the variable
  * set to a library of the test, which must not be loaded. As any other user it is skipped (77). */
@@ -14,7 +14,7 @@
 
 enum { OTHER_USER = 65534, LOADED = 10, NOT_LOADED = 11, SAME_RIGHTS = 12 };
 
-/* Opens a network as any program would; says whether the library of the test was loaded for it. */
+/* Opens a network as any program would. Returns whether the test's library was loaded for it. */
 static int child(int expects_more_rights) {
     fake_model model = fake_model_default();
     bn_neural *neural;

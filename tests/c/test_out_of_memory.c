@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Every allocation of the library fails once: the result says so, outputs stay as they were, and
- * everything that was allocated is freed. The linker (--wrap) replaces malloc and free by the
- * functions here, which needs the static library; nothing else that allocates may be called. */
+ * Every allocation of the library fails once. The call then returns OUT_OF_MEMORY, leaves its outputs
+ * unchanged and frees all memory. The linker (--wrap) replaces malloc and free with the functions
+ * below, which requires the static library. The test must not call anything else that allocates. */
 #include "check.h"
 #include "masks.h"
 #ifndef BN_NO_NEURAL
@@ -29,7 +29,7 @@ void __wrap_free(void *memory) {
     __real_free(memory);
 }
 
-/* The library allocates through bn_allocate() alone, which calls malloc. */
+/* The library allocates only through bn_allocate(), which calls malloc. */
 void *__wrap_calloc(size_t count, size_t size) {
     CHECK(!counting);
     void *memory = __real_malloc(count * size);
@@ -142,7 +142,7 @@ int main(void) {
             for (size_t i = 0; i < TEXELS; ++i) touched += memcmp(&power[i], &ranks[i], 4) != 0;
             CHECK(touched == 0);
         }
-        /* It succeeded because all of its allocations were let through, and it had some. */
+        /* The call succeeded because none of its allocations failed, and there was at least one. */
         CHECK(failures > 0 && calls == fail_at - 1);
     }
     return check_result();

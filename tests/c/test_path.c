@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * bn_path.h: paths drawn at random, with any number of rays, further numbers, splits inside splits
- * and loops. No two decisions share a number or depend on what earlier rays drew. */
+ * bn_path.h: random paths with any number of rays, further numbers, nested splits and loops. No two
+ * decisions share a number, and none depends on the draws of earlier rays. */
 #include <bn/bn_path.h>
 #include <math.h>
 #include <stdlib.h>
@@ -27,7 +27,7 @@ static void put(int place, const float *u, int n) {
     for (int i = 0; i < n && count < MOST_NUMBERS; ++i) numbers[place][count++] = u[i];
 }
 
-/* Draws a path and its branches as random_state says. */
+/* Draws a random path and its branches, determined by random_state. */
 static void draw_path(const bn_sampler *sampler, bn_path path, uint32_t lights, int place,
                       int level) {
     const uint32_t rays = 1 + random_below(level > 0 ? 4 : MOST_RAYS);
@@ -96,7 +96,7 @@ static int compare(const void *a, const void *b) {
     return memcmp(a, b, PLACES * sizeof(float));
 }
 
-/* A number that two decisions share is shared in all pixels. Chance makes 24 bits equal, not 96. */
+/* Decisions that share a number do so in all pixels. By chance, 24 bits may be equal, but not 96. */
 static int shared(void) {
     static float rows[MOST_NUMBERS][PLACES];
     int equal = 0;
@@ -125,7 +125,7 @@ static void no_two_decisions_share_a_number(int32_t type) {
     CHECK(most > 2000);
 }
 
-/* Whatever pixels drew at one ray, they agree at the next. */
+/* Pixels that drew different counts at one ray are in step again at the next. */
 static void rays_do_not_depend_on_earlier_draws(void) {
     const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 3);
     const bn_path path = bn_path_start(4, 5, 6, 0);
@@ -143,12 +143,12 @@ static void rays_do_not_depend_on_earlier_draws(void) {
         CHECK(pair[0] == u[0] && pair[1] == u[1]);
         bn_ray_draw_end_light(&sampler, &plain, pair);
         CHECK(pair[0] == u[2] && pair[1] == u[3]);
-        /* Nor do pairs care about single numbers. */
+        /* Single numbers do not affect pairs. */
         for (int i = 0; i < 5; ++i) (void)bn_ray_next_1d(&sampler, &other);
         bn_ray_next_2d(&sampler, &plain, u);
         bn_ray_next_2d(&sampler, &other, v);
         CHECK(u[0] == v[0] && u[1] == v[1]);
-        /* Nor do keyed parts. */
+        /* They do not affect children either. */
         const bn_ray part = bn_ray_child(&plain, 12), same = bn_ray_child(&other, 12);
         const bn_ray next = bn_ray_child(&plain, 13);
         bn_ray_draw(&sampler, &part, u);
@@ -157,7 +157,7 @@ static void rays_do_not_depend_on_earlier_draws(void) {
     }
 }
 
-/* A split of a fixed count is one sequence over all samples of the pixel. */
+/* The branches of a split with a fixed count form one sequence over all samples of the pixel. */
 static void a_split_is_one_sequence(void) {
     const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 5);
     for (uint32_t index = 0; index < 8; ++index) {

@@ -12,7 +12,7 @@ enum { MEMBERS = 4, TILE = 64 };
 
 static uint32_t points[MOST_POINTS][4];
 
-/* Draws the first 2^k samples of the pixels of a square of 2^s from (x, y) on, pixel after pixel. */
+/* Draws the first 2^k samples of each pixel in the square of 2^s x 2^s pixels at (x, y). */
 static void draw_block(const bn_sampler *sampler, int32_t x, int32_t y, int s, int k,
                        uint32_t domain) {
     const int32_t side = 1 << s;
@@ -36,8 +36,8 @@ static int block_is_net(const bn_sampler *sampler, int32_t x, int32_t y, int s, 
     return 1;
 }
 
-/* Where the aligned squares of 2^s pixels begin: of the four places that the alignment of the next
- * smaller ones leaves, one alone makes nets of the first samples of several. */
+/* The origin of the aligned squares of 2^s pixels. The alignment of the next smaller squares leaves four
+ * candidates; only one of them makes the first samples of several squares nets. */
 static void find_alignment(const bn_sampler *sampler, int s, uint32_t domain, int32_t corner[2]) {
     enum { BLOCKS = 8 };
     const int32_t side = 1 << s;
@@ -85,12 +85,12 @@ static void test_nets(void) {
     }
 }
 
-/* ---- Down to the last bit of an index: nets at counts that nobody can draw, by linear algebra */
+/* ---- All bits of an index: nets at counts too large to draw, by linear algebra */
 
 enum { BITS = 32 };
 
-/* What bit k of an index adds to the four coordinates of a pixel's samples, with what the bits
- * below it add mixed in: that changes no rank of the first k + 1 of them. */
+/* The vector that bit k of an index adds to the four coordinates of a pixel's samples, mixed with
+ * vectors of lower bits. The mixing does not change the rank of the first k + 1 vectors. */
 typedef struct matrices {
     uint32_t column[BITS][4];
 } matrices;
@@ -106,9 +106,9 @@ static matrices matrices_of(const bn_sampler *s, int32_t x, int32_t y, uint32_t 
     return m;
 }
 
-/* Whether the first digits of each coordinate, `digits` of them and `bits` in all, are independent
- * functions of the first `bits` bits of an index: then the first 2^bits samples have one in each box
- * of so many digits. */
+/* Whether the first digits[d] digits of each coordinate d, `bits` in total, are independent functions of
+ * the first `bits` bits of an index. If so, each box with these numbers of digits contains one of the
+ * first 2^bits samples. */
 static int is_net(const matrices *m, const int digits[4], int bits) {
     uint32_t rows[BITS]; /* one for each column, which is eliminated from left to right */
     for (int k = 0; k < bits; ++k) {
@@ -159,7 +159,7 @@ static void test_nets_of_all_counts(const bn_sampler *s) {
     }
 }
 
-/* The tables are those of the file, and what bn_draw.h asks the linker for. */
+/* The tables equal the data file, and have the symbols that bn_draw.h links to. */
 static void test_words(void) {
     size_t count = 0;
     uint32_t version = 0;

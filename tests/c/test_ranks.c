@@ -4,7 +4,7 @@
 #include "masks.h"
 #include <math.h>
 
-/* Ranks are right if, in their order, values ascend and equal values keep their order. */
+/* Ranks are correct if values sorted by rank ascend, and equal values keep their order. */
 static int are_ranks(const float *values, size_t count, const uint32_t *ranks) {
     if (!is_permutation(ranks, count)) return 0;
     uint32_t *at = malloc(count * sizeof *at);
@@ -18,7 +18,7 @@ static int are_ranks(const float *values, size_t count, const uint32_t *ranks) {
     return wrong == 0;
 }
 
-/* Any floats, and few of them, so that there are ties. */
+/* Arbitrary floats, few of them distinct, so that there are ties. */
 static void test_many_values(void) {
     static const size_t counts[] = {1, 2, 2047, 2049, 1 << 20};
     enum { most = 1 << 20 };
@@ -64,7 +64,7 @@ static void test_to_float(void) {
             if (i == 0) rank = (uint32_t)(counts[c] - 1);
             float value = bn_rank_to_float(rank, counts[c]);
             double exact = (rank + 0.5) / (double)counts[c];
-            /* Rounded down to the nearest float, and never one. */
+            /* Rounded down to a float, and never 1. */
             CHECK(value >= 0 && value < 1 && (double)value <= exact);
             CHECK((double)nextafterf(value, 2) > exact || value == 1 - 0x1p-24f);
         }

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Relaxation: the same bits on any number of threads, no fixed pattern. test_hard_numbers.c has the
+ * Relaxation: the same bits with any number of threads, and no fixed pattern. test_hard_numbers.c tests
  * extents, and tests/python/test_relax_learned.py compares with the formula. */
 #include "check.h"
 #include "masks.h"
 #include <math.h>
 
-/* The height is prime, so that no number of threads gets equal shares of rows. */
+/* The height is prime, so that threads never get equal numbers of rows. */
 static void test_threads(void) {
     enum { width = 200, height = 307, count = width * height };
     uint32_t *ranks = malloc(count * sizeof *ranks);
@@ -21,8 +21,8 @@ static void test_threads(void) {
     free(ranks);
 }
 
-/* Over seeds, the ranks of a texel are as uniform as independent ones. Of a chi-squared statistic
- * of 1,024 terms, 30 % is six deviations. */
+/* Over seeds, the ranks of a texel are as uniform as independent ranks. For a chi-squared statistic of
+ * 1,024 terms, 30 % is six standard deviations. */
 static void test_no_fixed_pattern(void) {
     enum { size = 32, count = size * size, seeds = 100 };
     static uint32_t ranks[count];

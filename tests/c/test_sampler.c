@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Samplers and their draws: making them, ranges, determinism, block and inline forms, nets. How blue and how
- * independent the samples are is tested in tests/quality. */
+ * Samplers and their draws: initialisation, ranges, determinism, block and inline forms, nets.
+ * tests/quality measures how blue and how independent the samples are. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_draw.h>
@@ -18,7 +18,7 @@ static int equal(const bn_sampler *a, const bn_sampler *b) {
     return memcmp(u, v, sizeof u) == 0;
 }
 
-/* What cannot be made leaves the old sampler. */
+/* If initialisation fails, the old sampler is unchanged. */
 static void test_making(void) {
     bn_sampler sampler = bn_sampler_make(99);
     const bn_sampler before = sampler, blue = bn_sampler_make(5);
@@ -30,7 +30,7 @@ static void test_making(void) {
         if (type < 0 || type >= TYPES) CHECK(bn_sampler_init(&sampler, type, 5) == invalid);
     }
     CHECK(bn_sampler_init_mask(&sampler, NULL, 0) == invalid);
-    ranks[0] = 6; /* test_arguments.c has other masks */
+    ranks[0] = 6; /* test_arguments.c tests other masks */
     CHECK(bn_sampler_init_mask(&sampler, &mask, 0) == BN_ERROR_BAD_DATA);
     ranks[0] = 3;
     CHECK(memcmp(&sampler, &before, sizeof sampler) == 0);
@@ -46,7 +46,7 @@ static void test_making(void) {
     zorder = make_sampler(BN_SAMPLER_ZORDER, 255, 5);
     CHECK(equal(&sampler, &zorder));
 
-    /* Ranks of 16 bits draw as those of 32 do. */
+    /* 16-bit ranks give the same draws as 32-bit ranks. */
     bn_sampler wide;
     CHECK(bn_sampler_init_mask(&wide, &mask, 5) == BN_SUCCESS);
     CHECK(bn_sampler_init_mask(&sampler, &other, 5) == BN_SUCCESS && equal(&sampler, &wide));
@@ -92,7 +92,7 @@ static void test_forms(void) {
     }
 }
 
-/* tests/simd/many_equals_single.c compares the bits. */
+/* tests/simd/many_equals_single.c compares the bits of blocks. */
 static void test_block_arguments(void) {
     enum { W = 37, H = 11, N = 7, COUNT = W * H * N * 4 };
     static float out[COUNT];
@@ -108,13 +108,13 @@ static void test_block_arguments(void) {
     CHECK(bn_sample_block(&s, 0, 0, W, H, UINT32_MAX - N + 2, N, 0, out, COUNT) == invalid);
     CHECK(bn_sample_block(&s, 0, 0, W, H, 0, N, 0, out, COUNT - 1) == mismatch);
     CHECK(bn_sample_block(&s, 0, 0, W, H, 0, N, 0, out, COUNT + 4) == mismatch);
-    /* Extents whose product wraps around to the count given. */
+    /* Extents whose product overflows to the given count. */
     CHECK(bn_sample_block(&s, INT32_MIN, INT32_MIN, 1u << 31, 1u << 31, 0, 4, 0, out, 0) ==
           mismatch);
 }
 
-/* Whether points first .. first + 2^m - 1 have one point in every elementary interval of area 2^-m of
- * a pair. */
+/* Whether every elementary interval of area 2^-m of a pair contains one of the points first to
+ * first + 2^m - 1. */
 static int is_net(const bn_sampler *s, int32_t x, int32_t y, uint32_t domain, int pair,
                   uint32_t first, int m) {
     static uint32_t points[MOST_POINTS][4];
@@ -131,7 +131,7 @@ static int is_net(const bn_sampler *s, int32_t x, int32_t y, uint32_t domain, in
 }
 
 /* Every power-of-two prefix, and every aligned block later on, is a (0,m,2)-net in both pairs.
- * test_pole_order.c has the nets of BLUE in four dimensions. */
+ * test_pole_order.c tests the nets of BLUE in four dimensions. */
 static void test_nets(void) {
     static const int32_t types[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL, BN_SAMPLER_ZORDER,
                                     BN_SAMPLER_MASK};
@@ -150,8 +150,8 @@ static void test_nets(void) {
     }
 }
 
-/* The largest count of ZORDER, to which larger ones are rounded: the samples of the pixels of an aligned
- * square have one in each of as many intervals. */
+/* ZORDER at its largest count, to which larger counts are clamped: in an aligned square of pixels, each of
+ * as many intervals as there are samples contains one sample. */
 static void test_the_largest_count(void) {
     enum { COUNT = 1 << 16, POINTS = 4 * COUNT };
     static unsigned char seen[POINTS];
@@ -167,8 +167,8 @@ static void test_the_largest_count(void) {
     CHECK(repeats == 0);
 }
 
-/* Of ZORDER, the samples of the pixels of an aligned square, a block for each pixel, are a net in all
- * four dimensions: the second pair goes along the curve with the first. */
+/* With ZORDER, the samples of all pixels of an aligned square form a net in all four dimensions, because
+ * both pairs follow the same curve. */
 static void test_nets_of_squares(void) {
     static uint32_t points[MOST_POINTS][4];
     for (int log4_side = 0; log4_side <= 3; ++log4_side) {
@@ -208,7 +208,7 @@ static void test_mask_values(void) {
             for (int i = 0; i < COUNT; ++i) {
                 const int x = (i % W + shift % W) % W, y = (i / W + shift / W) % H;
                 const uint64_t twice = (uint64_t)ranks[y * W + x] * 2 + 1;
-                /* 24 values are told apart by 5 digits; the lower ones are random. */
+                /* Five digits distinguish 24 values; the lower digits are random. */
                 equal += (uint32_t)((twice << 31) / COUNT) >> 27 == u[i][d] >> 27;
             }
             shifts[d] += equal == COUNT;

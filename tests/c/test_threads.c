@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Many threads share one sampler and make masks at the same time: their results do not depend on
- * order. Under the thread sanitizer, this also shows that there are no data races. */
+ * Many threads share one sampler and make masks at the same time, and their results do not depend on
+ * the order. With the thread sanitizer, this also shows that there are no data races. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn.h>
@@ -12,7 +12,7 @@ enum { THREADS = 4, SIZE = 24, SAMPLES = 320, MASK = 32 };
 
 typedef struct job {
     const bn_sampler *samplers;
-    uint32_t number; /* of the thread: decides the order of its draws */
+    uint32_t number; /* of the thread; determines the order of its draws */
     uint64_t hash[TYPES];
     uint32_t cluster[MASK * MASK], relaxed[MASK * MASK];
     int failures;
@@ -22,8 +22,8 @@ static uint64_t mixed(uint64_t hash, uint64_t value) {
     return (hash ^ value) * 0x9e3779b97f4a7c15u;
 }
 
-/* Draws every sample of a small picture, each thread in an order of its own; sums do not depend on
- * it. */
+/* Draws every sample of a small image, in a different order on each thread. Sums do not depend on the
+ * order. */
 static void *work(void *argument) {
     static const uint32_t strides[THREADS + 1] = {1, 7, 11, 13, 17}; /* coprime to the count */
     job *j = argument;

@@ -16,7 +16,7 @@ static uint32_t noise(void) {
     return (state >> ((state >> 28) + 4u)) ^ state;
 }
 
-/* Numbers below 256, ends of ranges, or any bits. */
+/* Numbers below 256, ends of ranges, or arbitrary bits. */
 enum { SMALL, ENDS, ANY, RANGES };
 static uint32_t number(int range) {
     static const uint32_t ends[] = {0,   1,   2,           3,           255,
@@ -28,7 +28,7 @@ static uint32_t number(int range) {
 
 enum { PAIRS = 5, FORMS = PAIRS + 2 }; /* from PAIRS on: pairs 0 and 1 */
 
-/* An array of `count` elements that ends where its memory ends, for sanitizers to see. */
+/* An array of `count` elements that ends where its allocation ends, so that sanitizers find overruns. */
 static void *array(void **memory, size_t offset, size_t count) {
     const size_t size = (offset + count) * sizeof(uint32_t);
     *memory = malloc(size > 0 ? size : 1);
@@ -92,7 +92,7 @@ static void test_bits(void) {
     }
 }
 
-/* Every combination of arrays and one number for all, and of wanted dimensions. */
+/* Every combination of per-lane arrays and shared values, and of requested dimensions. */
 static void test_wavefronts(void) {
     enum { N = 600 };
     static int32_t x[N], y[N];
@@ -159,7 +159,7 @@ static void test_wavefronts(void) {
 
 /* Every alignment of a range of indices to the runs of vector code. */
 static void test_blocks(void) {
-    enum { W = 3, H = 2, LONGEST = 300 }; /* more than lanes are drawn at a time */
+    enum { W = 3, H = 2, LONGEST = 300 }; /* more than the lanes that are drawn at a time */
     static const uint32_t firsts[] = {0,   1,    5,     8,          228,           250,
                                       256, 1021, 65531, (1u << 20), (1u << 31) - 4};
     static const uint32_t counts[] = {1, 2, 3, 7, 8, 9, 17, 41, LONGEST};
@@ -201,7 +201,7 @@ static void test_blocks(void) {
 }
 
 #ifdef BN_COUNT_VECTOR_DRAWS
-/* The linker leads calls of bn_sample_wavefront() here. */
+/* The linker redirects calls of bn_sample_wavefront() to this function. */
 static size_t vector_draws;
 __typeof__(bn_sample_wavefront) __real_bn_sample_wavefront, __wrap_bn_sample_wavefront;
 bn_result __wrap_bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefront *wavefront) {
@@ -209,7 +209,7 @@ bn_result __wrap_bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefro
     return __real_bn_sample_wavefront(sampler, wavefront);
 }
 
-/* SOBOL and WHITE use vector draws for blocks where there are any. */
+/* SOBOL and WHITE use vector draws for blocks if the instruction set has them. */
 static void test_vector_draws_are_used(void) {
     enum { W = 5, H = 3, N = 41 };
     static float out[W * H * N * 4];
