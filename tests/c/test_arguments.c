@@ -272,11 +272,13 @@ static void test_progress(void) {
         int function;
         uint32_t width, height, channels;
         int least_calls;
-    } cases[] = {
-        {VOID_AND_CLUSTER, 128, 120, 1, 3}, {RELAX, 128, 120, 1, 20}, /* one call per step */
-        {RELAX, 512, 512, 1, 24}, /* reorders many of the first and last ranks */
-        {ANNEAL, 128, 120, 1, 3},           {ANNEAL, 128, 60, 2, 3},  {ERROR, 128, 120, 1, 3},
-        {SPECTRUM, 128, 120, 1, 3}};
+    } cases[] = {{VOID_AND_CLUSTER, 128, 120, 1, 3},
+                 {RELAX, 128, 120, 1, 20}, /* one call for each of the steps */
+                 {RELAX, 512, 512, 1, 24}, /* reorders many first and last ranks */
+                 {ANNEAL, 128, 120, 1, 3},
+                 {ANNEAL, 128, 60, 2, 3},
+                 {ERROR, 128, 120, 1, 3},
+                 {SPECTRUM, 128, 120, 1, 3}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
         const size_t count = (size_t)cases[i].width * cases[i].height;
         const int function = cases[i].function, makes = function < FIRST_THAT_READS;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The hashes of tests/c/draw_hashes.txt, computed as tests/c/test_draw_hashes.c does."""
+"""The hashes of tests/c/draw_hashes.txt, computed in the same way as in tests/c/test_draw_hashes.c."""
 
 from pathlib import Path
 
@@ -23,7 +23,7 @@ def random_u64(counter):
 
 
 def hash_of(words):
-    """FNV-1a over the bytes of 32-bit words, the lowest first."""
+    """FNV-1a over the bytes of 32-bit words, lowest byte first."""
     digest = 0xCBF29CE484222325
     for byte in np.asarray(words, "<u4").tobytes():
         digest = (digest ^ byte) * 0x100000001B3 & (2**64 - 1)

@@ -34,7 +34,7 @@ def node(operator, inputs, outputs, **attributes):
 
 
 def tensor(name, extents, data):
-    """Floats, whatever the extents are."""
+    """A float tensor with any extents."""
     return _field(5, b"".join(_field(1, extent) for extent in extents) + _field(2, 1) + _field(8, name) + _field(9, data))
 
 

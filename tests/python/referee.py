@@ -12,7 +12,7 @@ def white(shape, seed=0):
 
 
 def transform(values):
-    """By sums of cosines and sines."""
+    """The transform as sums of cosines and sines."""
     height, width = values.shape
     fy = np.exp(-2j * np.pi * np.outer(np.arange(height), np.arange(height)) / height)
     fx = np.exp(-2j * np.pi * np.outer(np.arange(width), np.arange(width)) / width)
@@ -26,7 +26,7 @@ def power_spectrum(values):
 
 
 def mask_error(ranks, sigma):
-    """The rms over 64 levels of a level's pattern after a Gaussian, by its transfer function."""
+    """The RMS error over 64 levels of thresholded patterns after a Gaussian, by its transfer function."""
     f = np.fft.fftfreq(ranks.shape[0])[:, None] ** 2 + np.fft.fftfreq(ranks.shape[1])[None, :] ** 2
     levels = (np.arange(64) + 0.5) / 64
     patterns = [((ranks + 0.5) / ranks.size < level) - level for level in levels]

@@ -7,7 +7,7 @@ import pytest
 
 
 def assert_interrupted(call, signals):
-    """The handlers of so many signals, one after the other, run during a call, which ends as the last one raises."""
+    """Signal handlers run one after the other during a call, and the call ends when the last of them raises."""
     handled = []
 
     def handle(*_):

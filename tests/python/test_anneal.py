@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Annealing: where it has become cold no exchange is better, and vectors are blue in every direction."""
+"""Annealing: once it is cold, no swap reduces the energy, and vectors are blue in every direction."""
 
 import numpy as np
 import pytest
@@ -10,9 +10,9 @@ import bluenoise
 
 @pytest.mark.parametrize(("seed", "shape"), list(enumerate([(8, 8), (10, 6), (7, 9), (16, 4), (5, 5)])))
 def test_coldest_is_a_minimum(seed, shape):
-    """None of the exchanges that it tries brings ranks that differ more closer together: with the energy summed anew for each, on tori so
-    small that windows reach around them, even, odd and narrow. Exact. The weight of a pair of texels is the Gaussians of both blurs over
-    the shorter way around the torus, of 32,000 over all pairs of a texel, rounded; none at exactly half of an extent."""
+    """No swap of the type that annealing tries reduces the energy, which is summed anew for each swap. Tori are even, odd and narrow, and
+    so small that windows reach around them. The test is exact. The weight of a pair of texels is the sum of the Gaussians of both blurs
+    over the shorter way around the torus, scaled to 32,000 over all pairs of a texel and rounded; it is 0 at exactly half an extent."""
     options = bluenoise._core.AnnealOptions()
     ranks = bluenoise.anneal(shape, seed=seed, sweeps=4000, start_temperature=1e-2, end_temperature=1e-12, order_ends=False)
     r, count = ranks.ravel().astype(np.int64), ranks.size
@@ -33,8 +33,8 @@ def test_coldest_is_a_minimum(seed, shape):
 
 @pytest.mark.parametrize("channels", [2, 4])
 def test_vectors(channels):
-    """The error of a half-plane's pattern after a Gaussian, over directions of the last two channels and offsets: what a vector mask is
-    for. The mask error of the ranks along a direction is its mean over all offsets."""
+    """Vector masks serve to sample half-planes. The test measures the error of the pattern of a half-plane after a Gaussian, over
+    directions of the last two channels and over offsets. The mask error of the ranks along a direction is its mean over all offsets."""
     def error(vectors):
         found = []
         for angle in np.pi * np.arange(12) / 12 + 0.1:

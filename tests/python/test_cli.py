@@ -135,7 +135,7 @@ def test_resolution_turns_with_the_photograph(tmp_path):
 
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])
 def test_sixteen_bits_stay(channels, tmp_path):
-    """A ramp over some steps of 8 bits: truncation would show as bands. Alpha and what the file says about colour stay."""
+    """A ramp over a few 8-bit steps, in which truncation would show as bands. Alpha and colour metadata are preserved."""
     pytest.importorskip("png")
     ramp = np.round(np.linspace(5140, 6168, 128)).astype(np.uint16)
     texels = np.repeat(np.tile(ramp, (128, 1))[..., None], channels, 2)
@@ -180,7 +180,7 @@ def test_gamma_stays_or_is_refused(tmp_path, capsys):
 
 
 def lossy_pictures(folder):
-    """Files of which Pillow would leave something out, and a word of each message."""
+    """Files from which Pillow would drop something, and a word of each error message."""
     grey = Image.new("L", (4, 4), 90)
     grey.save(folder / "frames.gif", save_all=True, append_images=[Image.new("L", (4, 4), 20)])
     yield "frames.gif", "2 frames"
@@ -225,7 +225,7 @@ def test_messages_about_contents_name_the_file(tmp_path, capsys):
 
 
 def test_two_channel_texture_is_a_two_channel_mask(tmp_path, capsys):
-    """Its third channel and alpha are constant. Ranked, they would be white noise."""
+    """The third channel and alpha are constant. Their ranks would be white noise."""
     ranks = bluenoise.anneal((16, 16), channels=2, sweeps=20)
     values = _files.quantized(ranks, 8)
     texture = np.dstack([values, np.zeros((16, 16)), np.full((16, 16), 255)]).astype(np.uint8)
@@ -413,7 +413,7 @@ def test_temporary_files_cannot_be_guessed_and_reach_the_disk_before_the_rename(
 
 @pytest.mark.parametrize("arguments", [("measure", "{}"), ("measure", "m.npy", "{}"), ("mask", "--size", "300", "-o", "{}")])
 def test_no_control_characters_reach_the_terminal(arguments, tmp_path, capsys, monkeypatch):
-    """Neither those of ASCII nor the second set of Unicode."""
+    """Neither the ASCII control characters nor those of Latin-1."""
     monkeypatch.chdir(tmp_path)
     name = "a\x1b[31mb\x9bc\n.png"
     try:
@@ -443,7 +443,7 @@ def run_in_shell(command, cwd):
 
 
 def test_closed_streams(tmp_path):
-    """The work is done, or one line says why not."""
+    """The command succeeds, or prints one line with the reason."""
     bluenoise.save(tmp_path / "in.npy", bluenoise.mask((8, 8)))
     for close in ("2>&-", ">&-", "<&-", "<&- >&- 2>&-"):
         done = run_in_shell("{} mask --size 8 -o out.npy " + close, tmp_path)
@@ -471,7 +471,7 @@ def test_full_output_device_is_an_error(command, tmp_path):
 
 @pytest.mark.parametrize("name", ["mask.npy", "mask.png", "mask.exr", "points.npy", "points.csv"])
 def test_full_disk_error_names_the_file(name, tmp_path):
-    """A limit on the size of files fails in the same way, with other words."""
+    """Exceeding a limit on the file size fails in the same way, with another message."""
     if name == "mask.exr":
         pytest.importorskip("OpenEXR")
     (tmp_path / name).write_bytes(b"precious")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""save and load: what was saved comes back, and what cannot is refused."""
+"""save() and load(): masks survive a round trip, and unsupported input is rejected."""
 
 import struct
 import zlib

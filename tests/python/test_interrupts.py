@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C: the caller does not wait for the end of the work, and the process ends as it should, whatever goes on in it."""
+"""Ctrl-C: the caller does not wait until the work is done, and the process ends properly whatever its threads are doing."""
 
 import signal
 import subprocess
@@ -17,8 +17,8 @@ from bluenoise import _core
 @pytest.mark.parametrize("work", [
     _core.power_spectrum, lambda ranks: _core.mask_error(ranks, 1.0), lambda ranks: bluenoise.mask(ranks.shape)])
 def test_work_is_left_at_once(work):
-    """Signal handlers run while the library works: those of one call run one by one. Otherwise they would run together, after
-    the call. Without an exception the result comes through."""
+    """Signal handlers run while the library works, so two signals during one call are handled one by one. Otherwise, both would be
+    handled after the call. Without an exception, the call returns its result."""
     ranks = white((2048, 2048))
     assert_interrupted(lambda: work(ranks), signals=2)
     small = ranks[:200, :200].argsort(axis=None).reshape(200, 200).astype(np.uint32)
@@ -46,7 +46,7 @@ while True:
 
 
 def test_a_program_that_measures_ends_with_a_traceback():
-    """No thread of Python is left inside the library when Python ends; one could abort the process."""
+    """When Python ends, none of its threads is still inside the library, where it could abort the process."""
     done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True)
     assert done.stderr.splitlines()[-1] == "KeyboardInterrupt" and "terminate" not in done.stderr
     assert done.returncode == -signal.SIGINT, done.stderr

@@ -36,7 +36,7 @@ def test_every_rank_once(make, shape):
 
 @pytest.mark.parametrize("number", [64, np.int64(64)])
 def test_an_integer_is_no_shape(number):
-    """The command takes 64 for a square, NumPy for a row."""
+    """The command reads 64 as a square; NumPy reads it as a row."""
     with pytest.raises(TypeError, match=r"\(64, 64\) is a square, \(64,\) a row"):
         mask(number)
 
@@ -50,7 +50,7 @@ def test_an_integer_is_no_shape(number):
 def test_options_reach_the_library(make, name, value):
     options = {**(QUICK if make is anneal else {}), **({"channels": 2} if name == "value_sigma" else {})}
     differ = (make((24, 24), **options) != make((24, 24), **{**options, name: value})).mean()
-    # A seed decides ties everywhere, not at the ends alone, and the whole pattern with them.
+    # The seed breaks ties at all ranks, not only at the ends, and so determines the whole pattern.
     assert differ > (0.95 if name == "seed" else 0)
 
 
@@ -213,7 +213,7 @@ def test_a_start_of_another_shape_is_refused_before_it_is_read(monkeypatch):
 
 @pytest.fixture
 def changing(monkeypatch):
-    """Ranks that another thread changes while they are checked."""
+    """Another thread changes the ranks while they are checked."""
     ranks = mask((16, 16), seed=1)
     check = _arguments.is_permutation
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sampler of Mitsuba: the same bits as the library, pixels in their places, recorded loops."""
+"""The Mitsuba sampler: same bits as the library, correct pixel coordinates, recorded loops."""
 
 import subprocess
 import sys
@@ -17,7 +17,7 @@ SAMPLER = bluenoise.Sampler("blue", seed=5)
 
 
 def works(variant):
-    """Whether a variant is there and renders: it needs LLVM, and ends the process if that is too old."""
+    """Whether a variant exists and renders. It needs LLVM, and ends the process if LLVM is too old."""
     program = (f"import mitsuba; mitsuba.set_variant('{variant}'); box = mitsuba.cornell_box(); "
                "print(mitsuba.render(mitsuba.load_dict(box), spp=1))")
     return variant in mitsuba.variants() and subprocess.run([sys.executable, "-c", program], capture_output=True).returncode == 0
@@ -119,7 +119,7 @@ def test_indices_and_draws_of_a_wavefront(spp):
     for first in (0, spp // 2):
         index = first + lane % (spp // 2)
         for pair in range(12):
-            # Before a direction six single numbers, after it one more.
+            # Six single numbers before a direction, and one after it.
             numbers = 6 if pair % 2 == 0 else 1
             for k in range(numbers):
                 expected = single(x, y, index, pair // 2, k if pair % 2 == 0 else 6)
@@ -161,7 +161,7 @@ def test_loops_count_draws(recorded):
             labels=("i", "a", "b", "sampler"))
     count = (np.arange(256) % 5).reshape(16, 16)
     pairs = sum(np.where(k < count, own(x, y, 0, 1 + k)[..., 1], 0) for k in range(4))
-    # After pairs 1, 2, 3 and 4, which are ray 0's second, ray 1's and ray 2's first.
+    # After pairs 1 to 4: the second pair of ray 0, both pairs of ray 1, and the first pair of ray 2.
     singles = sum(np.where(k < count, single(x, y, 0, (k + 2) // 2, k % 2), 0) for k in range(4))
     assert np.allclose(np.array(state[1]).reshape(16, 16), pairs, atol=1e-6)
     assert np.allclose(np.array(state[2]).reshape(16, 16), singles, atol=1e-6)

@@ -103,7 +103,7 @@ def test_threads_share_a_generator(one):
 
 
 def test_providers(one, capfd):
-    """The processor is the default. On a GPU the values are the same but for rounding; without one, there is an error."""
+    """The CPU is the default. On a GPU, values are equal up to rounding; without a GPU, there is an error."""
     expected = one.window(3, 4, 300, 200, seed=5)
     same = NeuralGenerator(ONE, provider="cpu")
     assert "provider='cpu'" in repr(same) and repr(pickle.loads(pickle.dumps(same))) == repr(same)
@@ -177,8 +177,8 @@ def test_bad_arguments(one, call, error, words, capfd):
 
 
 def test_signals_stop_a_large_mask():
-    """Signal handlers run while the network works, so Ctrl-C stops it: signals during one call are handled one by one.
-    Otherwise they would be handled together, after the call."""
+    """Signal handlers run while the network works, so Ctrl-C stops it: two signals during one call are handled one by one.
+    Otherwise, both would be handled after the call."""
     large = NeuralGenerator(ONE, threads=1)
     assert_interrupted(lambda: large.mask((6000, 6000)), signals=3)
     assert_interrupted(lambda: large.window(0, 0, 6000, 6000), signals=3)
@@ -200,7 +200,7 @@ def test_out(one):
 
 @pytest.mark.parametrize("name", ["model", "runtime", "BN_ONNXRUNTIME"])
 def test_a_pipe_is_refused_at_once(name, tmp_path):
-    """Opened, it would wait for a writer for ever, and Ctrl-C could not end that."""
+    """Opening the pipe would wait for a writer forever, and Ctrl-C could not interrupt it."""
     os.mkfifo(tmp_path / "pipe")
     program = f"import bluenoise; bluenoise.NeuralGenerator({name}={str(tmp_path / 'pipe')!r})"
     environment = dict(os.environ)
@@ -258,7 +258,7 @@ def in_onnxruntime(folder, model, noise):
 @pytest.mark.parametrize("name", ["neural.onnx", "neural_fast.onnx", "neural_vector.onnx"])
 @pytest.mark.parametrize("shape", [(64, 64), (52, 132)])
 def test_builtin_networks_agree_with_onnxruntime(tmp_path, name, shape):
-    """Ranks are those of the values, except for the first and last ones, which libbn orders itself."""
+    """Ranks follow the values, except for the first and last ranks, which libbn reorders."""
     model = (Path(__file__).resolve().parents[2] / "libbn/data" / name).read_bytes()
     radius = int(re.search(rb"bn\.receptive_radius\x12.(\d+)", model)[1])
     noise = np.pad(NeuralGenerator.noise(0, 0, shape[1], shape[0], seed=9), radius, mode="wrap")
@@ -267,7 +267,7 @@ def test_builtin_networks_agree_with_onnxruntime(tmp_path, name, shape):
     assert len(channels) == len(masks) == (2 if "vector" in name else 1)
     for values, ranks in zip(channels, masks):
         in_order = values.ravel()[np.argsort(ranks.ravel())]
-        # libbn orders these itself: points at least 3.5 texels apart on average.
+        # libbn reorders these: their points are at least 3.5 texels apart on average.
         points = 0 if "vector" in name else int(values.size / 3.5**2)
         for end in (in_order[:points], in_order[values.size - points :]):
             assert points == 0 or (np.diff(end) < -1e-3).any()
@@ -278,7 +278,7 @@ def test_builtin_networks_agree_with_onnxruntime(tmp_path, name, shape):
 def test_builtin_windows_show_one_uniform_plane(builtin):
     plane = builtin.window(-300, 20, 500, 400, seed=6)
     assert plane.min() >= 0 and plane.max() < 1
-    # White noise of 200,000 texels would stray by less than .002 here (a false alarm in about 10^4).
+    # For 200,000 texels of white noise, the deviation would be below .002 (one false alarm in about 10^4).
     counts = np.histogram(plane, bins=64, range=(0, 1))[0] / plane.size
     assert abs(np.cumsum(counts) - np.arange(1, 65) / 64).max() < 0.01
     for x0, y0 in ((-300, 20), (-157, 91), (-42, 300)):
@@ -298,5 +298,5 @@ def test_the_listing_of_the_page_on_masks_goes_from_a_model_to_samples(model):
     exec(listing, space)
     first = space["u"][..., 0]
     assert (np.argsort(first, axis=None, kind="stable") != np.arange(4096)).any()
-    # The first number of each pixel is its rank, scrambled by one key for all.
+    # The first number of each pixel is its rank, scrambled by a key that all pixels share.
     assert len(np.unique((first * 4096).astype(int))) == 4096

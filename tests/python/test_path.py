@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Paths on arrays: the bits of bn_path.h, whose own tests judge the layout, shapes, and refusals with name and value."""
+"""Paths on arrays: the same bits as bn_path.h, whose own tests check the layout, shapes, and error messages with name and value."""
 
 import copy
 import doctest
@@ -13,7 +13,7 @@ from bluenoise import LoopSampler, PathSampler, Sampler, _path
 
 
 def test_paths_have_the_bits_of_c():
-    """Those that tests/c/test_draw_hashes.c hashes, of sixteen pixels and six indices."""
+    """The paths that tests/c/test_draw_hashes.c hashes, for sixteen pixels and six indices."""
     pixel, index = np.arange(96) // 6, np.tile([0, 1, 5, 255, 256, 70000], 16)
     path = PathSampler(Sampler(seed=1), 3 * pixel - 20, 100 - 37 * pixel, index)
     found = np.zeros(96, np.uint32)
@@ -61,7 +61,7 @@ def test_shapes_broadcast():
     assert len(each) == 2
     np.testing.assert_array_equal(branches.ray(0).draw(), each)
     assert path.first_light(4, np.arange(4)[:, None, None, None]).shape == (4, 3, 4, 5, 2)
-    # Paths at different rays draw as each would alone.
+    # Paths at different rays draw the same numbers as each path alone.
     number = np.arange(3)[:, None, None]
     mixed = path.ray(number)
     assert mixed.shape == (3, 4, 5)

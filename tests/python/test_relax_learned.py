@@ -25,7 +25,7 @@ def mix64(v):
 
 
 def reference(shape, seed):
-    """The mask in double precision, its ends not ordered."""
+    """The mask in double precision, before its ends are reordered."""
     texels = np.arange(1, np.prod(shape) + 1, dtype=np.uint64).reshape(shape)
     v = 8 * ((mix64(np.uint64(seed) ^ mix64(texels)) >> np.uint64(48)) / 2**16 - 0.5)
     for step in SCHEDULE:
@@ -41,12 +41,12 @@ def reference(shape, seed):
 
 @pytest.mark.parametrize("shape", [(128, 96), (4, 500), (2, 2)])
 def test_the_mask_is_that_of_the_formula(shape):
-    # The ranks of a tenth at each end are ordered anew. Rounding moves the others by about a thousandth on average.
+    # A tenth of the ranks at each end are reordered. Rounding moves the others by about a thousandth on average.
     expected, found = (ranks / ranks.size for ranks in (reference(shape, 5), bluenoise.relax(shape, seed=5)))
     middle = abs(expected - 0.5) < 0.38
     different = np.abs(expected - found)
     assert different[middle].mean() < 0.002
-    # The rows and columns that see the other side of the torus are as good as the rest.
+    # Rows and columns at the border, whose neighbours lie across the torus, are as good as the rest.
     for edge in (slice(0, 3), slice(-3, None)):
         assert different[edge][middle[edge]].mean() < 0.004 and different[:, edge][middle[:, edge]].mean() < 0.004
 

@@ -9,7 +9,7 @@ import bluenoise
 from bluenoise import Sampler
 
 KINDS = ("blue", "sobol", "white", "zorder", "mask")
-# Pairs of equal pixels or of shifted ranges at the borders of every argument.
+# Equal pixels, or shifted ranges, at the limits of every argument.
 EDGE_X = np.array([-(2**31), -65537, -1, 0, 1, 127, 128, 2**31 - 1], np.int32)
 EDGE_INDEX = np.array([0, 1, 255, 256, 65535, 65536, 2**31, 2**32 - 1], np.uint32)
 
@@ -115,7 +115,7 @@ def test_mask_kind_takes_ranks():
     sampler = Sampler("mask", seed=1, mask=ranks)
     assert not sampler.mask.flags.writeable and sampler.mask.dtype == np.uint32
     expected = sampler.block(0, 0, 24, 16, 0, 2)
-    # The first samples are the mask, toroidal but for digits finer than its 384 ranks.
+    # The first samples are the toroidal mask, except for digits finer than its 384 ranks.
     first, next_tile = expected[:, :, 0], sampler.block(24, -16, 24, 16, 0, 1)[:, :, 0]
     assert (np.floor(first * 512) == np.floor(next_tile * 512)).all()
     given = ranks.astype(np.int64).tolist()
@@ -300,7 +300,7 @@ def test_domains_of_arrays():
 
 @pytest.mark.parametrize("type", ["blue", "sobol", "white", "zorder"])
 def test_every_sample_of_a_block_is_written(type):
-    """Blocks of one sample, one row or one column, over memory that holds something else."""
+    """Blocks of one sample, one row or one column, written to arrays with other contents."""
     sampler = Sampler(type, seed=3, samples_per_pixel=4 if type == "zorder" else 0)
     for width, height, count in ((1, 1, 1), (1, 5, 1), (5, 1, 1), (3, 2, 1), (1, 1, 3)):
         out = np.full((height, width, count, 4), 7, np.float32)

@@ -25,7 +25,7 @@ def no_forced_switches():
     sys.setswitchinterval(before)
 
 
-# The extension's functions alone: NumPy gives the lock up too.
+# Only functions of the extension, because NumPy also releases the GIL.
 RANKS = white((256, 256))
 X = np.arange(2**18, dtype=np.int32)
 INDEX = np.zeros(2**18, np.uint32)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The notebook runs as it is and prints what is stored in it."""
+"""The notebook runs unchanged and prints the stored output."""
 
 import contextlib
 import io
@@ -22,7 +22,7 @@ def cells():
 
 @pytest.fixture(scope="module")
 def printed(cells):
-    """What each cell prints."""
+    """The output of each cell."""
     pytest.importorskip("scipy")
     plt = pytest.importorskip("matplotlib.pyplot")
     variables, printed = {}, {}
@@ -42,7 +42,7 @@ def stored(cell):
 
 
 def numbers(text):
-    """The decimal fractions of a text, with the error that rounding and another arithmetic may add to each."""
+    """The decimal fractions in a text, with the error that rounding and different arithmetic may add to each."""
     found = re.findall(r"\d+\.(\d+)", text), np.array(re.findall(r"\d+\.\d+", text), float)
     return found[1], np.array([1.1 * 0.1 ** len(digits) for digits in found[0]]) + 0.01 * found[1]
 

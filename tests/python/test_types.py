@@ -68,7 +68,7 @@ def test_types_are_complete_and_the_type_checker_refuses_wrong_calls(tmp_path):
 
 
 def test_the_signature_names_every_option():
-    """Editors and IPython complete what inspect.signature tells."""
+    """Editors and IPython complete names from inspect.signature."""
     parameters = inspect.signature(bluenoise.points).parameters
     assert all(value.kind is not value.VAR_KEYWORD and value.annotation != "Any" for value in parameters.values())
     for options in _points.METHODS.values():

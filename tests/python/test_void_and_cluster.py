@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What each phase of void-and-cluster promises, checked rank by rank with a Gaussian computed here: the initial pattern is stable, its
-ranks were given from the tightest cluster down, the ranks after it went to the largest void, and both ends of the scale are spread
-evenly."""
+"""The phases of void-and-cluster, checked rank by rank with a Gaussian computed here: the initial pattern is stable, its ranks descend
+from the tightest cluster, each later rank fills the largest void, and the ranks at both ends are evenly spread."""
 
 import numpy as np
 import pytest
@@ -18,8 +17,8 @@ def squares(shape):
 
 
 def evenness(apart, texels, shape):
-    """The smallest distance of two texels, as a share of their spacing, the square root of the area of each. A square grid has 1, a
-    triangular one 1.07."""
+    """The smallest distance of two texels, relative to their spacing, which is the square root of the area per texel. A square grid has 1,
+    and a triangular grid 1.07."""
     y, x = np.divmod(texels, shape[1])
     square = apart[y[:, None] - y, x[:, None] - x]
     return np.sqrt(square[np.triu_indices(len(texels), 1)].min() * len(texels) / apart.size)
@@ -36,7 +35,7 @@ def test_phases(shape, sigma, fraction, seed):
     def around(texel):
         return np.roll(kernel, divmod(texel, shape[1]), (0, 1)).ravel()
 
-    # At both ends texels are too far apart for this Gaussian: their order has other rules.
+    # At both ends, texels are too far apart for this Gaussian, and other rules determine their order.
     initial = int(at.size * fraction)
     sparse = min(int(at.size * (0.45 / sigma) ** 2), initial)
     energy = np.zeros(at.size)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Half-planes, integrands of these tests, and functions of C."""
+"""Half-planes as integrands, and access to C functions."""
 
 import ctypes
 import os
@@ -13,14 +13,14 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def part(a, b, c):
-    """The part of the unit square with a x + b y < c, neither a nor b zero."""
+    """The area of the unit square with a x + b y < c, where neither a nor b is zero."""
     c, a, b = c - min(a, 0) - min(b, 0), abs(a), abs(b)
     above = [np.maximum(0, c - less) ** 2 for less in (0, a, b, a + b)]
     return (above[0] - above[1] - above[2] + above[3]) / (2 * a * b)
 
 
 def plane_through(x, y, a, b):
-    """The half-plane a x + b y < c through a point: a, b, c, and its part of the unit square."""
+    """The half-plane a x + b y < c through a point: a, b, c, and its area in the unit square."""
     c = a * x + b * y
     return float(a), float(b), float(c), part(a, b, c)
 
@@ -35,14 +35,14 @@ def well_spread(number):
 
 
 def blur_gain(sigma, radius=7):
-    """What a blur along both axes leaves of the variance of white noise."""
+    """The fraction of the variance of white noise that remains after a blur along both axes."""
     kernel = np.exp(-0.5 * (np.arange(-radius, radius + 1) / sigma) ** 2)
     return ((kernel / kernel.sum()) ** 2).sum() ** 2
 
 
 @pytest.fixture(scope="session")
 def compiled(tmp_path_factory):
-    """function(a text of C) -> its functions, by ctypes."""
+    """function(C source) -> its functions, through ctypes."""
     def library(text):
         path = tmp_path_factory.mktemp("compiled") / "library.so"
         subprocess.run([os.environ.get("CC", "cc"), "-O2", "-shared", "-fPIC", f"-I{ROOT}/libbn/include", f"-I{ROOT}", "-x", "c", "-",

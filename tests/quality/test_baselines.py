@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The scramblings of SOBOL, and that samples, pixels, digits, domains and seeds of every kind have nothing in common that they should
-not have. Everything is seeded; false-alarm rates are for fresh seeds."""
+"""The scramblings of SOBOL, and the independence of samples, pixels, digits, domains and seeds of every sampler type. Everything is
+seeded; false-alarm rates are for fresh seeds."""
 
 import typing
 
@@ -19,9 +19,9 @@ def digits(sampler, *where):
 
 
 def test_sobol_scrambles_both_dimensions_of_a_pair():
-    """Of the first four samples of a pixel, two have equal first digits in both dimensions of a pair. With one scrambling for both,
-    their second digits would also be equal in both samples or in neither; independent ones are so half of the time. Six deviations
-    have a false-alarm rate below 1e-8."""
+    """Two of the first four samples of a pixel have equal first digits in both dimensions of a pair. If both dimensions had the same
+    scrambling, their second digits would also be equal in both samples or in neither. With independent scramblings, this happens half
+    of the time. A limit of six deviations has a false-alarm rate below 1e-8."""
     u = digits(Sampler("sobol", seed=8), np.arange(4096)[:, None], 5, np.arange(4), 9)
     for pair in (0, 2):
         differ = (u[..., pair] ^ u[..., pair + 1]) >> 22
@@ -33,7 +33,7 @@ def test_sobol_scrambles_both_dimensions_of_a_pair():
 
 @every_kind
 def test_no_period(kind):
-    """No kind repeats after a power of two of pixels, as tiles that are all alike would."""
+    """No sampler type repeats after a power of two of pixels, as identical tiles would."""
     sampler = Sampler(kind, seed=3)
     x, y, index = X[:8, :8, None] - 3, Y[:8, :8, None] - 4, np.arange(4)
     here = sampler.sample(x, y, index, 77)
@@ -44,8 +44,8 @@ def test_no_period(kind):
 
 @every_kind
 def test_digits_are_even(kind):
-    """Each is set in half of the pixels, also beyond those that a mask or a tile gives: six deviations of independent pixels, a
-    false-alarm rate below 1e-6 in all."""
+    """Each digit is set in half of the pixels, also the digits below those that a mask or a tile determines. The limit is six deviations
+    of independent pixels, a false-alarm rate below 1e-6 in total."""
     y, x = np.ogrid[:512, :512]
     u = digits(Sampler(kind, seed=5), x, y, 0, 12)
     for digit in range(24):
@@ -54,7 +54,7 @@ def test_digits_are_even(kind):
 
 @every_kind
 def test_no_repeats(kind):
-    """2^16 samples, of distant indices or of a picture, have no more equal values of a pair than chance has (expected 1e-5)."""
+    """Among 2^16 samples, at distant indices or of an image, pairs repeat no more often than by chance (expected: 1e-5)."""
     sampler, i = Sampler(kind), np.arange(2**16)
     indices = np.where(i < 2**15, i, i * 65521 % 2**32)
     for where in ((10, 20, indices, 9), ((i & 255) - 99, i >> 8, 0, 9)):
@@ -64,10 +64,10 @@ def test_no_repeats(kind):
 
 @every_kind
 def test_domains_and_seeds_are_independent(kind):
-    """The correlation of the first samples of two streams over 64 x 64 pixels, times sqrt(pixels), is about standard normal when they
-    are independent and white; blue streams vary less or more together with the shift, so the limit is generous: |z| > 6 has probability
-    2e-9 per pair for white noise. Two looks of MASK at one texel of its 4096, or at neighbours, do correlate: about one in 400 pairs, so
-    more than 4 of 110 have probability 1e-6."""
+    """If two streams are independent and white, the correlation of their first samples over 64 x 64 pixels, times sqrt(pixels), is about
+    standard normal. For blue streams its variance depends on their shifts, so the limit is generous: for white noise, |z| > 6 has a
+    probability of 2e-9 per pair. Two lookups of MASK at the same or at neighbouring texels of its 4096 do correlate. This happens in
+    about one of 400 pairs, so more than 4 of 110 have a probability of 1e-6."""
     def correlation(s, t, d, e, i, j):
         u, v = (sampler.sample(X, Y, 0, number).astype(float) - 0.5 for sampler, number in ((s, d), (t, e)))
         return (u[..., i] * v[..., j]).sum() * 12 / 64
@@ -82,7 +82,7 @@ def test_domains_and_seeds_are_independent(kind):
 
 
 def seed_of(key):
-    """The seed whose hash is `key`: that of SplitMix64, undone."""
+    """The seed whose SplitMix64 hash is `key`."""
     mask = 2**64 - 1
     key = (key ^ key >> 31 ^ key >> 62) * pow(0x94D049BB133111EB, -1, 2**64) & mask
     key = (key ^ key >> 27 ^ key >> 54) * pow(0xBF58476D1CE4E5B9, -1, 2**64) & mask
@@ -92,8 +92,9 @@ def seed_of(key):
 @every_kind
 @pytest.mark.parametrize("half", [0, 1])
 def test_both_halves_of_a_hashed_seed_matter_to_every_member_of_every_family(kind, half):
-    """Of the sixteen combinations of the first two digits of a dimension in two samplers, over 64 x 64 pixels, each is there 256 times
-    if they are independent, and one 1,024 times if one is the other with its digits flipped, as with the same shifts, orders or curve."""
+    """The first two digits of a dimension in two samplers have sixteen combinations. Over 64 x 64 pixels, each occurs about 256 times if
+    the samplers are independent. If one sampler is the other with flipped digits, because shifts, orders or the curve are the same, a
+    combination occurs 1,024 times."""
     key = 0x0123456789ABCDEF
     s, t = Sampler(kind, seed=seed_of(key)), Sampler(kind, seed=seed_of(key ^ 0x5EED5EED << 32 * half))
     assert (s.seed_words() != t.seed_words()).tolist() == [half == 0, half == 1]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The error of BLUE falls with nearly every sample: after a blur of sigma 2.1 the mean error of half-planes, discs, products over the
-pairs of a domain and over two members of a family rises by less than 15 % from n to n + 1 samples, n = 1 to 63. With an order of the
-samples for each pixel that of half-planes rises by a third to a half from 2 to 3, 4 to 5 and 8 to 9. Everything is seeded."""
+"""The error of BLUE falls with nearly every sample. After a blur of sigma 2.1, the mean error rises by less than 15 % from n to n + 1
+samples, n = 1 to 63, for half-planes, discs, and products over the pairs of a domain and over two members of a family. If each pixel had
+its own sample order, the error of half-planes would rise by a third to a half from 2 to 3, 4 to 5 and 8 to 9. Everything is seeded."""
 
 import numpy as np
 import pytest
@@ -57,7 +57,7 @@ def test_the_error_falls_with_nearly_every_sample(what):
 
 @pytest.mark.parametrize("count", [1, 4, 16])
 def test_zorder_must_reach_its_count(count):
-    """Stopped at fewer samples than it is tuned for, it has the error of padded Sobol' after a blur; tuned for them, half of it."""
+    """After a blur, ZORDER has the error of padded Sobol' if it stops before its count, and half of it if it is tuned for the count."""
     def error(sampler):
         squares = []
         for run in range(24):

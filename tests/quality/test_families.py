@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Domains of BLUE over keys, and two domains of different families: their means converge to the integral, and their samples are as good
-as independent. Everything is seeded; false-alarm rates are for fresh seeds. With -s all figures are printed."""
+"""Domains of BLUE over many keys, and pairs of domains of different families: means converge to the integral, and samples are practically
+independent. Everything is seeded; false-alarm rates are for fresh seeds. Run with -s to print all figures."""
 
 import itertools
 
@@ -13,7 +13,7 @@ from bluenoise._core import domain_child, path_ray_domain, stream_domain
 
 ndimage = pytest.importorskip("scipy.ndimage")
 
-# How families see the tile: the place of pixel (0, 0), 64 row + column, and the reflections of columns and rows, from bit 12 on.
+# The shift and reflection of the tile by each family: the position of pixel (0, 0), 64 row + column, and from bit 12 on the reflections.
 VIEWS = """
 #include <bn/bn_draw.h>
 void views(const uint32_t *words, const uint32_t *seeds, const uint32_t *domains, uint32_t *found, int count) {
@@ -38,7 +38,7 @@ def inside(half_plane, u, pair):
     return a * u[..., 2 * pair].astype(float) + b * u[..., 2 * pair + 1] < c
 
 
-# Factors of products, each one pair of a member of the family from a first one on, or of member 0 of the next family.
+# Factors of products. Each is a pair of a member of the family, counted from a first member, or of member 0 of the next family.
 NEXT = 4
 PRODUCTS = {"one pair": [(0, 0)], "both pairs": [(0, 0), (0, 1)], "two members": [(0, 0), (1, 1)],
             "three members": [(0, 0), (1, 1), (2, 0)], "four members": [(0, 0), (1, 1), (2, 0), (3, 1)],
@@ -46,8 +46,8 @@ PRODUCTS = {"one pair": [(0, 0)], "both pairs": [(0, 0), (0, 1)], "two members":
 
 
 def test_means_over_keys():
-    """The mean over 2^20 keys of each of 12 products, at two indices: each sample is uniform over keys, in both pairs, all members and two
-    families together, so the sum of the squares of z is chi-square with 24 degrees of freedom, above 74 with probability 5e-7."""
+    """The mean over 2^20 keys of each of 12 products, at two indices. Over keys, each sample is uniform in both pairs, all members and two
+    families jointly, so the sum of the squares of z is chi-square with 24 degrees of freedom, above 74 with a probability of 5e-7."""
     sampler, key, squares = bluenoise.Sampler("blue", seed=31), np.arange(2**20, dtype=np.uint32), dict.fromkeys(PRODUCTS, 0.0)
     for k, (i, index) in itertools.product(range(12), enumerate((0, 5))):
         parent = domain_child(2 * k + i, 4 * key)
@@ -67,7 +67,7 @@ def test_means_over_keys():
 
 @pytest.fixture(scope="module")
 def views(compiled):
-    """function(words of seeds (..., 2), domains (...)) -> how they see the tile."""
+    """function(words of seeds (..., 2), domains (...)) -> shifts and reflections of the tile."""
     function = compiled(VIEWS).views
 
     def views(seeds, domains):
@@ -81,8 +81,8 @@ def views(compiled):
 
 
 def test_first_families_have_different_shifts(views):
-    """The first thirty families of one parent, along x: children of the root and of rays, of many seeds and frames, and of two for which an
-    earlier version had two families at one place."""
+    """The first thirty families of one parent have different shifts along x: for children of the root and of rays, with many seeds and
+    frames, including two for which an earlier version gave two families the same shift."""
     run = np.arange(4096)
     seeds = np.array([bluenoise.Sampler("blue", seed=seed).seed_words() for seed in (1377, *range(4096 // 7 + 1))])
     root = stream_domain(np.where(run == 0, 0, np.where(run == 1, 122, run)).astype(np.uint32))
@@ -97,8 +97,8 @@ COUNTS = np.array([1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64])
 
 
 def product_errors(sampler, domains, number):
-    """f g of two half-planes less their means, so that independent samples average to zero: (2, COUNTS) mean squares over a picture, raw
-    and blurred with sigma 2.1, over those of white noise."""
+    """Errors of f g for two half-planes minus their means, so that independent samples average to zero: (2, COUNTS) mean squares over an
+    image, raw and after a blur of sigma 2.1, relative to white noise."""
     values, variance = 1.0, 1.0
     for d, domain in enumerate(domains):
         half_plane = plane(2 * number + d)
@@ -112,14 +112,15 @@ def product_errors(sampler, domains, number):
 @pytest.mark.parametrize(("relation", "raw", "blurred"), [
     ("any", 1.20, 1.26), ("at one place", 1.20, 2.40), ("equal members at one place", 1.20, 3.40), ("at neighbouring places", 1.22, 1.34)])
 def test_products_over_two_families(views, relation, raw, blurred):
-    """Relative to white noise; independent sequences of SOBOL have 1.14 and 1.15. With one order for all pixels and families 64 samples
-    would have 1.54 and 1.63 in any families, 1.63 and 10.6 at one place of the tile, 1.53 and 2.41 at neighbouring ones. One in 2^14 pairs
-    of families lie at one place, none of the first thirty of one parent. There the samples of the two families differ by the same digits in
-    all pixels of a copy, and a blur averages less than white noise."""
+    """Figures are relative to white noise; independent sequences of SOBOL have 1.14 and 1.15. If all pixels and families had one order, 64
+    samples would have 1.54 and 1.63 in arbitrary families, 1.63 and 10.6 in families with the same shift, and 1.53 and 2.41 in families
+    whose shifts are neighbours. One in 2^14 pairs of families has the same shift, but none of the first thirty of one parent. With the
+    same shift, the samples of the two families differ by the same digits in all pixels of a copy, so a blur removes less than it does of
+    white noise."""
     sampler, squares, first = bluenoise.Sampler("blue", seed=33), [], {}
     parents = np.random.default_rng(2).integers(0, 2**32, 8192, np.uint32)
     for family, view in enumerate(views(sampler.seed_words(), domain_child(parents, 0)).tolist()):
-        # A neighbour is the place to the right, or that below.
+        # Neighbours differ by one to the right or below.
         beside = view & ~63 | (view + 1) & 63 if family % 2 == 0 else view & ~0xFC0 | (view + 64) & 0xFC0
         other = family - 1 if relation == "any" else first.get(beside if relation == "at neighbouring places" else view, -1)
         first[view] = family

@@ -51,7 +51,7 @@ def test_masks_keep_their_limits(row, measure):
 
 
 def errors(ranks, levels):
-    """The squared error of each texel, dithered to these of 16 levels and blurred by 1.5 texels on the torus."""
+    """The squared error of each texel after dithering to the given levels of 16 and a toroidal blur of 1.5 texels."""
     values, total = (ranks + 0.5) / ranks.size, 0
     for level in (np.asarray(levels) + 0.5) / 16:
         total += (ndimage.gaussian_filter((values < level).astype(float), 1.5, mode="wrap") - level) ** 2
@@ -62,12 +62,13 @@ def errors(ranks, levels):
 @pytest.mark.parametrize("shape", [(64, 64), (45, 61), (72, 40)])
 @pytest.mark.parametrize("method", ["void-and-cluster", "relax", "anneal", "builtin"])
 def test_masks_tile_without_seams(method, shape, levels):
-    """The error within two texels of a border is that of the inside. Its own thresholds at both ends, whose texels are far apart."""
+    """The error within two texels of a border equals that of the inside. Levels near both ends, whose texels are far apart, have their own
+    limits."""
     if method == "builtin" and shape != (64, 64):
         return
     total = 0
     for seed in range(1 if method == "builtin" else 6):
-        # Annealing from noise, so that what there is of blue is its own.
+        # Annealing starts from noise, so that all blueness is its own.
         options = {"sweeps": 30, "start_from_ranks": referee.white(shape, seed)} if method == "anneal" else {}
         options |= {} if method == "builtin" else {"seed": seed}
         total = total + errors(getattr(bluenoise, method.replace("-", "_"))(shape, **options), levels)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What no pixel of a picture by itself can show: the mean of a whole picture, and the errors of places 64 pixels apart, for BLUE, whose
-pixels share a tile of that size. Everything is seeded. With -s all figures are printed."""
+"""Errors over distances of a tile: the mean of a whole image, and errors 64 pixels apart, for BLUE, whose tiles have 64 x 64 pixels.
+Everything is seeded. Run with -s to print all figures."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def half_plane(random, single):
 
 
 def errors(what, k, size, count, seed):
-    """Sums of samples less what is expected, for each pixel, and the variance of white noise over the picture."""
+    """For each pixel, the sum of its samples minus the expected sum; and the variance of white noise over the image."""
     random, mean = np.random.default_rng([k, len(what)]), 1.0
     y, x, index = np.ogrid[:size, :size, :count]
     inside = True
@@ -43,8 +43,8 @@ def errors(what, k, size, count, seed):
 @pytest.mark.parametrize("what", WHATS)
 @pytest.mark.parametrize(("size", "count", "integrands"), [(64, 1, 96), (256, 1, 32), (256, 16, 12), (1024, 1, 12)])
 def test_means_of_images_are_closer_than_with_white_noise(what, size, count, integrands):
-    """The RMS error of the mean of an image over that of white noise, over many integrands. With the digits of the tile alone and no
-    others two members had 12.8 at 1024 x 1024."""
+    """The RMS error of the mean of an image relative to white noise, over many integrands. If every copy of the tile had the same digits,
+    products over two members would have 12.8 at 1024 x 1024."""
     found = [errors(what, k, size, count, 5) for k in range(integrands)]
     ratio = np.sqrt(np.mean([error.sum() ** 2 / variance for error, variance in found]))
     print(f"\n{what}, {size} x {size} pixels, {count} samples: {ratio:.3f}")

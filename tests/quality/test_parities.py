@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Numbers of different decisions are not tied: for every sampler type, over all pairs of coordinates of a
-path's first rays, further numbers and splits. Nothing is random but by seeds. With -s the worst of each kind is printed."""
+path's first rays, further numbers and splits. Everything is seeded. Run with -s to print the worst of each sampler type."""
 
 import typing
 
@@ -31,7 +31,7 @@ def decisions(sampler, x, y, index):
 
 
 def apart(rows, drawn):
-    """Which of the rows, as many for each domain, are of different ones."""
+    """Which pairs of rows belong to different domains, all with the same number of rows."""
     domain = np.arange(len(rows)) * len(drawn) // len(rows)
     return domain[:, None] != domain
 
@@ -41,9 +41,9 @@ every_sampler = pytest.mark.parametrize("sampler", typing.get_args(bluenoise.Sam
 
 @every_sampler
 def test_no_digits_follow_from_those_of_another_decision(sampler):
-    """A tie is a sum modulo 2 of leading digits of two coordinates that is the same in all samples of a region: half of the cells of the
-    two numbers then stay empty, and a product over both decisions converges to something else. The correlation of two such sums, rms over
-    regions, is 1 where they are tied, about 1 / 64 where they are independent."""
+    """Two numbers are tied if a sum modulo 2 of their leading digits is the same in all samples of a region. Half of their cells then stay
+    empty, and a product over both decisions converges to a wrong value. The correlation of two such sums, rms over regions, is 1 if they
+    are tied, and about 1 / 64 if they are independent."""
     squares, masks = 0, np.arange(1, 2**DIGITS, dtype=np.uint8)[:, None]
     y, x, index = np.ogrid[:SIDE, :SIDE, :SAMPLES]
     for region in range(6):
@@ -60,7 +60,7 @@ def test_no_digits_follow_from_those_of_another_decision(sampler):
 
 @every_sampler
 def test_every_cell_of_two_decisions_is_met(sampler, request):
-    """The smallest share of its due that any of 8 x 8 cells gets of a picture."""
+    """The smallest number of samples in any of 8 x 8 cells over an image, relative to the expected number."""
     if "mask" in request.node.callspec.id:
         return  # its first sample is a mask, shifted for each coordinate: one pair of coordinates in 4,096 has one shift
     y, x = np.mgrid[:256, :256]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Images of BLUE show no pattern, and a choice before a pair is stratified with it. All is seeded. With -s figures are printed."""
+"""Images of BLUE show no pattern, and a choice before a pair is stratified with it. Everything is seeded. Run with -s to print figures."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def peaks_of(samples, period, seed):
 @pytest.mark.parametrize("period", [0, 64])
 @pytest.mark.parametrize("member", range(4))
 def test_no_pattern(member, period):
-    """Global Sobol' has 25 to 45. The mean over 32 images of white noise varies by 0.05."""
+    """Global Sobol' has peaks of 25 to 45. The mean over 32 images of white noise varies by 0.05."""
     for pair in (0, 1):
         found = 0
         for seed in range(4):
@@ -54,7 +54,7 @@ def test_no_pattern(member, period):
 
 
 def test_peaks_tell_a_pattern_from_white_noise():
-    """One Sobol' sequence over the screen, pixel by pixel along rows, and white noise."""
+    """Compares one Sobol' sequence over the screen, pixel by pixel along rows, with white noise."""
     qmc = pytest.importorskip("scipy.stats.qmc")
     points = qmc.Sobol(4, seed=1).random(SIZE * SIZE * COUNTS[-1])
     order = np.lexsort((np.arange(len(points)), (points[:, 0] * SIZE).astype(int), (points[:, 1] * SIZE).astype(int)))
@@ -65,7 +65,7 @@ def test_peaks_tell_a_pattern_from_white_noise():
 
 
 def forms(ray):
-    """{how a number and a pair are drawn: numbers (..., 3)}."""
+    """{way to draw a number and a pair: numbers (..., 3)}."""
     drawn, four = ray.draw(), ray.draw_4d(0)
     return {"draw": drawn[..., [2, 0, 1]], "draw_4d": four[..., [2, 0, 1]],
             "draw_1d beside draw": np.concatenate([ray.draw_1d(0)[..., None], drawn[..., :2]], -1),
@@ -74,9 +74,10 @@ def forms(ray):
 
 @pytest.mark.parametrize("number", range(5))
 def test_a_choice_before_a_pair(number):
-    """A ramp or its mirror by a number below 1/2, in each coordinate of a pair, over white noise. At 8 samples a number of the same draw
-    whose first digit follows a coordinate's has 1.8 in single pixels; at 2 and 4 samples no stratified number avoids that (1.4), and
-    neighbours cancel it after a blur. A number of another domain does not see the pair of this one: draw_4d() has both."""
+    """A number below 1/2 selects a ramp, otherwise its mirror image, in each coordinate of a pair. Errors are relative to white noise. At 8
+    samples, a number of the same draw whose first digit follows that of a coordinate has 1.8 in single pixels. At 2 and 4 samples, no
+    stratified number avoids this (1.4), and the errors of neighbours cancel after a blur. A number of another domain is not stratified
+    together with the pair, so draw_4d() returns both."""
     counts, squares = np.array([2, 4, 8]), {}
     for seed in range(6):
         path = bluenoise.PathSampler(bluenoise.Sampler("blue", seed=seed), X[..., None], Y[..., None], np.arange(8))

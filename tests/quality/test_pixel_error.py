@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The error of single pixels, without any blur, against scrambled Sobol' points: what makes the error blue on screen must not make it
-larger.
+"""The error of single pixels, without a blur, compared to scrambled Sobol' points: making the error blue on screen must not increase
+it.
 
-For 64 seeds, the RMSE of `blue` over pixels, domains and integrands, each relative to white noise, is divided by that of a reference:
-in pairs (0,1) and (2,3) two dimensions of the Sobol' sequence of Joe and Kuo, scrambled and shifted as SciPy does, whose variance is
-that of Owen scrambling; in the four cross pairs and for integrands of all four dimensions the padded sequence of kind `sobol`,
-(0,2)-sequences with independent shuffles. The 95 % interval of the mean ratio must reach below 1.06 at every count. Everything is
-seeded. With -s the worst of each family is printed.
+For 64 seeds, the RMSE of `blue` over pixels, domains and integrands, each relative to white noise, is divided by that of a reference. In
+the pairs (0,1) and (2,3), the reference is two dimensions of the Sobol' sequence of Joe and Kuo, scrambled and shifted by SciPy, whose
+variance equals that of Owen scrambling. In the four cross pairs and for integrands of all four dimensions, it is the sampler type `sobol`:
+padded (0,2)-sequences with independent shuffles. The 95 % interval of the mean ratio must reach below 1.06 at every count. Everything is
+seeded. Run with -s to print the worst of each family.
 """
 
 import numpy as np
@@ -26,7 +26,7 @@ GRID = (np.arange(8192) + 0.5) / 8192
 
 
 def bump_mean(centre, sigma):
-    """Of a Gaussian bump over [0, 1]."""
+    """The mean of a Gaussian bump over [0, 1]."""
     scale = sigma * np.sqrt(2)
     return sigma * np.sqrt(np.pi / 2) * (special.erf((1 - centre) / scale) + special.erf(centre / scale))
 
@@ -52,7 +52,7 @@ def factor(kind, random):
 
 
 def integrands(family):
-    """(function of samples (..., 4), mean, variance), products of two factors on all ways to make two pairs where all dimensions count."""
+    """(function of samples (..., 4), mean, variance). If all dimensions count, products of two factors over all ways to form two pairs."""
     kinds, random = ("plane", "plane", "disc", "bump", "product"), np.random.default_rng(FAMILIES.index(family))
     for k in range(MEMBERS):
         f, mean, square = factor(kinds[k % 5], random)
@@ -67,7 +67,7 @@ def integrands(family):
 
 
 def rms(u, family):
-    """Of the errors at every count, in units of white noise at one sample."""
+    """The RMS error at every count, relative to white noise at one sample."""
     total = 0
     for function, mean, variance in integrands(family):
         values = np.add.reduceat(function(u), np.concatenate([[0], COUNTS[:-1]]), axis=1, dtype=np.float64)
@@ -77,7 +77,7 @@ def rms(u, family):
 
 @pytest.fixture(scope="module")
 def samples():
-    """Of each seed, {source: (PIXELS, LAST, 4)}."""
+    """For each seed, {source: (PIXELS, LAST, 4)}."""
     found = []
     for seed in range(SEEDS):
         random = np.random.default_rng(seed)
@@ -101,8 +101,8 @@ def test_the_error_is_not_larger(samples, family):
 
 @pytest.mark.parametrize("triple", [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)], ids=str)
 def test_three_dimensions(triple):
-    """Half-spaces, balls and Gaussians over three numbers of a draw, against the Owen-scrambled Sobol' sequence of four dimensions, at 16
-    to 1,024 samples. Four triples at four counts, of 384 integrands each, vary by up to 15 %."""
+    """Half-spaces, balls and Gaussians over three numbers of a draw, compared to the Owen-scrambled Sobol' sequence in four dimensions, at
+    16 to 1,024 samples. With 384 integrands each, the figures of four triples at four counts vary by up to 15 %."""
     counts, blue, sobol = np.array([16, 64, 256, 1024]), 0, 0
     for seed in range(48):
         random = np.random.default_rng([seed, *triple])

@@ -1,24 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How blue the samplers are, against the committed limits in sampler_limits.csv.
+"""Compares the blueness of the samplers with the committed limits in sampler_limits.csv.
 
-A row bounds one figure of one sampler at one blur, a column for each count: the mean RMSE of the blurred per-pixel errors of 64 x 64
-pixels over 24 integrands and 4 domains, relative to white noise (in closed form). Figures:
+Each row limits one figure of one sampler after one blur, with a column for each count. A figure is the mean RMSE of the blurred per-pixel
+errors of 64 x 64 pixels over 24 integrands and 4 domains, relative to white noise (in closed form). Figures:
 
     half-planes-01, half-planes-23   half-planes in a pair of dimensions
     products                         half-planes in both pairs of a domain, multiplied
     siblings                         half-planes in two domains of a family, multiplied
     steps                            x < c, blurred along columns only, and y < c, blurred along rows, in (0,1) of domains with keys
-                                     4 k: edges of a picture that are parallel to its sides
+                                     4 k: edges parallel to the sides of the image
     leaning                          edges that lean away from a row or a column by slopes of .03 to .1, in every pair in turn: linear
                                      scramblings suit some slopes and not others
     drifting                         half-planes in every pair in turn whose edge moves back and forth across the screen, once in 64 pixels
     singles                          x < c, in each of the four numbers of domains with keys 4 k in turn
-    axes                             how unlike the low-frequency error of such steps in all other pairs is along the two axes: the
-                                     ratio of the powers
+    axes                             the ratio of low-frequency powers along the two axes, for the errors of such steps in all other
+                                     pairs
 
-Steps are at irrational places: at multiples of 1/16 nets are exact, and a figure that is zero by construction would hide everything;
-so every figure must also be above 0.02. Everything is seeded. Run as a program this prints the file with limits 3 % above what is
-measured.
+Steps are at irrational positions. At multiples of 1/16 nets are exact, and figures that are zero by construction would hide defects, so
+every figure must also be above 0.02. Everything is seeded. Run as a program, this prints the file with limits 3 % above the measured
+figures.
 """
 
 import csv
@@ -44,7 +44,7 @@ SIBLINGS = list(combinations(range(MEMBERS), 2))
 
 
 def plane(k, second=0):
-    """At evenly spread angles; a second set at other ones."""
+    """A half-plane; angles are evenly spread, and a second set has different ones."""
     angle = 2 * np.pi * ((k * (7 if second else 1) + 11 * second) % PLANES + 0.41) / PLANES
     return plane_at_angle(*well_spread(k + 100 * second), angle)
 
@@ -69,7 +69,7 @@ def step(k):
 
 
 def integrand(figure, member, k):
-    """Factors, each a half-plane with the member and the pair that it is of."""
+    """Factors: half-planes, each with its member and pair."""
     if figure == "steps":
         return [(step(k), 0, 0)]
     if figure == "axes":
@@ -89,7 +89,7 @@ def integrand(figure, member, k):
 
 
 def blurred(errors, sigma, axes):
-    """The mean square of blurred pictures, and what the blur makes of the variance of white noise."""
+    """The mean square of blurred images, and the factor by which the blur scales the variance of white noise."""
     for axis in axes if sigma else ():
         errors = ndimage.gaussian_filter1d(errors, sigma, axis, truncate=RADIUS / sigma)
     inner = slice(RADIUS, -RADIUS)
