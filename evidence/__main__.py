@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs one part: python -m evidence [--check] PART [options]. Each is a module with a function run(arguments).
+"""Runs one part: python -m evidence [--check] PART [options]. Each part is a module with a function run(arguments).
 
-With --check it ends after parsing the options, with status 2 and a message if they are wrong."""
+With --check, only parses the options. If they are wrong, prints a message and exits with status 2."""
 
 import argparse
 import importlib

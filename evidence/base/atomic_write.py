@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Atomic file writes, with the standard library alone."""
+"""Atomic file writes, using only the standard library."""
 
 import contextlib
 import os
@@ -10,7 +10,7 @@ from pathlib import Path
 @contextlib.contextmanager
 def written_beside(path):
     """Yields a path in a private folder next to `path`. If the block succeeds, that file replaces `path`, complete and
-    flushed to disk; if not, `path` is untouched. The folder has a random name and nobody else can put links into it."""
+    flushed to disk; otherwise `path` is untouched. The folder has a random name, and other users cannot put links into it."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".libbn-", dir=path.parent) as folder:

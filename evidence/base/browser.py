@@ -96,7 +96,7 @@ class Browser:
             self.events.append(self.message())
 
     def value(self, expression):
-        """What an expression is worth, or what its promise comes to."""
+        """The value of an expression, or of its promise."""
         result = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in result, result["exceptionDetails"]
         return result["result"].get("value")

@@ -12,7 +12,7 @@ import numpy as np
 
 from .files import written_beside
 
-FORMAT = 1  # a new number invalidates what is there
+FORMAT = 1  # a new number invalidates existing entries
 
 
 def cache_folder():
@@ -45,7 +45,7 @@ class Store:
             np.savez(beside, rows=json.dumps(rows), **arrays)
 
     def get(self, key, make):
-        """What load() finds, or what make() returns, which is saved."""
+        """The result of load(), or else of make(), which is then saved."""
         found = self.load(key)
         if not found:
             found = make()

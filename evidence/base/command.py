@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What all commands share: kinds of arguments, options that say where files are, and errors that end a command with one line."""
+"""Shared by all commands: argument types, options for paths of files, and errors that end a command with one line."""
 
 import argparse
 import importlib
@@ -9,11 +9,11 @@ from pathlib import Path
 
 
 class CommandError(Exception):
-    """The message is one line for the user, and says what to do."""
+    """An error that the user can fix. The message is one line that includes the remedy."""
 
 
 def package(name, install):
-    """An optional package; CommandError says how to install it."""
+    """Imports an optional package. Raises CommandError with the command that installs it."""
     try:
         return importlib.import_module(name)
     except ImportError:
@@ -46,7 +46,7 @@ def parse_size(text):
 
 
 def names_of(what, known):
-    """Names out of `known`, separated by commas; the argument is them in the order of `known`."""
+    """An argument type: names from `known`, separated by commas, as a tuple in the order of `known`."""
     def parse(text):
         names = [name for name in text.split(",") if name]
         unknown = [name for name in names if name not in known]
@@ -88,7 +88,7 @@ class Parser(argparse.ArgumentParser):
         self.add_argument("--openqmc", metavar="DIR", help="build with the checkout of OpenQMC in DIR and include its samplers")
 
     def table(self, guide):
-        """What tables.write_or_print() needs."""
+        """The options that tables.write_or_print() needs."""
         self.hidden("--guide", guide)
         self.add_argument("--print", action="store_true", help=f"print the table without changing {guide}")
 
@@ -101,7 +101,7 @@ FOLDERS = ("--openqmc", "--program", "--luxcore", "--cycles")  # whose name a re
 
 
 def command_shown(command, arguments):
-    """The command line that a report quotes: what is measured, not where."""
+    """The command line that a report quotes, without options for paths."""
     words, result = iter(arguments), [f"scripts/bench {command}"]
     for word in words:
         name, equals, _ = word.partition("=")

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contact sheets: pictures side by side, enlarged only by whole numbers, because resampling would change the noise."""
+"""Contact sheets: images side by side, enlarged only by whole factors, because resampling would change the noise."""
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 BACKGROUND, INK = (255, 255, 255), (20, 20, 20)
-GAP = 4  # pixels between the pictures in a cell; cells are 4 gaps apart
+GAP = 4  # pixels between the images in a cell; cells are 4 gaps apart
 BAR = 40  # pixels for labels of two lines
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""EXR pictures, and atomic writes of them and of tables."""
+"""EXR images, and atomic writes of images and tables."""
 
 import contextlib
 import csv
@@ -24,7 +24,7 @@ def sha256_of(path):
 
 
 def read_exr(path):
-    """An EXR picture as (float32 array (height, width, 3), dict of attributes)."""
+    """An EXR image as (float32 array (height, width, 3), dict of attributes)."""
     with OpenEXR.File(str(path)) as file:
         channels = file.channels()
         pixels = channels["RGBA" if "RGBA" in channels else "RGB"].pixels
@@ -39,7 +39,7 @@ def write_exr(path, rgb, attributes):
 
 
 def read_numbers(path):
-    """A CSV as dicts, with numbers where the texts are."""
+    """A CSV file as dicts, with numeric texts as numbers."""
     def number(text):
         for kind in (int, float):
             with contextlib.suppress(ValueError):
@@ -60,7 +60,7 @@ def write_rows(path, fields, rows):
 
 
 def kept(path, again, make):
-    """The rows that make() gives, kept in a CSV, as read_numbers() reads them; with `again` those that are there."""
+    """The rows of make(), saved to a CSV file and read by read_numbers(). With `again`, the rows of an existing file."""
     if not again or not path.is_file():
         rows = list(make())
         write_rows(path, list(rows[0]), rows)

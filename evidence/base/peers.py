@@ -18,7 +18,7 @@ def samplers(program):
 
 
 def listed(program):
-    """Those of PEERS."""
+    """The listed samplers that are in PEERS."""
     return tuple(name for name in PEERS if name in samplers(program))
 
 
@@ -34,7 +34,7 @@ def commit(openqmc):
 
 
 def chosen(openqmc, program):
-    """The peers to compare with: all with --openqmc, else none. Exits with one line if the build lacks them."""
+    """The peers to compare with: all with --openqmc, else none. Exits with a one-line message if the build lacks them."""
     if not openqmc:
         return ()
     if listed(program) != PEERS:

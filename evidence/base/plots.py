@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plots for evidence/results: Matplotlib without a display, a colour and a marker for each sampler, so that plots also work without colour,
-common axes with plain numbers, and small PNG files."""
+"""Plots for evidence/results: Matplotlib without a display, axes with plain numbers, and small PNG files. Each sampler has a colour and a
+marker, so that plots are readable without colour."""
 
 import io
 
@@ -54,7 +54,7 @@ def finish(axis, title, label):
 
 
 def save(figure, path, colours=96, laid_out=False):
-    """Writes a PNG with a palette, a third of the size of one in full colour, and closes the figure."""
+    """Writes a PNG with a palette, which is a third of the size of full colour, and closes the figure."""
     if not laid_out:
         figure.tight_layout()
     data = io.BytesIO()

@@ -18,7 +18,7 @@ class Progress(tqdm):
 
 
 def in_parallel(jobs, make, items):
-    """Yields (item, make(item)) as they are done, `jobs` at a time. After an error or an interrupt, none begins that has not begun."""
+    """Yields (item, make(item)) as they finish, running `jobs` at a time. After an error or an interrupt, starts no further item."""
     pool = ThreadPoolExecutor(jobs)
     try:
         running = {pool.submit(make, item): item for item in items}

@@ -8,7 +8,7 @@ END = "<!-- end of the table -->\n"
 
 
 def md_table(header, rows, texts=0):
-    """Rows of texts, whose first column and last `texts` columns are flush left."""
+    """A Markdown table from rows of strings. The first column and the last `texts` columns are flush left."""
     numbers = len(header) - 1 - texts
     lines = ["| " + " | ".join(header) + " |", "| --- |" + " ---: |" * numbers + " --- |" * texts]
     return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)])

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares `blue` with Cycles' own sampling patterns: `scripts/bench cycles --cycles DIR --program FILE` writes evidence/results/cycles.md
 
-FILE is Cycles' stand-alone program with the patch of examples/cycles, DIR its sources, which have the objects of the scenes. They are
-rendered with every pattern at 1 to 64 samples per pixel and several seeds, and measured against references.
-Everything is cached in ~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
+FILE is Cycles' stand-alone program with the patch of examples/cycles, and DIR its sources, which contain the objects of the scenes. Renders
+the scenes with every pattern at 1 to 64 samples per pixel and several seeds, and measures them against references. Everything is cached in ~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
 """
 
 import argparse
@@ -26,8 +25,8 @@ from ..renders.renderer import REFERENCE_SEED, RenderError
 from . import other_renderer
 from .other_renderer import EXPOSED, HEADLINE, Task, name_of
 
-# ---- Scenes, in the XML of Cycles' stand-alone program. Pictures are the middle of one that is ZOOM times as wide, as whole small
-# pictures show mostly edges.
+# ---- Scenes, in the XML of Cycles' stand-alone program. Images are the middle of one that is ZOOM times as wide, because whole small
+# images would show mostly edges.
 
 SIZE = (192, 144)
 ZOOM = 3
@@ -115,13 +114,13 @@ LIGHT = re.compile(r'<light\b([^>]*?)\btfm="([^"]*)"([^>]*)/>')
 
 
 def placed(light):
-    """A light inside a transform, column by column: since v4.5, Cycles ignores its attribute `tfm`, a matrix of three rows."""
+    """Moves a light into a transform: since v4.5, Cycles ignores the attribute `tfm`. That has three rows; a transform is written by columns."""
     rows = [*map(float, light[2].split()), 0, 0, 0, 1]
     return f'<transform matrix="{" ".join(f"{rows[i]:g}" for j in range(4) for i in range(j, 16, 4))}"><light{light[1]}{light[3]}/></transform>'
 
 
 def text(scene, checkout, integrator):
-    """A scene's XML, its camera zoomed; `integrator`: attributes. It includes files from a folder `examples` beside it."""
+    """The XML of a scene with a zoomed camera and the given integrator attributes. It includes files from a folder `examples` next to it."""
     body = SCENES[scene].body
     if not body:
         try:
@@ -233,7 +232,7 @@ the difference of the two images estimates the reference's own error. A scene co
 that. Cells are empty where the reference is too noisy."""
 
     def adaptive_ratio(self, name, than):
-        """Mean and interval, as a text, of a figure of adaptive images, the other's over that of `blue`."""
+        """Mean and interval, as text, of a figure of adaptive images, relative to `blue`."""
         scenes = []
         for view in self.compared.views:
             own, other = (self.cells.get(view, f"{label} {ADAPTIVE}", ADAPTIVE_SPP, name) for label in ("blue", than))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes that others wrote for LuxCoreRender, as scenes for pbrt: meshes, cameras, lamps, colours and images from its checkout.
+"""Converts LuxCoreRender's scenes to pbrt: meshes, cameras, lamps, colours and images from its checkout.
 
-The converter reads what these scenes use and is no general one. Skies and suns become an image of ours, procedural textures and layers
-their plain colour; objects whose files a checkout lacks are left out.
+The converter reads only the features that these scenes use. An image of our own replaces skies and suns, and plain colours replace
+procedural textures and layers. Objects whose files the checkout lacks are left out.
 """
 
 import dataclasses
@@ -70,7 +70,7 @@ class Converter:
         return "rgb", numbers(np.clip(values if len(values) == 3 else values[:1] * 3, 0, 1))
 
     def material(self, name):
-        """The lines of a material; None for one that light passes."""
+        """The lines of a material; None for a material that light passes through."""
         node = self.tree.get("materials", {}).get(name, {})
         kind = word(node, "type", default="matte")
         if kind == "null":

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares the sampler `bluenoise` with Mitsuba's own: `scripts/bench mitsuba` writes the table in docs/mitsuba.md and its image
 
-Renders small scenes in Mitsuba 3 (optional package `mitsuba`, with LLVM) and compares errors after a blur. References have independent
-numbers of seeds of their own.
+Renders small scenes in Mitsuba 3 (optional package `mitsuba`, with LLVM) and compares errors after a blur. References use
+independent samples from other seeds.
 """
 
 import subprocess
@@ -96,7 +96,7 @@ def picture(mitsuba, scene, seed, spp):
 
 
 def with_sampler(mitsuba, scene, sampler, spp):
-    """The scene and the sample count that its sampler really uses; some round it up."""
+    """The scene, and the actual sample count of its sampler; some samplers round it up."""
     scene["sensor"]["sampler"] = {"type": sampler, "sample_count": spp}
     loaded = mitsuba.load_dict(scene)
     return loaded, loaded.sensors()[0].sampler().sample_count()
@@ -136,7 +136,7 @@ def make_picture(mitsuba, path, size, reference_spp):
 
 
 def table(result):
-    """Errors over those of BASE: as displayed, and raw in brackets."""
+    """Errors relative to BASE: as displayed, and raw in brackets."""
     def text(row, sampler):
         return "{:.2f} ({:.2f})".format(*row[sampler] / row[BASE]) if sampler in row else ""
 

@@ -39,7 +39,7 @@ def errors(picture, reference):
 
 
 def shown_and_raw(pictures, reference, sigma=2.1):
-    """(error as displayed, raw error) after the blur, root mean squares over pictures."""
+    """(error as displayed, raw error) after the blur, root mean squares over images."""
     found = [(displayed_rmse(picture, reference, sigma=sigma), rmse(picture, reference, sigma)) for picture in pictures]
     return np.sqrt(np.mean(np.square(found), 0))
 
@@ -101,7 +101,7 @@ class OtherRun(Run):
         return rows, {}
 
     def reference_of(self, view, spp):
-        """The mean of two pictures of spp / 2 samples; half their difference is its own error."""
+        """The mean of two images of spp / 2 samples; half their difference is its own error."""
         def halves():
             both = [self.rendered(Task(view, self.reference, 0, ()), spp // 2, REFERENCE_SEED + half) for half in range(2)]
             return [{"seconds": sum(seconds for seconds, _ in both)}], {"halves": np.array([picture for _, picture in both])}
@@ -121,8 +121,8 @@ class OtherRun(Run):
 
 
 def write_picture(path, pictures, reference, part, sigma=2.1):
-    """A part (left, top, width, height) of {name: picture} and of the reference side by side, and below after the blur. Printed above each
-    is the error of the whole picture, as displayed after the blur, over that of the last."""
+    """Writes a part (left, top, width, height) of the pictures {name: array} and of the reference side by side, and below after the blur. The
+    number above each is the error of the whole image, as displayed after the blur, relative to the last."""
     errors = [displayed_rmse(picture, reference, sigma=sigma) for picture in pictures.values()]
     columns = {f"{name}\n{error / errors[-1]:.2f}": picture for (name, picture), error in zip(pictures.items(), errors)}
     figure = before_and_after({**columns, "reference\n0": reference}, part, lambda picture: blurred(displayed(picture), sigma))
@@ -145,7 +145,7 @@ def add_options(parser, name, scenes, seeds):
 
 
 def finish_options(parser, options, name, arguments, whole=()):
-    """whole: further options that the whole comparison leaves alone, which only goes to evidence/results."""
+    """whole: further options that must have their defaults for a whole comparison. Only this is written to evidence/results."""
     is_whole = not options.quick and all(getattr(options, one) == parser.get_default(one) for one in ("scenes", "spp", "seeds", *whole))
     if options.quick:
         options.seeds, options.spp = min(options.seeds, 2), min(options.spp, 16)
@@ -208,7 +208,7 @@ class OtherReport:
         return md_table([f"{self.name(than)} over `blue`", *map(str, counts)], rows)
 
     def rate(self, view, label):
-        """CPU seconds per sample of all pixels, without what starting the program takes."""
+        """CPU seconds per sample of all pixels, without the start of the program."""
         first, last = self.counts[0], self.counts[-1]
         seconds = [statistics.median(self.cells.get(view, label, spp, "seconds")) for spp in (first, last)]
         return max((seconds[1] - seconds[0]) / max(last - first, 1), 1e-9)

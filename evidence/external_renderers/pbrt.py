@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares `blue` with pbrt-v4's own samplers: `scripts/bench pbrt --program FILE --luxcore DIR` writes evidence/results/pbrt.*
 
-FILE is pbrt with the patch of examples/pbrt, DIR a checkout of LuxCoreRender at the commit that lux_scenes.py names. Crops of its scenes are
-rendered with every sampler at 1 to 16 samples per pixel, and measured against references. Images and references are cached in
-~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes.
+FILE is pbrt with the patch of examples/pbrt, and DIR a checkout of LuxCoreRender at the commit that lux_scenes.py names. Renders crops of its
+scenes with every sampler at 1 to 16 samples per pixel, and measures them against references. Images and references are cached in
+~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
 """
 
 import argparse
@@ -61,7 +61,7 @@ class PbrtRun(other_renderer.OtherRun):
 
 
 class PbrtCells(Cells):
-    """Results by view, sampler and the count that was asked for."""
+    """Results by view, sampler and requested sample count."""
 
     def get(self, view, label, spp, measure):
         return super().get(view, label, ROUNDED.get((label, spp), spp), measure)

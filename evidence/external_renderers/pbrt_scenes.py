@@ -2,7 +2,7 @@
 """Scenes of `scripts/bench pbrt` in the format of pbrt-v4, and the crops of them that are rendered.
 
 Images have 1280x960 pixels. The film has pbrt's neutral sensor (cie1931) and a box filter one pixel wide, so that the
-samples of a pixel count for that pixel only. z points up.
+samples of a pixel contribute only to this pixel. z points up.
 """
 
 import dataclasses
@@ -83,7 +83,7 @@ class View:
 
     @property
     def bounds(self):
-        """As pbrt wants them."""
+        """The bounds in pbrt's order."""
         return self.x0, self.x0 + self.size[0], self.y0, self.y0 + self.size[1]
 
     @property

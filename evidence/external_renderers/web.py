@@ -34,7 +34,7 @@ READ = """(kind => {{
 
 
 class Tracer:
-    """The page's path tracer with pictures `width` pixels wide, at rest."""
+    """The page's path tracer, paused, with images `width` pixels wide."""
 
     def __init__(self, browser, width):
         self.browser = browser
@@ -62,7 +62,7 @@ class Tracer:
 
 
 def reference_of(tracer, spp, progress):
-    """The mean of the two pictures with the least noise; they share no random numbers with others."""
+    """The mean of the two images with the least noise, which share no random numbers with others."""
     tracer.restart(REFERENCE_RUN)
     tracer.sample(spp)
     progress("reference", spp)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Errors of samplers over that of a base, by default padded Sobol': over scenes, pictures, crops and seeds, with intervals."""
+"""Errors of samplers relative to a base, by default padded Sobol', over scenes, images, crops and seeds, with intervals."""
 
 import math
 
@@ -30,7 +30,7 @@ class Comparison:
         return not errors or math.sqrt(np.mean(np.square(errors))) >= VISIBLE
 
     def logs(self, view, label, spp, measure, base):
-        """Log error ratios, one per seed; None if one was not measured or has no error, as where only lights are visible."""
+        """Log error ratios, one per seed; None if one was not measured or has no error, for example where only lights are visible."""
         own, other = self.cells.get(view, label, spp, measure), self.cells.get(view, base, spp, measure)
         count = min(len(own or ()), len(other or ()))
         if not count or min(*own[:count], *other[:count]) <= 0:
@@ -51,7 +51,7 @@ class Comparison:
         return judged, len(found) - len(judged)
 
     def over(self, label, spp, measure, views=None, base=None):
-        """The Estimate of a sampler's error over that of the base; None where nothing was measured."""
+        """The Estimate of a sampler's error relative to the base; None if nothing was measured."""
         key = label, spp, measure, views, base
         if key not in self._found:
             self._found[key] = estimate(*self.logs_of(*key))
@@ -64,8 +64,8 @@ class Comparison:
         return {scene: tuple(views) for scene, views in scenes.items()}
 
     def samples_for(self, label, spp, measure, counts):
-        """How many samples of a sampler have the error of the base at `spp`, over spp: an Estimate over the views in which it is
-        reached."""
+        """The number of samples with which a sampler has the error of the base at `spp`, divided by spp: an Estimate over the views in
+        which it is reached."""
         found = {}
         for view in self.views:
             own = [self.cells.get(view, label, n, measure) for n in counts]

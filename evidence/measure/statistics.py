@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Statistics of error ratios. Errors of different crops vary by factors, so means are of logarithms.
 
-A mean over scenes has a 95 % interval by a bootstrap that resamples scenes, pictures within scenes, crops within pictures and seeds
-within crops: what others of the same kind would give. Tests of one scene pool the variance over its crops.
+The 95 % interval of a mean over scenes comes from a bootstrap that resamples scenes, images within scenes, crops within images and seeds
+within crops. It covers the result for similar scenes, crops and seeds. Tests of one scene pool the variance over its crops.
 """
 
 import dataclasses
@@ -82,8 +82,8 @@ def ratio(above, below):
 
 
 def chance(groups):
-    """One-sided p-value of the mean of groups of numbers, or one above it, if the true mean is at most 0: a t-test whose variance is
-    pooled over the groups. 1 where no group has two numbers."""
+    """One-sided p-value for the hypothesis that the true mean of groups of numbers is at most 0: a t-test whose variance is pooled over the
+    groups. Returns 1 if no group has two numbers."""
     groups = [np.asarray(group, float) for group in groups]
     freedom = sum(len(group) - 1 for group in groups)
     if freedom < 1:
@@ -94,7 +94,7 @@ def chance(groups):
 
 
 def holm(chances):
-    """p-values adjusted for their number after Holm (1979): those at most FALSE_ALARMS raise a false alarm with that probability."""
+    """p-values adjusted for their number (Holm, 1979): among values of at most FALSE_ALARMS, any is a false alarm with that probability."""
     order = np.argsort(chances)
     steps = np.maximum.accumulate((len(chances) - np.arange(len(chances))) * np.asarray(chances, float)[order])
     adjusted = np.empty(len(chances))
@@ -103,8 +103,8 @@ def holm(chances):
 
 
 def chance_of_mean(groups, mean, error, count):
-    """Two-sided p-value of the sum of the groups' true means being that of `count` others, which have a mean with a standard error: Welch's
-    test, in which the groups have the degrees of freedom of their pooled variance."""
+    """Two-sided p-value for the hypothesis that the sum of the groups' true means equals a mean over `count` parts with a standard error:
+    Welch's test, in which the groups have the degrees of freedom of their pooled variance."""
     groups = [np.asarray(group, float) for group in groups]
     freedom = sum(len(group) - 1 for group in groups)
     own = math.sqrt(sum(group.var(ddof=1) / len(group) for group in groups))
@@ -114,7 +114,7 @@ def chance_of_mean(groups, mean, error, count):
 
 
 def samples_to_error(samples, errors, wanted):
-    """How many samples a progressive run takes to an error, by log-log interpolation between its counts; NaN beyond them."""
+    """The number of samples with which a progressive run reaches an error, by log-log interpolation between its counts; NaN beyond them."""
     logs = np.minimum.accumulate(np.log(errors))
     if not logs[-1] <= math.log(wanted) <= logs[0]:
         return math.nan

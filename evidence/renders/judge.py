@@ -24,7 +24,7 @@ COUNTS, SEEDS = (1, 2, 3, 4, 6, 8, 16, 32, 64), 4
 
 @dataclasses.dataclass(frozen=True)
 class Reference:
-    """A converged picture, and its own error by each measure."""
+    """A converged image, and its own error by each measure."""
 
     picture: np.ndarray
     own: dict
@@ -40,7 +40,7 @@ class Reference:
 
 @dataclasses.dataclass(frozen=True)
 class Task:
-    """All pictures of one view, sampler and seed: one progressive run, or one run per sample count."""
+    """All images of one view, sampler and seed: one progressive run, or one run per sample count."""
 
     view: View
     label: str

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes with models of others: each model stands on a floor, alone under the sky or in a room with a lamp.
+"""Scenes with third-party models: each model lies on a floor, alone under the sky or in a room with a lamp.
 
-The models come with packages, which are downloaded and unpacked once, into ~/.cache/libbn/models: pip's gradio and Debian's
-sweethome3d-furniture and assimp-testmodels. Their licences are in the packages.
+The models come from packages, which are downloaded and unpacked once, into ~/.cache/libbn/models: the pip package gradio and the Debian
+packages sweethome3d-furniture and assimp-testmodels. Their licences are in the packages.
 """
 
 import json

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The README's image, and how often blue is unlucky: `scripts/bench picture` writes docs/picture.png and evidence/results/worst.csv
+"""The README's image, and the spread over seeds: `scripts/bench picture` writes docs/picture.png and evidence/results/worst.csv
 
-The image is the crop, of those of the set *development*, in which the error of `blue` over padded Sobol's is the median. worst.csv has
-the errors of 500 seeds of a soft shadow. Results are kept: an interrupted run goes on.
+The image is the crop from the set *development* in which `blue` has the median error relative to padded Sobol'. worst.csv has the errors of
+500 seeds of a soft shadow. Results are cached, so an interrupted run resumes.
 """
 
 import numpy as np

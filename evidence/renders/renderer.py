@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs the path tracer, and keeps references while nothing they depend on changes.
 
-References take minutes. They remain valid while the path tracer gives the same bits for one sample in every pixel, so that changes to other
+References take minutes. They remain valid as long as the path tracer gives the same bits for one sample in every pixel, so changes to other
 samplers do not affect them.
 """
 
@@ -27,7 +27,7 @@ REFERENCE_PARTS = 32
 
 
 class RenderError(CommandError):
-    """The path tracer failed; the message is what it printed."""
+    """The path tracer failed. The message is its error output."""
 
 
 def run_pathtracer(program, arguments):
@@ -62,7 +62,7 @@ def processor_seconds(command, what, environment=None):
 
 @dataclasses.dataclass(frozen=True)
 class Request:
-    """Everything that determines a picture."""
+    """Everything that determines an image."""
 
     sampler: str
     spp: int
