@@ -150,6 +150,7 @@ def room(scale=1.0, shift=(0.0, 0.0, 0.0)):
 
 
 SMALL = ["--size", "24x24", "--threads", 1]
+ONE = [*SMALL, "--spp", 1]
 
 
 def write_exr(path, compression="ZIP", **channels):
@@ -164,8 +165,8 @@ def write_environment(path, colour):
     return write_exr(path, RGB=np.broadcast_to(np.float32(colour), (4, 8, 3)))
 
 
-def picture(pathtracer, scene, *arguments, name="scene.glb"):
-    return pathtracer.image("--scene", scene.save(pathtracer.folder / name), *SMALL, *arguments)
+def picture(pathtracer, scene, *arguments):
+    return pathtracer.image("--scene", scene, *SMALL, *arguments)
 
 
 def over_floor(scene, height=1.0, yfov=0.4):
@@ -174,9 +175,9 @@ def over_floor(scene, height=1.0, yfov=0.4):
     return scene
 
 
-def floor():
+def floor(albedo=0.5):
     g = Gltf()
-    g.quads([QUAD], g.material((0.5, 0.5, 0.5)))
+    g.quads([QUAD], g.material([albedo] * 3))
     return g
 
 

@@ -1,139 +1,106 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Images in parts: regions and ranges of samples that are merged, and images that were stopped and resumed."""
+"""Images in parts: regions and ranges of samples that are merged, images that were stopped and resumed, and the files they are made of."""
 
+import json
+import shutil
 import signal
 import subprocess
-import time
+import zlib
 
 import numpy as np
 import OpenEXR
 import pytest
 from pathtracer_driver import assert_near, assert_same, read_exr, read_layers
-from scene_files import DOWN, SMALL, floor, room, write_environment
+from scene_files import DOWN, ONE, SMALL, Gltf, add_floor, encoded, floor, room, write_environment
 
 SIZE = ["--size", "45x37"]
-OUT = ["-o", "out.exr"]
 ADAPTIVE = ["--scene", "penumbra", "--max-depth", 1, "--noise", 0.1, "--min-spp", 4, "--exposure", 0]
-
-
-def merge(pathtracer, *parts):
-    return pathtracer.render("--merge", *parts)
 
 
 @pytest.mark.parametrize("options", [["--spp", 6], [*ADAPTIVE, "--spp", 64]])
 def test_merged_regions_equal_the_whole_to_the_bit(pathtracer, options):
     """Also if they cut through blocks of adaptive sampling."""
-    common = [*SIZE, *options]
-    whole = read_layers(pathtracer.render(*common))
-    crops = ["0,0,20,37", "20,0,45,11", "20,11,45,37"]
-    merged = read_layers(merge(pathtracer, *(pathtracer.render(*common, "--crop", c) for c in crops)))
-    assert_same(merged, whole, variance=1e-6)  # through single precision and back
+    parts = [pathtracer.render(*SIZE, *options, "--crop", crop) for crop in ("0,0,20,37", "20,0,45,11", "20,11,45,37")]
+    # Variances go through single precision and back.
+    assert_same(pathtracer.layers("--merge", *parts), pathtracer.layers(*SIZE, *options), variance=1e-6)
 
 
 def test_merged_samples_equal_the_whole(pathtracer):
     """Also ranges of different lengths, in any order, and merged before."""
     common = ["--scene", "lens", *SIZE, "--seed", 3]
-    whole_path = pathtracer.render(*common, "--spp", 11)
-    ranges = [(7, 4), (0, 1), (1, 6)]
-    parts = [pathtracer.render(*common, "--first-sample", f, "--spp", n) for f, n in ranges]
-    for path in (merge(pathtracer, *parts), merge(pathtracer, merge(pathtracer, *parts[1:]), parts[0])):
-        assert_near(read_layers(path), read_layers(whole_path))
-        header, expected = read_exr(path)[1], read_exr(whole_path)[1]
+    whole = pathtracer.render(*common, "--spp", 11)
+    a, b, c = (pathtracer.render(*common, "--first-sample", f, "--spp", n) for f, n in ((7, 4), (0, 1), (1, 6)))
+    for path in (pathtracer.render("--merge", a, b, c), pathtracer.render("--merge", pathtracer.render("--merge", b, c), a)):
+        assert_near(read_layers(path), read_layers(whole))
+        header, expected = read_exr(path)[1], read_exr(whole)[1]
         for name in ("spp", "firstSample", "endSample", "rays", "seed", "scene", "sampler"):
             assert header[name] == expected[name], name
 
 
 def test_parts_that_miss_pixels_leave_them_empty(pathtracer):
-    parts = [pathtracer.render(*SIZE, "--spp", 2, "--crop", c) for c in ("0,0,10,10", "20,20,30,30")]
-    path = merge(pathtracer, *parts)
+    path = pathtracer.render("--merge", *(pathtracer.render(*SIZE, "--spp", 2, "--crop", c) for c in ("0,0,10,10", "20,20,30,30")))
     layers = read_layers(path)
-    low, high = read_exr(path)[1]["dataWindow"]
-    assert [*low, *high] == [0, 0, 29, 29]
+    assert [*map(list, read_exr(path)[1]["dataWindow"])] == [[0, 0], [29, 29]]
     assert (layers["count"][:10, :10] == 2).all() and (layers["count"][20:, 20:] == 2).all()
     assert layers["count"].sum() == 2 * 200
     assert all((values[layers["count"] == 0] == 0).all() for values in layers.values())
 
 
 def test_parts_that_do_not_belong_together(pathtracer):
-    common = [*SIZE, "--spp", 2]
-    first = pathtracer.render(*common)
-    for said, *more in (("same samples",), ("same samples", "--first-sample", 1), ("size", "--first-sample", 2, "--size", "37x45")):
-        pathtracer.failure("--merge", first, pathtracer.render(*common, *more), *OUT, said=[said])
-    path = write_environment(pathtracer.folder / "other.exr", 0)
-    pathtracer.failure("--merge", path, *OUT, said=["other.exr", "this program"])
-
-
-def test_merge_refuses_gaps(pathtracer):
-    common = [*SIZE, "--sampler", "white"]
-    part = lambda first, count, *more: pathtracer.render(*common, "--first-sample", first, "--spp", count, *more)
-    a, c = part(0, 2), part(5, 1)
-    pathtracer.failure("--merge", c, a, *OUT, said=["samples 2 to 4 ", c.name, "--first-sample 2 --spp 3"])
-    assert (read_layers(merge(pathtracer, c, a, part(2, 3)))["count"] == 6).all()
-    # A gap in some pixels is one.
-    pathtracer.failure("--merge", a, part(2, 3, "--crop", "0,0,20,37"), c, *OUT, said=["samples 2 to 4 of pixel 20,0"])
-    # So are regions that begin at other samples.
-    right = part(1, 2, "--crop", "20,0,45,37")
-    pathtracer.failure("--merge", part(0, 2, "--crop", "0,0,20,37"), right, *OUT, said=["samples 0 to 0 of pixel 20,0"])
+    part = lambda first, count, *more: pathtracer.render(*SIZE, "--sampler", "white", "--first-sample", first, "--spp", count, *more)
+    left, right = ("--crop", "0,0,20,37"), ("--crop", "20,0,45,37")
+    a, b, c = part(0, 2), part(2, 3), part(5, 1)
+    assert (pathtracer.layers("--merge", c, a, b)["count"] == 6).all()
+    for parts, said in [
+        ([a, part(0, 2)], ["same samples"]), ([a, part(1, 2)], ["same samples"]), ([a, part(2, 2, "--size", "37x45")], ["size"]),
+        ([c, a], ["samples 2 to 4 ", c.name, "--first-sample 2 --spp 3"]),
+        # A gap in some pixels is one, and so are regions that begin at other samples.
+        ([a, part(2, 3, *left), c], ["samples 2 to 4 of pixel 20,0"]),
+        ([part(0, 2, *left), part(1, 2, *right)], ["samples 0 to 0 of pixel 20,0"]),
+        ([write_environment(pathtracer.folder / "other.exr", 0)], ["other.exr", "this program"]),
+    ]:
+        pathtracer.failure("--merge", *parts, said=said)
 
 
 def rewritten(path, name, value):
-    """A copy of an image with another attribute, or without any change."""
+    """A copy of an image with another attribute."""
     with OpenEXR.File(str(path), separate_channels=True) as file:
         channels = {channel: np.array(c.pixels) for channel, c in file.channels().items()}
-        header = {**file.header(), **({name: value} if name else {})}
+        header = {**file.header(), name: value}
         header.pop("channels", None)
         with OpenEXR.File(header, channels) as written:
             written.write(str(path.with_name("copy.exr")))
     return path.with_name("copy.exr")
 
 
-@pytest.mark.parametrize(("name", "value", "said"), [
-    ("seconds", "nan", "seconds"), ("exposure", "inf", "exposure"), ("rays", "-1", "rays"), ("spp", "2x", "spp"),
-    ("firstSample", "9", "firstSample"), ("endSample", "1", "more samples than its attributes say")])
-def test_impossible_attributes(pathtracer, name, value, said):
-    begun = pathtracer.render("--size", "8x8", "--spp", 2)
-    merge(pathtracer, rewritten(begun, None, None))
-    pathtracer.failure("--merge", rewritten(begun, name, value), *OUT, said=[said, "copy.exr"])
-
-
 # Attributes in which parts of one image may differ. All others that are texts are settings.
 STATISTICS = {"spp", "firstSample", "endSample", "exposure", "threads", "seconds", "rays", "software", "name", "type"}
 
 
-def test_parts_with_any_other_setting_are_refused(pathtracer):
-    """Whatever setting of an image is changed, it is no part of that image any more."""
+def test_parts_with_any_other_attribute_are_refused(pathtracer):
+    """Whatever setting of an image is changed, it is no part of that image any more; and statistics must be possible."""
     common = [*SIZE, "--noise", 0.3, "--min-spp", 2, "--spp", 4, "--exposure", 0]
     first, second = (pathtracer.render(*common, "--crop", crop) for crop in ("0,0,16,37", "16,0,45,37"))
-    merge(pathtracer, first, second)
-    settings = {name: value for name, value in read_exr(second)[1].items() if isinstance(value, str) and name not in STATISTICS}
+    header = read_exr(second)[1]
+    settings = {name: value for name, value in header.items() if isinstance(value, str) and name not in STATISTICS}
     assert set(settings) >= {"scene", "camera", "env", "sampler", "draws", "inputs", "declare", "seed", "max-depth",
                              "light-samples", "photometric", "clamp", "noise", "min-spp", "noise-exposure"}  # fmt: skip
+    pathtracer.success("--merge", first, rewritten(second, "seconds", "1"), "-o", pathtracer.render(*ONE))
     for name, value in settings.items():
-        changed = rewritten(second, name, value + "x")
-        pathtracer.failure("--merge", first, changed, *OUT, said=["not parts of one image", changed.name])
+        pathtracer.failure("--merge", first, rewritten(second, name, value + "x"), said=["not parts of one image", "copy.exr"])
+    for name, value, said in [
+        ("seconds", "nan", "seconds"), ("exposure", "inf", "exposure"), ("rays", "-1", "rays"), ("spp", "2x", "spp"),
+        ("firstSample", "9", "firstSample"), ("endSample", "1", "more samples than its attributes say"),
+    ]:
+        pathtracer.failure("--merge", rewritten(second, name, value), said=[said, "copy.exr"])
 
 
 # ---- Resumed images
 
 
-def stopped(pathtracer, *arguments):
-    """An image that was interrupted on the way, with uneven counts."""
-    path = pathtracer.folder / "stopped.exr"
-    for attempt in range(20):
-        program = pathtracer.start(*arguments, "--spp", 100000, "--quiet", "-o", path, stderr=subprocess.DEVNULL)
-        time.sleep(0.3 + 0.05 * attempt)
-        program.send_signal(signal.SIGINT)
-        assert program.wait(timeout=60) == 128 + signal.SIGINT
-        count = read_layers(path)["count"]
-        if count.min() < count.max():
-            return path, int(count.min()), int(count.max())
-    raise AssertionError("the counts are even each time")
-
-
 def test_a_resumed_image_equals_a_whole_one(pathtracer):
     common = ["--scene", "lens", *SIZE, "--seed", 5, "--sampler", "sobol", "--max-depth", 3]
-    begun = pathtracer.render(*common, "--spp", 3)
-    resumed = pathtracer.render("--resume", begun, "--spp", 11)
+    resumed = pathtracer.render("--resume", pathtracer.render(*common, "--spp", 3), "--spp", 11)
     whole = pathtracer.render(*common, "--spp", 11)
     assert_near(read_layers(resumed), read_layers(whole))
     header, wanted = read_exr(resumed)[1], read_exr(whole)[1]
@@ -142,14 +109,26 @@ def test_a_resumed_image_equals_a_whole_one(pathtracer):
             assert np.array_equal(header[name], value), name
 
 
-def test_a_stopped_image_becomes_even(pathtracer):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP, signal.SIGTERM])
+def test_interrupts_write_the_image_so_far(pathtracer, number):
+    """Some samples of each pixel, which are those of a whole image of as many; resumed, it becomes even."""
     common = ["--size", "96x64", "--crop", "3,5,90,60", "--fov", 30, "--max-depth", 2]
-    begun, least, most = stopped(pathtracer, *common)
+    begun = pathtracer.folder / "begun.exr"
+    for _ in range(20):
+        program = pathtracer.interrupt(number, *common, "--spp", 1000000, "-o", begun, stderr=subprocess.PIPE, text=True)
+        message = program.communicate(timeout=60)[1]
+        assert program.returncode == 128 + number
+        assert message.count("\n") == 1 and "begun.exr has the image so far" in message
+        assert sorted(path.name for path in pathtracer.folder.iterdir()) == ["begun.exr", "begun.png"]
+        count = read_layers(begun)["count"]
+        least, most = int(count.min()), int(count.max())
+        assert 1 <= least and most <= 2 * least + 1
+        if least < most:
+            break
+    assert least < most
     rest = pathtracer.render(*common, "--first-sample", most, "--spp", 2)
-    pathtracer.failure("--merge", begun, rest, *OUT, said=[f"samples {least} to {most - 1}", "--resume"])
-    even = pathtracer.render("--resume", begun)
-    assert (read_layers(even)["count"] == most).all()
-    assert_near(read_layers(even), read_layers(pathtracer.render(*common, "--spp", most)))
+    pathtracer.failure("--merge", begun, rest, said=[f"samples {least} to {most - 1}", "--resume"])
+    assert_near(pathtracer.layers("--resume", begun), pathtracer.layers(*common, "--spp", most))
     pathtracer.success("--resume", begun, "-o", begun)  # in place
     assert (read_layers(begun)["count"] == most).all()
 
@@ -158,11 +137,10 @@ def test_a_stopped_image_becomes_even(pathtracer):
 def test_adaptive_images_can_be_resumed(pathtracer, crop):
     """Also of a crop that cuts through blocks: pixels around it are drawn again."""
     common = [*ADAPTIVE, *SIZE, *crop]
-    whole = read_layers(pathtracer.render(*common, "--spp", 64))
     begun = pathtracer.render(*common, "--spp", 6)  # stopped between looks
-    assert_near(whole, read_layers(pathtracer.render("--resume", begun, "--spp", 64)))
+    assert_near(pathtracer.layers(*common, "--spp", 64), pathtracer.layers("--resume", begun, "--spp", 64))
     for change in (["--noise", 0.2], ["--noise", 0], ["--min-spp", 2], ["--exposure", 1]):
-        pathtracer.failure("--resume", begun, "--spp", 128, *change, *OUT, said=["not an earlier state"])
+        pathtracer.failure("--resume", begun, "--spp", 128, *change, said="not an earlier state")
 
 
 def test_an_image_of_other_settings_is_not_resumed(pathtracer):
@@ -173,9 +151,9 @@ def test_an_image_of_other_settings_is_not_resumed(pathtracer):
         ("env", "--env", "sky"), ("first-sample", "--first-sample", 0), ("crop", "--crop", "0,0,20,19"),
         ("already", "--spp", 2), ("already", "--spp", 1), ("--merge", "--merge", begun), ("--first-sample", "--noise", 0.1),
     ]:
-        pathtracer.failure("--resume", begun, "--spp", 8, *changed, *OUT, said=[name])
-    pathtracer.failure("--resume", begun, *OUT, said=["already", begun.name])
-    pathtracer.failure("--resume", "absent.exr", *OUT, said=["absent.exr"])
+        pathtracer.failure("--resume", begun, "--spp", 8, *changed, said=name)
+    pathtracer.failure("--resume", begun, said=["already", begun.name])
+    pathtracer.failure("--resume", "absent.exr", said="absent.exr")
 
 
 def test_a_resumed_image_keeps_the_camera_of_its_file(pathtracer):
@@ -184,8 +162,67 @@ def test_a_resumed_image_keeps_the_camera_of_its_file(pathtracer):
     g.camera(0.5, translation=[0, 1, 0], rotation=DOWN)
     half = np.sqrt(0.5)
     g.camera(0.9, translation=[0.2, 0.5, 2], rotation=[0, 0, half, half], name="on its side")
-    two = ["--scene", g.save(pathtracer.folder / "two.glb"), "--camera", 1]
-    far = ["--scene", room().save(pathtracer.folder / "room.glb")]  # its middle is not the origin
-    for arguments in (two, [*two, "--eye", "0.3,0.7,1.9", "--target", "0,0,0"], far):
-        begun, whole = (pathtracer.render(*arguments, *SMALL, "--spp", spp) for spp in (1, 3))
-        assert_near(read_layers(pathtracer.render("--resume", begun, "--spp", 3)), read_layers(whole))
+    # The middle of the room is not the origin.
+    for scene, more in ((g, ["--camera", 1]), (g, ["--camera", 1, "--eye", "0.3,0.7,1.9", "--target", "0,0,0"]), (room(), [])):
+        begun, whole = (pathtracer.render("--scene", scene, *more, *SMALL, "--spp", spp) for spp in (1, 3))
+        assert_near(pathtracer.layers("--resume", begun, "--spp", 3), read_layers(whole))
+
+
+# ---- The files that an image is made of
+
+
+@pytest.fixture
+def scene(pathtracer):
+    """Arguments, and the files that they name."""
+    folder = pathtracer.folder
+    names = ["sub/wood.png", "bump map.png", "\u00e9.png", "per%cent.png"]
+    g = Gltf()
+    for uri in ("sub/wood.png", "bump%20map.png", "\u00e9.png", "per%25cent.png"):
+        add_floor(g, pbr={"baseColorTexture": {"index": g.add("textures", source=g.add("images", uri=uri))}})
+    text = json.dumps(g.document(uri="my mesh.bin"))
+    (folder / "scene.gltf").write_text(text.replace("sub/wood", "sub\\/wood").replace("my mesh", "my\\u0020mesh"))
+    (folder / "my mesh.bin").write_bytes(g.bytes)
+    (folder / "sub").mkdir()
+    for name in names:
+        (folder / name).write_bytes(encoded(np.full((4, 4, 3), 200)))
+    write_environment(folder / "sky.exr", 1.0)
+    return ["--scene", "scene.gltf", "--env", "sky.exr", *ONE], ["scene.gltf", "my mesh.bin", "sky.exr", *names]
+
+
+def test_images_of_changed_files_are_refused(pathtracer, scene):
+    """What is listed is what is read: without any one of the files there is no scene, or another list."""
+    folder, (options, names) = pathtracer.folder, scene
+    names = sorted(names, key=str.encode)
+    listed = pathtracer.success(*options, "--list-inputs").stdout
+    data = [(folder / name).read_bytes() for name in names]
+    assert listed.splitlines(keepends=True) == [f"{zlib.crc32(d):08x}-{len(d)}  {name}\n" for d, name in zip(data, names)]
+    before = pathtracer.render(*options)
+    assert read_exr(before)[1]["inputs"] == listed
+    for name, old in zip(names, data):
+        (folder / name).unlink()
+        done = pathtracer.run(*options, "--list-inputs")
+        # A texture that is missing is only named.
+        assert name not in done.stdout and done.returncode == (not name.endswith(".png"))
+        (folder / name).write_bytes(old + b"\n ")
+        after = pathtracer.render(*options, "--first-sample", 1)
+        pathtracer.failure("--merge", before, after, said=[before.name, after.name, name])
+        pathtracer.failure("--resume", before, "--spp", 2, said=name)
+        (folder / name).write_bytes(old)
+    # An image of one file may be read from another folder.
+    (folder / "other").mkdir()
+    for name in (*names, "scene.gltf"):
+        (folder / "other" / name).parent.mkdir(exist_ok=True)
+        shutil.copy(folder / name, folder / "other" / name)
+    pathtracer.folder /= "other"
+    after = pathtracer.render(*options, "--first-sample", 1)
+    pathtracer.success("--merge", before, after, "-o", "whole.exr")
+    # A list that an image makes up reaches no terminal.
+    before.write_bytes(before.read_bytes().replace(b"  sub/wood.png\n", b"  \x1b[31mwoo.png\n", 1))
+    pathtracer.failure("--merge", after, before, said="?[31mwoo.png")
+
+
+def test_no_output_replaces_a_texture(pathtracer, scene):
+    """The preview of wood.exr would be the texture."""
+    (pathtracer.folder / "link.png").symlink_to("bump map.png")
+    for output, file in (("sub/wood.exr", "wood.png"), ("link.exr", "bump map.png")):
+        pathtracer.failure(*scene[0], "-o", output, said=["the preview of -o", file])
