@@ -161,7 +161,7 @@ def anneal(
     out: Optional[Ranks] = None,
     progress: Optional[Progress] = None,
 ) -> Ranks:
-    """Make a mask by simulated annealing: slow, and with thousands of sweeps the best quality.
+    """Make a mask by simulated annealing: slow, but 10,000 sweeps lower the error after a blur of 1 texel by about 4 %.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def anneal(
     channels : int, default 1
         1 to 4. With more than one channel, the vectors of values are jointly blue, and a trial takes about 1 us.
     sweeps : int, default 1000
-        Trial swaps per texel, about 50 ns each.
+        Trial swaps per texel, about 65 ns each.
     sigma, far_sigma : float, default 1 and max(1.5, sigma)
         Standard deviations, in texels, of the blurs whose dithering errors are minimised: 0.25 <= sigma <= far_sigma <= 4. With
         several channels, only the first is used.

@@ -18,7 +18,7 @@ from ..base.command import Parser, package
 from ..base.files import write_text
 from ..base.plots import finish, plt, save, style
 from ..measure import compare
-from ..measure.compare import MARKED, Comparison
+from ..measure.compare import MARKED, REFERENCE_MARGIN, Comparison
 from ..measure.image_error import displayed, displayed_rmse, own_errors, relative_rmse
 from ..measure.statistics import estimate
 from . import views
@@ -185,10 +185,18 @@ class Report:
         line = ", ".join(f"{own.value:.2f} at {spp}" for spp in self.counts if (own := self.over("blue", "plain", "displayed")(spp)))
         after = ", ".join(f"{own.value:.2f}" for spp in self.counts if (own := self.over("blue", "plain", "displayed_2.1")(spp)))
         scenes = self.compared.by_scene()
-        found = [own for views in scenes.values() for spp in self.counts if (own := self.over("blue", "plain", "displayed", views)(spp))]
+        # The interval of a single crop and seed has no width.
+        found = [own for views in scenes.values() for spp in self.counts if (own := self.over("blue", "plain", "displayed", views)(spp)) and own.crops > 1]
         return (f"After Open Image Denoise, `blue` has the following error relative to padded Sobol', as displayed: {line} samples. After a further blur of 2.1 pixels, "
-                f"it has {after}. In {sum(own.high < 1 for own in found)} of {len(found)} combinations of a scene and a sample count, `blue` has significantly less "
-                f"error than padded Sobol'; in {sum(own.low > 1 for own in found)}, it has significantly more.")
+                f"it has {after}. In {sum(own.high < 1 for own in found)} of {len(found)} combinations of a scene with more than one crop and a sample count, "
+                f"`blue` has significantly less error than padded Sobol'; in {sum(own.low > 1 for own in found)}, it has significantly more (not corrected for the number "
+                f"of tests). {self.left()}")
+
+    def left(self):
+        """How many crops count, and why."""
+        counted = ", ".join(f"{own.crops} at {spp}" for spp in self.counts if (own := self.over("blue", "plain", "displayed")(spp)))
+        return (f"A crop counts only if its error is at least {REFERENCE_MARGIN:g} times the reference's own: of {len(self.compared.views)} crops, {counted} samples "
+                "(without the blur). There are no third-party models among the scenes.")
 
     def text(self):
         options, crops = self.options, len(self.compared.views)

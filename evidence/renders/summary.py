@@ -66,18 +66,19 @@ def less_at(found, label, measure, counts, scene=""):
 
 
 def of_renders(found):
-    white = {label: 16 * own.value for (measure, _, label, _), own in found.items() if measure == TO_WHITE}
+    white = {label: f"{16 * own.value:.1f} ({16 * own.low:.1f} to {16 * own.high:.1f})" for (measure, _, label, _), own in found.items() if measure == TO_WHITE}
     yield "How many samples do I save?", (
-        f"{white['blue']:.1f} samples of `blue` match the visible error of 16 independent random samples. Padded Sobol' needs {white['sobol']:.1f}, global Sobol' "
-        f"{white['sobol-global']:.1f}, and Z-order tuned for the count {white['zorder']:.1f}"), "renders.md#samples-needed"
+        f"to match the visible error of 16 independent random samples, `blue` needs {white['blue']} samples, global Sobol' {white['sobol-global']}, Z-order tuned for "
+        f"the count {white['zorder']}, and padded Sobol' {white['sobol']}. The 95 % intervals in brackets are wide because scenes differ"), "renders.md#samples-needed"
     sharp = [own for spp in COUNTS if (own := found.get(("displayed", "", "blue", spp)))]
-    ends = "the two tie" if not any(own.significant for own in sharp) else "it has " + " to ".join(f"{end(own.value for own in sharp):.2f} times the error"[:4] for end in (min, max))
+    ends = " to ".join(f"{end(own.value for own in sharp):.2f}" for end in (min, max)) + " times the error" + " (not significant)" * (not any(own.significant for own in sharp))
     yield "How much depends on the blur?", (
         f"after sigma 2.1, `blue` has {less_at(found, 'blue', 'displayed_2.1', (1, 4, 16, 64))} less error than padded Sobol' at 1, 4, 16 and 64 samples; after sigma 1.0, "
-        f"it has {less_at(found, 'blue', 'displayed_1.0', (1, 4, 16, 64))} less. Without a blur, {ends}"), "renders.md"
-    scenes = {scene: own.value for (measure, scene, label, spp), own in found.items() if (measure, label, spp) == (HEADLINE, "blue", 16) and scene}
-    order = sorted(scenes, key=scenes.get)
-    most, least = (series([f"{EFFECTS.get(name, f'the model `{name}`')} ({less(scenes[name])})" for name in names]) for names in (order[:3], order[:-4:-1]))
+        f"it has {less_at(found, 'blue', 'displayed_1.0', (1, 4, 16, 64))} less. Without a blur, it has {ends}"), "renders.md"
+    scenes = {scene: own for (measure, scene, label, spp), own in found.items() if (measure, label, spp) == (HEADLINE, "blue", 16) and scene}
+    order = sorted(scenes, key=lambda scene: scenes[scene].value)
+    most, least = (series([f"{EFFECTS.get(name, f'the model `{name}`')} ({less(scenes[name].value)}{', not significant' * (not scenes[name].significant)})" for name in names])
+                   for names in (order[:3], order[:-4:-1]))
     yield ("Which effects gain most, and which least?", f"the gain over padded Sobol' at 16 samples is largest for {most}, and smallest for {least}",
            "renders.md#scene-by-scene")
     yield "Adaptive sampling, time limits?", (
@@ -91,37 +92,55 @@ def of_renders(found):
             if better:
                 _, spp, own, blue = min(better)
                 wins.append(f"{NAMES[label]} {after} at {spp} sample{'s' * (spp > 1)} ({own:.2f}, `blue` {blue:.2f})")
-    yield "Where do others win?", ("averaged over scenes, the largest leads over `blue` are, as errors over padded Sobol': " + "; ".join(wins)
-                                       + ". Leads are larger for [single frames](results/realtime.md), and on [integrands](results/samplers.md) of a single "
-                                       "number or, beyond 64 samples, of four") if wins else "nowhere here", "renders.md"
+    yield "Where do others win?", (
+        "averaged over scenes, the largest leads over `blue` are, as errors over padded Sobol': " + ("; ".join(wins) or "none") + ". Leads are larger for [single frames]"
+        "(results/realtime.md), single numbers, and choices between lights or lobes by u[3] ([list](results/samplers.md#where-others-win)). Beyond 64 samples, Z-order "
+        "has less error on products of four numbers"), "renders.md"
 
 
 def of_denoise(found):
+    own = [found["plain:displayed", "", "blue", spp] for spp in (1, 4, 16)]
     yield "What about a denoiser?", (
         f"after Open Image Denoise, `blue` has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples (only the first is "
-        f"significant). After a further blur of 2.1 pixels, it has {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))} less"), "denoise.md"
+        f"significant; the references are accurate enough in only {series([str(each.crops) for each in own])} of {own[0].crops + own[0].left_out} crops of the built-in scenes). After a further blur of 2.1 pixels, it has {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))} less"), "denoise.md"
+
+
+def of_pbrt(rows):
+    found = {(scene, label, spp): own.value for (measure, scene, label, spp), own in rows.items() if measure == HEADLINE}
+    fixed, random = ([f"{found[scene, 'zsobol', spp]:.2f}" for spp in (2, 4, 16)] for scene in ("Fixed wavelengths", "Four random wavelengths"))
+    yield "In pbrt-v4?", (f"with four random wavelengths per path, pbrt's default, `zsobol` has {series(random)} times the error of `blue` at 2, 4 and 16 samples after sigma 2.1 (the last is "
+                          f"not significant). With fixed wavelengths, it has {series(fixed)} times, which is not significant"), "pbrt.md"
+
+
+def of_cycles(rows):
+    found = {(label, spp): own.value for (measure, scene, label, spp), own in rows.items() if (measure, scene) == (HEADLINE, "Scenes")}
+    tabulated, pure = ([f"{found[label, spp]:.2f}" for spp in (4, 16, 64)] for label in ("tabulated_sobol", "blue_noise_pure"))
+    yield "In Cycles?", (f"at 4, 16 and 64 samples, Tabulated Sobol has {series(tabulated)} times the error of `blue` after sigma 2.1, and blue noise *pure*, tuned for the count, "
+                         f"{series(pure)} times (not significant)"), "cycles.md"
 
 
 def of_realtime(rows):
     own = in_order(rows)
 
     def at(outcome):
-        names = {"blue": "`blue`", "mask + golden ratio, R2": "a shifted mask", "STBN": "STBN", "FAST": "FAST"}
+        names = {"blue": "`blue`", "mask + golden ratio, R2": "a shifted mask", "STBN": "STBN", "FAST": "FAST",
+                 **({"interleaved gradient noise": "interleaved gradient noise"} if outcome == "one frame" else {})}
         return ", ".join(f"{name} {own[way]['half-plane', outcome, 'sigma 1.0']:.2f}" for way, name in names.items() if way in own)
 
-    yield "Real time?", (f"use `blue` if frames are averaged and a decision takes two or four numbers; use FAST or a mask for single frames. Errors over padded Sobol' with two numbers, after "
+    yield "Real time?", (f"use `blue` if frames are averaged and a decision takes two or four numbers; use interleaved gradient noise, FAST or a mask for single frames. Errors over padded Sobol' with two numbers, after "
                          f"sigma 1.0: in averaged frames, {at('average, 0.1')}; in single frames, {at('one frame')}"), "realtime.md"
 
 
 def of_cost(found, draws, samples):
     times = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in draws}
     peers = ", ".join(f"{NAMES.get(name, name)} {value:.0f}" for (name, form), value in times.items() if form == "peer")
-    text = f"drawing four numbers takes {times['blue', 'inline']:.0f} ns inline, and {times['sobol', 'inline']:.0f} ns with padded Sobol'" + f" ({peers})" * bool(peers)
+    text = f"drawing four numbers takes {times['blue', 'inline']:.0f} ns inline, and {times['sobol', 'inline']:.0f} ns with libbn's padded Sobol'" + f" ({peers})" * bool(peers)
     if samples:
         cost = over(samples, "white")
-        share = {label: cost[label] * found[TO_WHITE, "", label, 16].value for label in ("blue", "sobol")}
-        text += (f". `blue` reaches the visible error of 16 independent random samples in {100 * share['blue']:.0f} % of their CPU time, and padded Sobol' in "
-                 f"{100 * share['sobol']:.0f} % ([times](results/times.csv))")
+        share = {label: f"{100 * time * found[TO_WHITE, '', label, 16].value:.0f}" for label, time in cost.items() if (TO_WHITE, "", label, 16) in found}
+        text += (f". `blue` reaches the visible error of 16 independent random samples in {share['blue']} % of their CPU time, OpenQMC latticebn in "
+                 f"{share['openqmc-latticebn']} %, Z-order in {share['zorder']} %, padded Sobol' in {share['sobol']} % and global Sobol' in {share['sobol-global']} % "
+                 "([times](results/times.csv) in eight scenes)")
     yield "What does it cost?", text, "samplers.md#time-per-draw"
 
 
@@ -131,7 +150,7 @@ def of_samplers(rows):
         if row["row"] == PEAKS:
             peaks[row["sampler"]] = max(peaks.get(row["sampler"], 0), row["value"])
     yield "Does it show patterns?", (f"no. Its largest spectral peaks are {peaks['blue']:.1f} times the mean power, compared to {peaks['white']:.1f} for white noise, {peaks['zorder']:.1f} for "
-                                     f"Z-order and {peaks['sobol-global']:.1f} for global Sobol'"), "samplers.md#spectral-peaks"
+                                     f"Z-order, {peaks['mask']:.1f} for a mask and {peaks['sobol-global']:.1f} for global Sobol'"), "samplers.md#spectral-peaks"
 
 
 def of_worst(rows):
@@ -148,6 +167,8 @@ def answers(folder):
 
     renders, denoise = rows(RESULTS, read), rows("denoise.csv", read)
     found = [*of_renders(renders), *(of_denoise(denoise) if denoise else ())]
+    for name, of in (("pbrt.csv", of_pbrt), ("cycles.csv", of_cycles)):
+        found += of(rows(name, read)) if rows(name, read) else ()
     for name, of in (("realtime.csv", of_realtime), ("samplers_draws.csv", lambda draws: of_cost(renders, draws, rows("times.csv"))),
                      ("samplers.csv", of_samplers), ("worst.csv", of_worst)):
         found += of(rows(name)) if rows(name) else ()

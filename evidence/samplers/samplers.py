@@ -25,6 +25,7 @@ from .integrands import COUNTS, EVERY_COUNT, SIDE
 
 EVERY, RUNS_OF_EVERY = ("white", "sobol", "zorder", "sobol-global", "blue"), 4  # the samplers measured at every count
 OWN = ("white", "sobol", "zorder", "mask", "blue")
+WIN = 0.05  # smaller differences are not listed
 BASE, PEAKS = "sobol", "spectral peaks, the largest of any pair"
 #: Sections of the page: {row of integrands.py: heading}.
 ROWS = {
@@ -84,6 +85,17 @@ def row_table(rows, row, counts=COUNTS):
                     [[NAMES.get(name, name), *values] for name, values in found.items()])
 
 
+def wins_table(rows):
+    """One row per integrand and sampler with at least 5 % less error than `blue` at some count."""
+    errors = {(row["row"], row["sampler"], row["spp"]): row["value"] for row in rows if not row["row"].startswith("spectral")}
+    found = {}
+    for (row, name, spp), value in errors.items():
+        if value < (1 - WIN) * errors[row, "blue", spp]:
+            found.setdefault((row if "sigma" in row or "pixels" in row or row.startswith("edges along") else f"{row}, sigma 2.1", name), []).append(
+                f"{100 * (1 - value / errors[row, 'blue', spp]):.0f} % at {spp}")
+    return md_table(["integrand", "sampler", "less error than `blue`"], [[row, NAMES.get(name, name), ", ".join(less)] for (row, name), less in sorted(found.items())], 2)
+
+
 def times_table(times):
     forms = ("inline", "single", "block", "peer")
     found = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in times}
@@ -129,6 +141,9 @@ def report_text(rows, times, every, options):
              + "[samplers.csv](samplers.csv) has all rows.", ""]
     for row, what in ROWS.items():
         parts += [f"## {what}", "", row_table(rows, row), ""]
+    parts += ["## Where others win", "", f"All cases in which another sampler has at least {100 * WIN:.0f} % less error than `blue`, among all integrands of samplers.csv, at 1 to 64 "
+              "samples. *Choice* picks one of two half-planes by a third number. *Edges that lean* are half-planes that are nearly parallel to a side. *Edges that move* depend on "
+              "the position in the pixel and a third number. *Period* is that of a drift across the screen.", "", wins_table(rows), ""]
     parts += ["## Every count", "", "These tables show some of the counts from 1 to 32 and powers of two up to 4,096, measured with other integrands and "
               f"{RUNS_OF_EVERY} seeds. [samplers_counts.csv](samplers_counts.csv) has all of them.", ""]
     for row in ("half-planes", "half-planes, single pixels", "products of both pairs", "products of both pairs, single pixels"):

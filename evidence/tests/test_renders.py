@@ -103,12 +103,12 @@ def made_up(blue, seeds=8):
 def test_the_answer_comes_first_and_says_losses_and_biases():
     report = made_up(0.25)
     assert report.text().split("\n")[4] == report.short() and "**0.50**" in report.text() and "**2.00**" in report.text()
-    assert "more error than padded Sobol' in 0 of 6 comparisons" in report.short() and "3 tests for bias found none." in report.short()
+    assert "more error than padded Sobol' in 0 of 6 comparisons" in report.short() and "3 tests for bias (scene and sampler) found none." in report.short()
     report = made_up(0.6)
     for cell in [cell for at, cell in report.cells.values.items() if at[1] == "sobol"]:
         cell["mean"] = [mean + 0.01 for mean in cell["mean"]]
     assert "in 6 of 6 comparisons (scene, count and blur), 2 of them without a blur (cornell 6)" in report.short()
-    assert "3 tests for bias found 1: sobol in cornell." in report.short()
+    assert "3 tests for bias (scene and sampler) found 1: sobol in cornell." in report.short()
 
 
 def test_tables_of_the_readme():
