@@ -108,9 +108,9 @@ the error of `blue` is at least three times that."""
         super().__init__(options, cells, references, SAMPLERS, thans, SETS)
 
     def answer(self):
-        """pbrt's default and its global Sobol' relative to blue."""
-        rows = [[f"{self.name(than)}, {title.lower()}", *(f"{gain.value:.2f}" if (gain := own.over(than, spp, HEADLINE[0])) else "" for spp in self.counts)]
-                for title, own in self.sets.items() for than in ("zsobol", "sobol")]
+        """The main table."""
+        rows = [[f"{self.name(than)}, {title.lower()}", *(gain.text() if (gain := own.over(than, spp, HEADLINE[0])) else "" for spp in self.counts)]
+                for title, own in self.sets.items() for than in ("zsobol", "sobol", "pmj02bn")]
         return f"Errors relative to `blue`, {name_of(HEADLINE[0])}:\n\n{md_table(['sampler, at spp', *map(str, self.counts)], rows)}"
 
 
