@@ -12,6 +12,7 @@ import numpy as np
 import OpenEXR
 import pytest
 
+DEFAULT_BINARY = pathlib.Path(__file__).resolve().parents[2] / "build/examples/pathtracer/pathtracer"
 SCENES = ("cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace")
 SAMPLERS = ("blue", "sobol", "white", "zorder", "mask")
 OPENQMC = ("openqmc-pmjbn", "openqmc-sobolbn", "openqmc-latticebn")  # in builds with it
@@ -25,9 +26,7 @@ class PathTracer:
         self.binary = str(binary)
         self.folder = folder
         self.count = 0
-        code = binary.read_bytes()
-        self.has_address_sanitizer = b"__asan_init" in code
-        self.has_sanitizer = self.has_address_sanitizer or b"__tsan_init" in code
+        self.has_address_sanitizer = b"__asan_init" in binary.read_bytes()
 
     def command(self, arguments):
         return [self.binary, *(str(a.save(self.folder / "scene.glb") if hasattr(a, "save") else a) for a in arguments)]
@@ -96,6 +95,15 @@ class PathTracer:
 
     def layers(self, *arguments):
         return read_layers(self.render(*arguments))
+
+
+@pytest.fixture
+def pathtracer(tmp_path):
+    """The binary under test, $BN_PATHTRACER or else the default build folder's, in a folder of its own."""
+    binary = pathlib.Path(os.environ.get("BN_PATHTRACER", DEFAULT_BINARY)).absolute()
+    if "BN_PATHTRACER" not in os.environ and not binary.exists():
+        pytest.skip(f"no path tracer at {binary}; build it or set BN_PATHTRACER")
+    return PathTracer(binary, tmp_path)
 
 
 def read_exr(path):

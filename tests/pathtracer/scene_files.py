@@ -9,6 +9,7 @@ import struct
 
 import numpy as np
 import OpenEXR
+import pytest
 from PIL import Image
 
 COMPONENT_TYPES = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint32": 5125, "float32": 5126}
@@ -163,6 +164,12 @@ def write_exr(path, compression="ZIP", **channels):
 
 def write_environment(path, colour):
     return write_exr(path, RGB=np.broadcast_to(np.float32(colour), (4, 8, 3)))
+
+
+@pytest.fixture
+def even_sky(tmp_path):
+    """An environment of radiance 1 all around: a diffuse surface in it shows its albedo, without noise."""
+    return write_environment(tmp_path / "even.exr", 1.0)
 
 
 def picture(pathtracer, scene, *arguments):

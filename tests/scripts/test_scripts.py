@@ -5,11 +5,10 @@ import os
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from conftest import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = sorted(path.name for path in (ROOT / "scripts").iterdir() if path.is_file() and os.access(path, os.X_OK))
 HELP = [*([name, "--help"] for name in SCRIPTS), ["bench", "samplers", "--help"], ["demo", "cornell", "--help"],
         ["demo", "--out", "--help"], ["farm", "--spp", "4", "-h"]]

@@ -4,6 +4,7 @@
 The tests of the cluster need Dask, which scripts/farm installs."""
 
 import contextlib
+import importlib.util
 import json
 import os
 import shutil
@@ -22,8 +23,7 @@ from render_farm.__main__ import parse
 from render_farm.parts import FarmError, PartsFolder, names_of, split
 from scene_files import write_environment
 
-# A larger picture would only take longer; each part takes long enough to be interrupted.
-PICTURE = ["--size", "70x50", "--spp", "1000", "--seed", "5"]
+needs_dask = pytest.mark.skipif(not importlib.util.find_spec("distributed"), reason="scripts/farm has not installed Dask")
 
 
 def start(pathtracer, *arguments):
@@ -32,21 +32,23 @@ def start(pathtracer, *arguments):
                             stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
-def ended(process):
-    """Its exit status, and what it printed."""
+def ended(process, code):
+    """What it printed."""
     out, message = process.communicate(timeout=120)
-    return process.returncode, out, message
+    assert process.returncode == code, message
+    return out, message
 
 
 def refused(pathtracer, *arguments):
-    code, out, message = ended(start(pathtracer, *arguments))
-    assert code == 1 and out == "" and message.startswith("farm: ") and message.count("\n") == 1, message
+    """Before it makes a folder of parts; returns the line that says why."""
+    out, message = ended(start(pathtracer, "-o", "a.exr", *arguments), 1)
+    assert out == "" and message.startswith("farm: ") and message.count("\n") == 1, message
     assert list(pathtracer.folder.glob("*.parts")) == []
     return message
 
 
-def wait_for(condition, seconds=120):
-    end = time.monotonic() + seconds
+def wait_for(condition):
+    end = time.monotonic() + 120
     while not (found := condition()):
         assert time.monotonic() < end
         time.sleep(0.02)
@@ -64,22 +66,22 @@ def test_parts_cover_each_sample_once(crop, tile):
     for x0, y0, x1, y1, first, count in parts:
         assert 0 < x1 - x0 <= tile[0] and 0 < y1 - y0 <= tile[1] and (first, count) == (3, 10)
         counts[y0:y1, x0:x1] += 1
-    expected = np.zeros_like(counts)
-    expected[crop[1]:crop[3], crop[0]:crop[2]] = 1
-    assert np.array_equal(counts, expected)
+    inside = counts[crop[1]:crop[3], crop[0]:crop[2]]
+    assert (inside == 1).all() and counts.sum() == inside.size
     assert len({part.file_name for part in parts}) == len(parts)
 
 
 def test_parts_folder(pathtracer, tmp_path):
     first, second = parts = split((0, 0, 8, 4), 0, 2, (4, 4))
-    folder = PartsFolder(tmp_path / "a.exr", {"seed": "1"}, "")
+    folder_of = lambda name, seed="1", inputs="": PartsFolder(tmp_path / f"{name}.exr", {"seed": seed}, inputs)
+    folder = folder_of("a")
     data = pathtracer.render("--size", "8x4", *first.arguments()).read_bytes()
     folder.add(first, data)
-    again = PartsFolder(tmp_path / "a.exr", {"seed": "1"}, "")
+    again = folder_of("a")
     assert again.has(first) and not again.has(second) and (again.path / first.file_name).read_bytes() == data
     for seed, inputs in (("2", ""), ("1", "another file")):
         with pytest.raises(FarmError, match="other settings, files or programs"):
-            PartsFolder(tmp_path / "a.exr", {"seed": seed}, inputs)
+            folder_of("a", seed, inputs)
     (folder.path / "mine.txt").write_text("x")
     (folder.path / "1,2,3,4,5,6.exr").write_text("another picture's")
     folder.remove(parts)
@@ -89,28 +91,29 @@ def test_parts_folder(pathtracer, tmp_path):
     (tmp_path / "link.exr.parts").symlink_to("a.exr.parts")
     for name, message in (("a", "remove it"), ("damaged", "remove it"), ("link", "symbolic link")):
         with pytest.raises(FarmError, match=message):
-            PartsFolder(tmp_path / f"{name}.exr", {"seed": "1"}, "")
+            folder_of(name)
 
 
 def test_wrong_and_damaged_parts_are_refused(pathtracer, even_sky, tmp_path):
     part, = split((0, 0, 8, 4), 3, 2, (8, 4))
     folder = PartsFolder(tmp_path / "a.exr", {}, "")
+    kept, stopped = folder.path / part.file_name, tmp_path / "stopped.exr"
     rendered = lambda *more, **change: pathtracer.render("--size", "8x8", *part._replace(**change).arguments(), *more).read_bytes()
     whole = rendered()
     folder.add(part, whole)
     assert folder.remove_damaged([part]) == [] and folder.has(part)
-    with OpenEXR.File(str(folder.path / part.file_name), separate_channels=True) as file:
+    with OpenEXR.File(str(kept), separate_channels=True) as file:
         file.channels()["count"].pixels[3, 7] -= 1
-        file.write(str(tmp_path / "stopped.exr"))
+        file.write(str(stopped))
     for wrong, message in [
         (rendered(y1=3), "shows the pixels 0,0,8,3"), (rendered(count=1), "has other samples"), (rendered(first=2), "has other samples"),
-        ((tmp_path / "stopped.exr").read_bytes(), "has other samples"),
-        (rendered("--env", even_sky), "was rendered from other files"), (whole[:-100], "is damaged"), (b"", "is damaged"),
+        (stopped.read_bytes(), "has other samples"), (rendered("--env", even_sky), "was rendered from other files"),
+        (whole[:-100], "is damaged"), (b"", "is damaged"),
     ]:
         with pytest.raises(FarmError, match=message):
             folder.add(part, wrong)
-        assert (folder.path / part.file_name).read_bytes() == whole
-        (folder.path / part.file_name).write_bytes(wrong)
+        assert kept.read_bytes() == whole
+        kept.write_bytes(wrong)
         (path, said), = folder.remove_damaged([part])
         assert path.name == part.file_name and message in said and not folder.has(part)
         folder.add(part, whole)
@@ -132,39 +135,32 @@ def test_options_for_parts_and_for_merging(tmp_path, monkeypatch):
 
 
 def test_workers_notice_another_program_or_file(tmp_path, monkeypatch):
-    program, scene = tmp_path / "program", tmp_path / "scene.glb"
-    program.write_bytes(b"1")
-    scene.write_bytes(b"2")
+    program, scene, other = (tmp_path / name for name in ("program", "scene.glb", "other"))
+    for path in (program, scene, other):
+        path.write_text(path.name)
     wanted = worker.fingerprint(str(program), [str(scene)])
-    assert worker.complaint(str(program), wanted, [str(scene)]) == ""
-    scene.write_bytes(b"two")
-    assert "scene.glb is another file" in worker.complaint(str(program), wanted, [str(scene)])
+    complaint = lambda: worker.complaint(str(program), wanted, [str(scene)])
+    assert complaint() == ""
+    scene.write_text("scenes")
+    assert "scene.glb is another file" in complaint()
     scene.unlink()
-    assert "cannot read" in worker.complaint(str(program), wanted, [str(scene)])
-    other = tmp_path / "other"
-    other.write_bytes(b"one")
+    assert "cannot read" in complaint()
     monkeypatch.setenv("BN_PATHTRACER", str(other))
     assert "another build" in worker.complaint(str(program), {"the path tracer": wanted["the path tracer"]}, [])
 
 
+@pytest.mark.slow
 def test_mistakes_are_one_line_before_a_cluster_starts(pathtracer, even_sky):
     name = "a\x1b[31m\nb.exr"
     (pathtracer.folder / name).mkdir()
     for arguments, message in [
-        (["-o", name], "a?[31m?b.exr is a folder"),
-        (["--env", even_sky.name, "-o", even_sky.name], "is also an input"),
-        (["-o", "a.png"], "something.exr"),
-        (["--spp", "0", "-o", "a.exr"], "--spp"),
-        (["--resume", "a.exr", "-o", "a.exr"], "--resume"),
-        (["--noise", "0.1", "-o", "a.exr"], "--noise does not work in parts"),
-        (["--scene", "--size", "512x512", "-o", "a.exr"], "--scene: expected one argument"),
-        (["--tile", "8", "-o", "a.exr"], "WIDTHxHEIGHT"),
-        (["--size", "9x9", "--crop", "0,0,10,3", "-o", "a.exr"], "--crop"),
-        (["--size", "1000x1000", "--tile", "1x1", "-o", "a.exr"], "--tile"),
-        (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1", "-o", "a.exr"], "--workers"),
+        (["-o", name], "a?[31m?b.exr is a folder"), (["--env", even_sky.name, "-o", even_sky.name], "is also an input"),
+        (["-o", "a.png"], "something.exr"), (["--spp", "0"], "--spp"), (["--resume", "a.exr"], "--resume"),
+        (["--noise", "0.1"], "--noise does not work in parts"), (["--scene", "--size", "512x512"], "--scene: expected one argument"),
+        (["--tile", "8"], "WIDTHxHEIGHT"), (["--size", "9x9", "--crop", "0,0,10,3"], "--crop"),
+        (["--size", "1000x1000", "--tile", "1x1"], "--tile"), (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "--workers"),
         # These the path tracer says.
-        (["--sampler", "none", "-o", "a.exr"], "none"),
-        (["--first-sample", "4294967290", "-o", "a.exr"], "--first-sample"),
+        (["--sampler", "none"], "none"), (["--first-sample", "4294967290"], "--first-sample"),
     ]:
         assert message in refused(pathtracer, *arguments)
 
@@ -172,12 +168,16 @@ def test_mistakes_are_one_line_before_a_cluster_starts(pathtracer, even_sky):
 # ---- With a cluster on this machine
 
 
+@needs_dask
+@pytest.mark.slow
 def test_the_image_is_that_of_one_machine(pathtracer):
     """A worker is killed with its task, the command interrupted, and started again."""
-    psutil = pytest.importorskip("psutil", reason="scripts/farm has not installed Dask")
-    pytest.importorskip("distributed", reason="scripts/farm has not installed Dask")
-    command = [*PICTURE, "--tile", "16x16", "--workers", 2, "-o", "out.exr"]
-    parts = pathtracer.folder / "out.exr.parts"
+    import psutil
+
+    # A larger picture would only take longer; each part takes long enough to be interrupted.
+    picture = ["--size", "70x50", "--spp", "1000", "--seed", "5"]
+    command = [*picture, "--tile", "16x16", "--workers", 2, "-o", "out.exr"]
+    parts = lambda: list((pathtracer.folder / "out.exr.parts").glob("*.exr"))
 
     def at_work(farm):
         """Workers, as parents of path tracers."""
@@ -191,62 +191,58 @@ def test_the_image_is_that_of_one_machine(pathtracer):
         return found - {None, psutil.Process(farm.pid)}
 
     farm = start(pathtracer, *command)
-    victim = wait_for(lambda: len(list(parts.glob("*.exr"))) >= 1 and at_work(farm)).pop()
-    victim.kill()
+    wait_for(lambda: parts() and at_work(farm)).pop().kill()
     os.set_blocking(farm.stderr.fileno(), False)
     died = wait_for(lambda: farm.stderr.readline())
     assert died.startswith("farm: worker ") and died.endswith("rendered elsewhere\n")
     os.set_blocking(farm.stderr.fileno(), True)
-    wait_for(lambda: farm.poll() is not None or len(list(parts.glob("*.exr"))) >= 5)
+    wait_for(lambda: farm.poll() is not None or len(parts()) >= 5)
     farm.send_signal(signal.SIGINT)
-    code, out, message = ended(farm)
-    assert code == 130 and out == "" and message.count("\n") == 1 and "same command" in message, message
+    out, message = ended(farm, 130)
+    assert out == "" and message.count("\n") == 1 and "same command" in message, message
     assert not (pathtracer.folder / "out.exr").exists()
-    kept = {path: path.stat().st_mtime_ns for path in parts.glob("*.exr")}
-    assert 5 <= len(kept) < 20 and not list(parts.glob(".libbn-*"))
+    kept = {path: path.stat().st_mtime_ns for path in parts()}
+    assert 5 <= len(kept) < 20 and not list(pathtracer.folder.glob("*.parts/.libbn-*"))
     for change in (["--seed", 6], ["--spp", 10], ["--crop", "0,0,60,50"], ["--tile", "8x16"], ["--first-sample", 1]):
-        code, _, message = ended(start(pathtracer, *command, *change))
-        assert code == 1 and "other settings" in message
-    assert {path: path.stat().st_mtime_ns for path in parts.glob("*.exr")} == kept
+        assert "other settings" in ended(start(pathtracer, *command, *change), 1)[1]
+    assert {path: path.stat().st_mtime_ns for path in parts()} == kept
 
-    damaged = sorted(kept)[0]
+    damaged = min(kept)
     damaged.write_bytes(damaged.read_bytes()[:-100])
-    code, out, message = ended(start(pathtracer, *command))
-    assert code == 0 and message.count("\n") == 1 and f"{damaged} is damaged" in message, message
+    out, message = ended(start(pathtracer, *command), 0)
+    assert message.count("\n") == 1 and f"{damaged} is damaged" in message, message
     assert f"{len(kept) - 1} of 20 parts are in" in out and "20 images merged" in out
     assert sorted(path.name for path in pathtracer.folder.iterdir()) == ["out.exr", "out.png"]
-    merged, whole = read_layers(pathtracer.folder / "out.exr"), read_layers(pathtracer.render(*PICTURE))
-    assert_same(merged, whole, variance=1e-6)  # through single precision and back
+    # Variances go through single precision and back.
+    assert_same(read_layers(pathtracer.folder / "out.exr"), pathtracer.layers(*picture), variance=1e-6)
 
 
+@needs_dask
+@pytest.mark.slow
 def test_workers_with_another_program_are_refused(pathtracer):
     """A scheduler and a worker started by their commands: they know nothing of this repository."""
-    pytest.importorskip("distributed", reason="scripts/farm has not installed Dask")
-    folder = pathtracer.folder
-    (folder / "there").mkdir()
-    program = folder / "there" / "copy"
+    there = pathtracer.folder / "there"
+    there.mkdir()
+    program, address = there / "copy", there / "scheduler.json"
     shutil.copy(pathtracer.binary, program)
-    environment = {**os.environ, "BN_PATHTRACER": str(program)}
-    environment.pop("PYTHONPATH", None)
-    address = folder / "there" / "scheduler.json"
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"} | {"BN_PATHTRACER": str(program)}
     common = ["--scheduler-file", address, "--no-dashboard", "--host", "127.0.0.1"]
     with contextlib.ExitStack() as stack:
         for command in (["scheduler", "--port", "0"], ["worker", "--nworkers", "1", "--nthreads", "1"]):
             process = stack.enter_context(subprocess.Popen(
-                [sys.executable, "-m", "dask", *command, *common], cwd=folder / "there", env=environment,
+                [sys.executable, "-m", "dask", *command, *common], cwd=there, env=environment,
                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
             stack.callback(process.terminate)
             wait_for(address.exists)
         scheduler = json.loads(address.read_text())["address"]
         picture = ["--scene", "penumbra", "--size", "40x30", "--spp", 2]
-        code, _, message = ended(start(pathtracer, *picture, "--tile", "32x32", "--scheduler", scheduler, "-o", "out.exr"))
-        assert code == 0 and message == "", message
-        merged, whole = read_layers(folder / "out.exr"), read_layers(pathtracer.render(*picture))
+        assert ended(start(pathtracer, *picture, "--tile", "32x32", "--scheduler", scheduler, "-o", "out.exr"), 0)[1] == ""
+        merged, whole = read_layers(pathtracer.folder / "out.exr"), pathtracer.layers(*picture)
         assert all(np.array_equal(merged[name], whole[name]) for name in "RGB")
 
         with program.open("ab") as file:
             file.write(b" ")
-        message = refused(pathtracer, *picture, "--scheduler", scheduler, "-o", "out2.exr")
+        message = refused(pathtracer, *picture, "--scheduler", scheduler)
         assert scheduler.partition("://")[0] in message and "another build of the path tracer" in message
         # A worker may join after the others were checked.
         with cluster.connect(scheduler, 1) as client:
