@@ -122,10 +122,10 @@ class Gltf:
         return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
-def encoded(pixels, kind="PNG"):
+def encoded(pixels, kind="PNG", mode=None, **options):
+    """8-bit pixels as a file, in another mode of Pillow's if one is given."""
     stream = io.BytesIO()
-    options = {"quality": 95, "subsampling": 0} if kind == "JPEG" else {}
-    Image.fromarray(np.asarray(pixels, np.uint8)).save(stream, kind, **options)
+    Image.fromarray(np.asarray(pixels, np.uint8)).convert(mode).save(stream, kind, quality=95, subsampling=0, **options)
     return stream.getvalue()
 
 

@@ -2,44 +2,37 @@
 """Files that are wrong, never end or take all memory: one clear line that names the file, soon,
 with little memory, and no image."""
 
-import io
+import functools
 import json
+import operator
 import os
-import pathlib
 import struct
 import subprocess
-import tempfile
 
 import numpy as np
 import pytest
 import scene_files as files
-from PIL import Image
-from scene_files import DOWN, FOUR, QUAD, SIX, SMALL, Gltf, ball, encoded, floor, picture, textured_floor
+from scene_files import DOWN, FOUR, ONE, QUAD, SIX, Gltf, ball, encoded, floor, picture, textured_floor
 
 BOUND = 0.25  # GiB of --max-memory; a run takes 0.03 without any of this
-OUT = [*SMALL, "--spp", 1, "-o", "out.exr"]
+OUT = [*ONE, "-o", "out.exr"]
 
 
-def run(pathtracer, *arguments, code=1, gib=BOUND):
-    """The bytes that a run takes at most, and its one line."""
-    said = pathtracer.folder / "said.txt"
-    bound = [] if pathtracer.has_address_sanitizer else ["--max-memory", gib]
-    with open(said, "w") as file:
+def refused(pathtracer, *arguments, said=()):
+    """Returns the one line, which has all the words of `said` and names the file of the last argument."""
+    bound = [] if pathtracer.has_address_sanitizer else ["--max-memory", BOUND]
+    log = pathtracer.folder / "said.txt"
+    with open(log, "w") as file:
         process = pathtracer.start(*arguments, *bound, *OUT, stderr=file, stdout=subprocess.DEVNULL)
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
-    line = said.read_text()
-    assert process.returncode == code and line.count("\n") <= 1, line
-    assert code == 0 or (line.startswith("pathtracer: ") and not (pathtracer.folder / "out.exr").exists()), line
-    return usage.ru_maxrss * 1024, line
-
-
-def refused(pathtracer, *arguments, words=(), name=""):
-    memory, line = run(pathtracer, *arguments)
-    for word in (words,) if isinstance(words, str) else words:
-        assert word in line, line
-    assert str(name) in line or "out of memory" in line, line
-    assert pathtracer.has_address_sanitizer or memory < (BOUND + 0.1) * 2**30, f"{memory / 1e6:.0f} MB: {line}"
+    line = log.read_text()
+    assert process.returncode == 1 and line.startswith("pathtracer: ") and line.count("\n") == 1, line
+    assert not (pathtracer.folder / "out.exr").exists()
+    assert os.path.basename(arguments[-1]) in line or "out of memory" in line, line
+    assert all(word in line for word in ([said] if isinstance(said, str) else said)), line
+    assert pathtracer.has_address_sanitizer or usage.ru_maxrss < (BOUND + 0.1) * 2**20, f"{usage.ru_maxrss} KiB: {line}"
+    return line
 
 
 def put(path, data):
@@ -48,11 +41,11 @@ def put(path, data):
     return path
 
 
-# ---- Each case writes files in a folder, and returns the arguments that name them, and the file at fault
+# ---- Each case writes files in a folder, and returns the arguments of one or two runs; the last of each is the file at fault
 
 
 def scene(data, name="wrong.gltf"):
-    return lambda folder: [(["--scene", put(folder / name, data)], name)]
+    return lambda folder: [["--scene", put(folder / name, data)]]
 
 
 def gltf(change):
@@ -61,37 +54,33 @@ def gltf(change):
     def write(folder):
         g = floor()
         change(g)
-        return [(["--scene", g.save(folder / name)], name) for name in ("wrong.glb", "wrong.gltf")]
+        return [["--scene", g.save(folder / name)] for name in ("wrong.glb", "wrong.gltf")]
 
     return write
 
 
 def part(*path, **properties):
     """A floor with other properties of one of its parts, such as accessors, 0."""
-
-    def change(g):
-        of = g.json
-        for step in path:
-            of = of[step]
-        of.update(properties)
-
-    return gltf(change)
+    return gltf(lambda g: functools.reduce(operator.getitem, path, g.json).update(properties))
 
 
 def image(data):
     return gltf(lambda g: texture_on_floor(g, bufferView=g.view(data), mimeType="image/png"))
 
 
-def exr(data):
+def exr(change):
+    """Other bytes, or what becomes of those of an image of 8 x 8."""
+
     def write(folder):
-        put(folder / "a.exr", data)
-        return [([option, "a.exr"], "cannot read the EXR file a.exr") for option in ("--env", "--merge")]
+        path = files.write_exr(folder / "a.exr", RGB=np.zeros((8, 8, 3), np.float32))
+        put(path, change(path.read_bytes()) if callable(change) else change)
+        return [[option, "a.exr"] for option in ("--env", "--merge")]
 
     return write
 
 
 def environment(**channels):
-    return lambda folder: [(["--env", put(folder / "a.exr", exr_of(**channels))], "a.exr")]
+    return lambda folder: [["--env", files.write_exr(folder / "a.exr", **channels)]]
 
 
 def texture_on_floor(g, **source):
@@ -135,55 +124,33 @@ def buffer_apart(data=None):
     def write(folder):
         if data is not None:
             put(folder / "apart.bin", data)
-        return [(["--scene", put(folder / "wrong.gltf", json.dumps(floor().document(uri="apart.bin")))], "wrong.gltf")]
+        return scene(json.dumps(floor().document(uri="apart.bin")))(folder)
 
     return write
 
 
-FLOOR = floor().glb()
-
-
-def claiming(data, at, layout, *size):
+def claiming(data, at, layout, *values):
     """A file whose header claims something else."""
-    changed = bytearray(data)
-    struct.pack_into(layout, changed, at, *size)
-    return bytes(changed)
-
-
-def glb_lengths(file, first_chunk):
-    return scene(claiming(FLOOR, 8, "<II", file, first_chunk), "wrong.glb")
-
-
-def png(*claims):
-    """Width and height; depth and colours, if given."""
-    return claiming(encoded(FOUR), 16, ">IIBB"[:1 + len(claims)], *claims)
+    return data[:at] + struct.pack(layout, *values) + data[at + struct.calcsize(layout):]
 
 
 def long_chunk(kind):
     """A chunk that claims more than there is."""
-    return encoded(FOUR)[:33] + struct.pack(">I", 2**30) + kind + bytes(90)
+    return PNG[:33] + struct.pack(">I", 2**30) + kind + bytes(90)
 
 
-def jpeg(pixels=FOUR, mode="RGB", **options):
-    stream = io.BytesIO()
-    Image.fromarray(np.asarray(pixels, np.uint8)).convert(mode).save(stream, "JPEG", **options)
-    return stream.getvalue()
+def attribute(name, *size):
+    """The beginning of an EXR file with one attribute."""
+    return exr(struct.pack("<II", 20000630, 2) + name + struct.pack("<i" * len(size), *size) + bytes(40))
 
 
-EXR_START = struct.pack("<II", 20000630, 2)
+def window(width, height):
+    return struct.pack("<iiii", 0, 0, width - 1, height - 1)
 
 
-def exr_of(**channels):
-    with tempfile.TemporaryDirectory() as folder:
-        return files.write_exr(pathlib.Path(folder) / "a.exr", **channels).read_bytes()
-
-
-def exr_window(width, height):
-    """An image of 8 x 8 that claims to be so large."""
-    data = exr_of(RGB=np.zeros((8, 8, 3), np.float32))
-    return data.replace(struct.pack("<iiii", 0, 0, 7, 7), struct.pack("<iiii", 0, 0, width - 1, height - 1))
-
-
+FLOOR, PNG, JPEG = floor().glb(), encoded(FOUR), encoded(FOUR, "JPEG")
+NO_EXR = "cannot read the EXR file a.exr"
+START = '{"asset": {"version": "2.0"}, '
 CASES = {
     # Numbers that lead out of their arrays
     "index_out_of_range": (gltf(lambda g: g.bytes.__setitem__(slice(48, 50), b"\x04\0")), "index out of range"),
@@ -219,40 +186,41 @@ CASES = {
     "unknown_required_extension": (part(extensionsRequired=["KHR_draco_mesh_compression"]), "KHR_draco_mesh_compression"),
     "one_mesh_of_many_nodes": (gltf(one_mesh_of_many_nodes), ""),
     "many_textures_of_one_image": (gltf(many_textures_of_one_image), "out of memory"),
-    "many_materials": (scene('{"asset": {"version": "2.0"}, "materials": [' + "{}," * 300000 + "{}]}"), ""),
-    "many_values": (scene('{"asset": {"version": "2.0"}, "extras": [' + "0," * 2**22 + "0]}"), ""),
-    "missing_file": (lambda folder: [(["--scene", "none.glb"], "none.glb")], "none.glb: there is no such file"),
-    **{f"glb_of_{file}_and_{first}_bytes": (glb_lengths(file, first), "cut short")
+    "many_materials": (scene(START + '"materials": [' + "{}," * 300000 + "{}]}"), ""),
+    "many_values": (scene(START + '"extras": [' + "0," * 2**22 + "0]}"), ""),
+    "missing_file": (lambda folder: [["--scene", "none.glb"]], "none.glb: there is no such file"),
+    **{f"glb_of_{file}_and_{first}_bytes": (scene(claiming(FLOOR, 8, "<II", file, first), "wrong.glb"), "cut short")
        for file in (0, 12, 19, len(FLOOR), len(FLOOR) + 1) for first in (2**32 - 1, 2**31, len(FLOOR) - 19)},
     "short_glb": (scene(textured_floor(files.LARGE_FOUR).glb()[:900], "wrong.glb"), "cut short"),
     "short_gltf": (scene(floor().gltf()[:300]), "not valid glTF"),
     "empty_file": (scene("", "wrong.glb"), ""),
     "text": (scene("no glTF"), ""),
     "list": (scene("[1, 2]"), ""),
-    "deep_nesting": (scene('{"asset":{"version":"2.0"},"extras":' + "[" * 100000 + "]" * 100000 + "}"), "no triangles"),
+    "deep_nesting": (scene(START + '"extras": ' + "[" * 100000 + "]" * 100000 + "}"), "no triangles"),
     # Images
     "data_uri_is_no_image": (gltf(lambda g: texture_on_floor(g, uri="data:image/png;base64,eHh4eA==")), "image 0: is not an image"),
     "data_uri_is_no_base64": (gltf(lambda g: texture_on_floor(g, uri="data:image/png;base64,??")), "image 0: is not valid base64"),
     "image_is_text": (image(b"x" * 64), "not an image"),
     "image_is_tga": (image(encoded(FOUR, "TGA")), "PNG or JPEG"),
-    "image_is_cmyk": (image(jpeg(mode="CMYK")), "CMYK"),
-    "short_png": (image(encoded(FOUR)[:50]), "damaged"),
-    "damaged_png": (image(encoded(FOUR).replace(b"IDATx", b"IDAT-")), "damaged"),
-    "png_of_2_60_texels": (image(png(2**30, 2**30)), "damaged"),
+    "image_is_cmyk": (image(encoded(FOUR, "JPEG", "CMYK")), "CMYK"),
+    "short_png": (image(PNG[:50]), "damaged"),
+    "damaged_png": (image(PNG.replace(b"IDATx", b"IDAT-")), "damaged"),
+    "png_of_2_60_texels": (image(claiming(PNG, 16, ">II", 2**30, 2**30)), "damaged"),
     "image_outside_of_its_buffer": (
         gltf(lambda g: texture_on_floor(g, bufferView=g.add("bufferViews", buffer=0, byteOffset=10**6, byteLength=99))), "past the end"),
-    **{f"large_{name}": (image(data), "") for name, data in {
-        "png": png(30000, 16000), "png_of_bits": png(30000, 16000, 1, 0),
-        "jpeg": claiming(jpeg(), jpeg().index(b"\xff\xc0") + 5, ">HH", 16000, 30000)}.items()},
+    "large_png": (image(claiming(PNG, 16, ">II", 30000, 16000)), ""),
+    "large_png_of_bits": (image(claiming(PNG, 16, ">IIBB", 30000, 16000, 1, 0)), ""),
+    "large_jpeg": (image(claiming(JPEG, JPEG.index(b"\xff\xc0") + 5, ">HH", 16000, 30000)), ""),
     **{f"long_{kind.decode()}": (image(long_chunk(kind)), "damaged") for kind in (b"IDAT", b"PLTE", b"iCCP", b"aaaa")},
     # EXR
-    "attribute_of_1_5_gib": (exr(EXR_START + b"a\0string\0" + struct.pack("<i", 0x60000000) + bytes(40)), ""),
-    "attribute_of_negative_size": (exr(EXR_START + b"a\0string\0" + struct.pack("<i", -1) + bytes(40)), ""),
-    "attribute_name_without_end": (exr(EXR_START + b"a" * 400), ""),
-    "short_exr_header": (exr(exr_window(8, 8)[:200]), ""),
-    "exr_is_text": (exr("text" * 999), ""),
-    "empty_exr": (exr(""), ""),
-    **{f"exr_claims_{w}x{h}": (exr(exr_window(w, h)), "") for w, h in ((16384, 8192), (2**24, 1), (1, 2**24))},
+    "attribute_of_1_5_gib": (attribute(b"a\0string\0", 0x60000000), NO_EXR),
+    "attribute_of_negative_size": (attribute(b"a\0string\0", -1), NO_EXR),
+    "attribute_name_without_end": (attribute(b"a" * 400), NO_EXR),
+    "short_exr_header": (exr(lambda data: data[:200]), NO_EXR),
+    "exr_is_text": (exr("text" * 999), NO_EXR),
+    "empty_exr": (exr(""), NO_EXR),
+    **{f"exr_claims_{w}x{h}": (exr(lambda data, w=w, h=h: data.replace(window(8, 8), window(w, h))), NO_EXR)
+       for w, h in ((16384, 8192), (2**24, 1), (1, 2**24))},
     "environment_is_grey": (environment(Y=np.ones((4, 8), np.float32)), "it has no channel R"),
     "environment_is_not_finite": (environment(RGB=np.full((4, 8, 3), np.nan, np.float32)), "not finite"),
 }
@@ -262,11 +230,11 @@ CASES = {
 def test_a_wrong_file_is_refused_with_one_line(pathtracer, what, monkeypatch):
     # The address sanitizer fills memory with these bytes.
     monkeypatch.setenv("ASAN_OPTIONS", "malloc_fill_byte=255:max_malloc_fill_size=1000000:allocator_may_return_null=1")
-    write, words = CASES[what]
-    if pathtracer.has_address_sanitizer and (words == "out of memory" or what.startswith(("large_", "one_mesh_"))):
+    write, said = CASES[what]
+    if pathtracer.has_address_sanitizer and (said == "out of memory" or what.startswith(("large_", "one_mesh_"))):
         pytest.skip("only --max-memory refuses it, which has no place beside the sanitizer")
-    for arguments, name in write(pathtracer.folder):
-        refused(pathtracer, *arguments, words=words, name=name)
+    for arguments in write(pathtracer.folder):
+        refused(pathtracer, *arguments, said=said)
 
 
 # ---- Odd files that are read
@@ -274,11 +242,9 @@ def test_a_wrong_file_is_refused_with_one_line(pathtracer, what, monkeypatch):
 
 def test_fifty_thousand_generations_of_nodes_are_read(pathtracer):
     """Moved by their sum."""
-    g = Gltf()
-    mesh = g.mesh(QUAD, SIX, g.material((0.5, 0.5, 0.5)))
-    count = 50_000
+    g, count = Gltf(), 50_000
     g.json["nodes"] = [{"children": [i + 1], "translation": [0.25, 0, 0]} for i in range(count)]
-    g.json["nodes"].append({"mesh": mesh})
+    g.json["nodes"].append({"mesh": g.mesh(QUAD, SIX, g.material())})
     g.json["scenes"][0]["nodes"] = [0]
     g.light("directional", np.pi, rotation=DOWN)
     g.camera(0.4, translation=[0.25 * count, 1, 0], rotation=DOWN)
@@ -289,9 +255,9 @@ def test_fifty_thousand_generations_of_nodes_are_read(pathtracer):
 def test_truncated_jpeg_is_rendered_and_named(pathtracer, progressive):
     """Unless the cut makes it no JPEG at all."""
     pixels = np.random.default_rng(1).integers(256, size=(64, 64, 3), dtype=np.uint8)
-    whole = jpeg(pixels, quality=95, progressive=progressive)
-    scene_of = lambda data: image(data)(pathtracer.folder)[0][0]
-    assert run(pathtracer, *scene_of(whole), code=0)[1] == ""
+    whole = encoded(pixels, "JPEG", progressive=progressive)
+    scene_of = lambda data: image(data)(pathtracer.folder)[0]
+    assert pathtracer.success(*scene_of(whole), *OUT).stderr == ""
     for size in range(len(whole) // 2, len(whole), len(whole) // 9):
         done = pathtracer.run(*scene_of(whole[:size]), *OUT)
         said = "image 0 is cut short" if done.returncode == 0 else "image 0: is damaged"
@@ -309,7 +275,7 @@ def test_a_scene_reaches_so_far(pathtracer):
     for distance in (0.9e15, 1.1e15, 1e30):
         g = floor()
         g.light("point", 1, translation=[0, distance, 0])
-        line = run(pathtracer, "--scene", g.save(pathtracer.folder / "a.glb"), "--env", "sky", code=0)[1]
+        line = pathtracer.success("--scene", g, "--env", "sky", *OUT).stderr
         assert ("a light beyond 1e15" in line) == (distance > 1e15)
 
 
@@ -332,10 +298,10 @@ def test_only_regular_files_are_read(pathtracer, kind):
         make(pathtracer.folder / name)
     path, data = apart(pathtracer, "b.bin", "a.png")
     put(pathtracer.folder / "b.bin", data)
-    refused(pathtracer, "--scene", path, words=["a.png", "not a regular file"])
-    refused(pathtracer, "--scene", apart(pathtracer)[0], words=["a.bin", "not a regular file"])
+    refused(pathtracer, "--scene", path, said=["a.png", "not a regular file"])
+    refused(pathtracer, "--scene", apart(pathtracer)[0], said=["a.bin", "not a regular file"])
     for arguments in (["--scene", "whole.glb"], ["--env", "a.exr"], ["--merge", "a.exr"], ["--resume", "a.exr"]):
-        refused(pathtracer, *arguments, words=[arguments[-1], "not a regular file"])
+        refused(pathtracer, *arguments, said="not a regular file")
 
 
 def test_uris_are_relative_to_the_scene(pathtracer):
@@ -346,13 +312,12 @@ def test_uris_are_relative_to_the_scene(pathtracer):
     put(folder / "in/a.bin", data)
     (folder / "in/link.bin").symlink_to("a.bin")
     put(folder / "a b.png", encoded(FOUR))
-    assert pathtracer.image("--scene", path, *SMALL, "--spp", 1).max() > 0
+    assert pathtracer.image("--scene", path, *ONE).max() > 0
     path, data = apart(pathtracer, "b.bin", folder="in")
     put(folder / "b.bin", data)
-    refused(pathtracer, "--scene", path, words="buffer b.bin: there is no such file")
+    refused(pathtracer, "--scene", path, said="buffer b.bin: there is no such file")
     path, _ = apart(pathtracer, "\x1b[2J\n" + "long" * 1000)
-    refused(pathtracer, "--scene", path, words="buffer ?[2J?longlong")
-    assert len(run(pathtracer, "--scene", path)[1]) < 500
+    assert len(refused(pathtracer, "--scene", path, said="buffer ?[2J?longlong")) < 500
 
 
 def test_no_control_characters_reach_the_terminal(pathtracer):
@@ -367,14 +332,13 @@ def test_no_control_characters_reach_the_terminal(pathtracer):
         assert text and not any(c in text for c in controls) and text.count("\n") <= 2, repr(text)
         return text
 
-    size = [*SMALL, "--spp", 1]
-    said(*size, "-o", evil, code=0)
+    said(*ONE, "-o", evil, code=0)
     for wrong in (["--scene", evil], ["--scene", evil.replace("exr", "glb")], ["--env", "no" + evil], ["-" + evil]):
-        said(*size, *wrong, "-o", "out.exr", code=1)
+        said(*wrong, *OUT, code=1)
     said("--merge", evil, "-o", "b" + evil, code=0)
     # Attributes of the same length: those of an image of a file of ten letters.
     floor().save(pathtracer.folder / "scene1.glb")
-    begun = pathtracer.render(*size, "--scene", "scene1.glb")
+    begun = pathtracer.render(*ONE, "--scene", "scene1.glb")
     put(begun, begun.read_bytes().replace(b"scene1.glb", b"\x1b]0;1m.glb"))
     assert "]0;1m.glb" in said("--resume", begun, "--spp", 2, "-o", "out.exr", code=1)
-    said("--merge", begun, pathtracer.render(*size), "-o", "out.exr", code=1)
+    said("--merge", begun, pathtracer.render(*ONE), "-o", "out.exr", code=1)
