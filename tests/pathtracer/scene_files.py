@@ -93,8 +93,9 @@ class Gltf:
         return self.node(extensions={"KHR_lights_punctual": {"light": len(lights) - 1}}, **node)
 
     def texture(self, pixels, kind="PNG", **sampler):
-        """A texture of an array of 8-bit pixels, in a buffer view."""
-        picture = self.add("images", bufferView=self.view(encoded(pixels, kind)), mimeType=f"image/{kind.lower()}")
+        """A texture in a buffer view, of 8-bit pixels or the bytes of a file."""
+        data = pixels if isinstance(pixels, bytes) else encoded(pixels, kind)
+        picture = self.add("images", bufferView=self.view(data), mimeType=f"image/{kind.lower()}")
         return self.add("textures", source=picture, sampler=self.add("samplers", **sampler))
 
     def document(self, **buffer):
@@ -122,10 +123,11 @@ class Gltf:
         return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
-def encoded(pixels, kind="PNG", mode=None, **options):
-    """8-bit pixels as a file, in another mode of Pillow's if one is given."""
+def encoded(pixels, kind="PNG", **options):
+    """8-bit pixels, or an image of Pillow's, as a file."""
+    image = pixels if isinstance(pixels, Image.Image) else Image.fromarray(np.asarray(pixels, np.uint8))
     stream = io.BytesIO()
-    Image.fromarray(np.asarray(pixels, np.uint8)).convert(mode).save(stream, kind, quality=95, subsampling=0, **options)
+    image.save(stream, kind, quality=95, subsampling=0, **options)
     return stream.getvalue()
 
 
@@ -154,9 +156,9 @@ SMALL = ["--size", "24x24", "--threads", 1]
 ONE = [*SMALL, "--spp", 1]
 
 
-def write_exr(path, compression="ZIP", **channels):
+def write_exr(path, header=None, **channels):
     """A picture by its channels, as in RGB=texels, which are floats of 16 or 32 bits; returns its path."""
-    header = {"compression": getattr(OpenEXR, f"{compression}_COMPRESSION"), "type": OpenEXR.scanlineimage}
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **(header or {})}
     with OpenEXR.File(header, {name: np.ascontiguousarray(texels) for name, texels in channels.items()}) as file:
         file.write(str(path))
     return path
@@ -188,15 +190,15 @@ def floor(albedo=0.5):
     return g
 
 
-def add_floor(g, colour=(1, 1, 1), coordinates=QUAD_COORDINATES, attributes=None, **material):
+def add_floor(g, colour=(1, 1, 1), corners=QUAD, coordinates=QUAD_COORDINATES, attributes=None, **material):
     """One with texture coordinates, of a new material."""
-    return g.node(mesh=g.mesh(QUAD, SIX, g.material(colour, **material), TEXCOORD_0=coordinates, **(attributes or {})))
+    return g.node(mesh=g.mesh(corners, SIX, g.material(colour, **material), TEXCOORD_0=coordinates, **(attributes or {})))
 
 
 FOUR = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [128, 64, 200]]], np.uint8)
 FOUR_COLOURS = linear(FOUR.reshape(4, 3))
 LARGE_FOUR = FOUR.repeat(16, axis=0).repeat(16, axis=1)
-CORNERS = ((6, 6), (6, 18), (18, 6), (18, 18))
+CORNERS = ((6, 6), (6, 18), (18, 6), (18, 18))  # as its four texels are shown in a SMALL picture
 
 
 def textured_floor(pixels=FOUR, kind="PNG", sampler=None, info=None, **floor):
@@ -207,17 +209,13 @@ def textured_floor(pixels=FOUR, kind="PNG", sampler=None, info=None, **floor):
     return over_floor(g, 1, np.pi / 2)
 
 
-def corner_colours(pathtracer, scene, even_sky):
-    image = picture(pathtracer, scene, "--spp", 4, "--env", even_sky, "--max-depth", 1)
-    return np.array([image[y, x] for y, x in CORNERS])
+def assert_corners(pathtracer, scene, expected, *arguments, atol=1e-3):
+    image = picture(pathtracer, scene, "--spp", 4, "--max-depth", 1, *arguments)
+    np.testing.assert_allclose([image[y, x] for y, x in CORNERS], expected, atol=atol)
 
 
-def assert_corners(pathtracer, scene, even_sky, expected, atol=1e-3):
-    np.testing.assert_allclose(corner_colours(pathtracer, scene, even_sky), expected, atol=atol)
-
-
-def ball(g, material, around=24):
-    """A unit sphere with normals."""
+def ball(g, material, around=24, turned=False):
+    """A unit sphere with normals, whose winding contradicts them if it is `turned`."""
     angles = np.linspace(0, np.pi, around + 1), np.linspace(0, 2 * np.pi, 2 * around + 1)
     theta, phi = np.meshgrid(*angles, indexing="ij")
     n = np.stack([np.sin(theta) * np.cos(phi), np.cos(theta), -np.sin(theta) * np.sin(phi)], axis=-1)
@@ -225,4 +223,4 @@ def ball(g, material, around=24):
     rows = np.arange(around)[:, None] * (2 * around + 1) + np.arange(2 * around)
     a, b, c, d = rows, rows + 1, rows + 2 * around + 1, rows + 2 * around + 2
     faces = np.stack([a, c, d, a, d, b], axis=-1).reshape(-1).astype(np.uint16)
-    return g.node(mesh=g.mesh(n, faces, material, NORMAL=n))
+    return g.node(mesh=g.mesh(n, faces[::-1] if turned else faces, material, NORMAL=n))

@@ -12,6 +12,7 @@ import subprocess
 import numpy as np
 import pytest
 import scene_files as files
+from PIL import Image
 from scene_files import DOWN, FOUR, ONE, QUAD, SIX, Gltf, ball, encoded, floor, picture, textured_floor
 
 BOUND = 0.25  # GiB of --max-memory; a run takes 0.03 without any of this
@@ -202,7 +203,7 @@ CASES = {
     "data_uri_is_no_base64": (gltf(lambda g: texture_on_floor(g, uri="data:image/png;base64,??")), "image 0: is not valid base64"),
     "image_is_text": (image(b"x" * 64), "not an image"),
     "image_is_tga": (image(encoded(FOUR, "TGA")), "PNG or JPEG"),
-    "image_is_cmyk": (image(encoded(FOUR, "JPEG", "CMYK")), "CMYK"),
+    "image_is_cmyk": (image(encoded(Image.fromarray(FOUR).convert("CMYK"), "JPEG")), "CMYK"),
     "short_png": (image(PNG[:50]), "damaged"),
     "damaged_png": (image(PNG.replace(b"IDATx", b"IDAT-")), "damaged"),
     "png_of_2_60_texels": (image(claiming(PNG, 16, ">II", 2**30, 2**30)), "damaged"),

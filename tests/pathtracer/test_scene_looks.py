@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Lights, textures and materials of scenes from files. Most images are known without rendering."""
 
-import io
 import struct
 
 import numpy as np
 import OpenEXR
 import pytest
 import scene_files as files
-from pathtracer_driver import assert_equal_means, read_exr, read_layers
+from pathtracer_driver import assert_equal_means, read_exr
 from PIL import Image, PngImagePlugin
-from scene_files import DOWN, FOUR_COLOURS, QUAD, SMALL, Gltf, add_floor, assert_corners, floor, over_floor, picture, textured_floor
+from scene_files import DOWN, FOUR, FOUR_COLOURS, ONE, QUAD, Gltf, add_floor, assert_corners, floor, over_floor, picture, textured_floor
+
+MIRROR = {"metallicFactor": 1, "roughnessFactor": 0}
+TRANSMISSION = "KHR_materials_transmission"
 
 # ---- Lights
-
 
 HALF = np.pi / 6  # half of 60 degrees, from looking along -z towards straight down
 
@@ -41,16 +42,13 @@ def test_punctual_lights(pathtracer, kind, node, radiance):
 
 def test_spot_lights(pathtracer):
     """Full within the inner cone, nothing beyond the outer one, the square of a ramp in the cosine between."""
-    g = floor()
-    cone = {"spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.5}}
-    g.light("spot", 4, translation=[0, 1, 0], rotation=DOWN, light=cone)
-    over_floor(g, yfov=2 * np.arctan(0.9))
+    g = over_floor(floor(), yfov=2 * np.arctan(0.9))
+    g.light("spot", 4, translation=[0, 1, 0], rotation=DOWN, light={"spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.5}})
     row = picture(pathtracer, g, "--spp", 64, "--size", "41x41")[20, :, 0]
     x = (np.arange(41) + 0.5) / 20.5 - 1
     angle = np.arctan(np.abs(x) * 0.9)
     share = np.clip((np.cos(angle) - np.cos(0.5)) / (np.cos(0.2) - np.cos(0.5)), 0, 1) ** 2
-    expected = 0.5 / np.pi * 4 * share * np.cos(angle) ** 3
-    np.testing.assert_allclose(row, expected, atol=0.03)
+    np.testing.assert_allclose(row, 0.5 / np.pi * 4 * share * np.cos(angle) ** 3, atol=0.03)
     assert (row[angle > 0.55] == 0).all() and row[20] == pytest.approx(0.5 / np.pi * 4, rel=0.01)
 
 
@@ -61,17 +59,17 @@ def test_emission_by_a_texture(pathtracer):
 
     def scene(textured):
         g = floor()
-        panel = np.float32([[-1, 0, 1], [-1, 0, -1], [1, 0, -1], [1, 0, 1]]) * 0.5 + np.float32([0, 0.8, 0])
+        panel = QUAD[[0, 3, 2, 1]] * 0.5 + np.float32([0, 0.8, 0])  # faces down
         if textured:
-            glow = g.material((0, 0, 0), **g.glow((3, 3, 3), 3), emissiveTexture={"index": g.texture(colours, magFilter=9728)})
-            g.node(mesh=g.mesh(panel, files.SIX, glow, TEXCOORD_0=np.float32([[0, 1], [0, 0], [1, 0], [1, 1]])))
-        for x, z in ((x, z) for x in (0, 1) for z in (0, 1) if not textured and light[z, x].max() > 0):
-            quarter = (panel - np.float32([0, 0.8, 0])) / 2 + np.float32([x / 2 - 0.25, 0.8, z / 2 - 0.25])
+            add_floor(g, (0, 0, 0), panel, files.QUAD_COORDINATES[[0, 3, 2, 1]], **g.glow((3, 3, 3), 3),
+                      emissiveTexture={"index": g.texture(colours, magFilter=9728)})
+        for x, z in ((0, 0), (1, 1), (0, 1)) if not textured else ():
+            quarter = panel * np.float32([0.5, 1, 0.5]) + np.float32([x / 2 - 0.25, 0, z / 2 - 0.25])
             g.quads([quarter], g.material((0, 0, 0), **g.glow(light[z, x], 3)))
         return g
 
     # A file whose only lights are textures would get a sky.
-    options = [*SMALL, "--env", "none", "--sampler", "white", "--spp", 1024]
+    options = [*ONE, "--env", "none", "--sampler", "white", "--spp", 1024]
     layers = [pathtracer.layers("--scene", over_floor(scene(textured), 0.7, 1.5), *options, "--seed", textured) for textured in (0, 1)]
     assert_equal_means(*layers, bias=0.03)
     g = scene(True)
@@ -87,8 +85,7 @@ def test_a_bright_texel_on_a_dark_texture_shines(pathtracer):
     pixels[515, 533] = 255
     g = Gltf()
     add_floor(g, (0, 0, 0), emissiveFactor=[1, 1, 1], emissiveTexture={"index": g.texture(pixels, magFilter=9728)})
-    place = 2 * (np.array([533.5, 515.5]) / 1024 - 0.5)
-    g.camera(2e-4, translation=[float(place[0]), 1, float(place[1])], rotation=DOWN)
+    g.camera(2e-4, translation=[533.5 / 512 - 1, 1, 515.5 / 512 - 1], rotation=DOWN)
     np.testing.assert_allclose(picture(pathtracer, g, "--spp", 1, "--env", "none"), 1, rtol=1e-3)
 
 
@@ -99,28 +96,24 @@ def test_a_bright_texel_on_a_dark_texture_shines(pathtracer):
 def test_a_base_colour_texture(pathtracer, even_sky, kind):
     """The image lies upright, its corner (0, 0) is top left, and its colours are those of sRGB."""
     scene = textured_floor(files.LARGE_FOUR, kind, sampler={})
-    assert_corners(pathtracer, scene, even_sky, FOUR_COLOURS, atol=0.03 if kind == "JPEG" else 1e-3)
+    assert_corners(pathtracer, scene, FOUR_COLOURS, "--env", even_sky, atol=0.03 if kind == "JPEG" else 1e-3)
 
 
 def test_png_bit_depths_and_palettes(pathtracer, even_sky):
     """Grey, with alpha, with a palette, of 16 bits, and with a gamma, which glTF ignores."""
     grey = np.array([[10, 90], [160, 250]], np.uint8)
     palette = Image.new("P", (2, 2))
-    palette.putpalette(files.FOUR.tobytes())
+    palette.putpalette(FOUR.tobytes())
     palette.putdata([2, 0, 3, 1])
     gamma = PngImagePlugin.PngInfo()
     gamma.add(b"gAMA", struct.pack(">I", 100000))
     greys = np.tile(files.linear(grey.ravel())[:, None], 3)
     for image, expected, options in [
-        (Image.fromarray(grey), greys, {}), (Image.fromarray(grey.astype(np.uint16) * 257 + 100), greys, {}),
-        (Image.fromarray(np.dstack([files.FOUR, np.full((2, 2), 7, np.uint8)])), FOUR_COLOURS, {}),  # alphaMode is OPAQUE
-        (palette, FOUR_COLOURS[[2, 0, 3, 1]], {"transparency": b"\0\1"}), (Image.fromarray(files.FOUR), FOUR_COLOURS, {"pnginfo": gamma}),
+        (grey, greys, {}), (Image.fromarray(grey.astype(np.uint16) * 257 + 100), greys, {}),
+        (np.dstack([FOUR, np.full((2, 2), 7)]), FOUR_COLOURS, {}),  # alphaMode is OPAQUE
+        (palette, FOUR_COLOURS[[2, 0, 3, 1]], {"transparency": b"\0\1"}), (FOUR, FOUR_COLOURS, {"pnginfo": gamma}),
     ]:
-        stream = io.BytesIO()
-        image.save(stream, "PNG", **options)
-        scene = textured_floor()
-        scene.json["images"][0]["bufferView"] = scene.view(stream.getvalue())
-        assert_corners(pathtracer, scene, even_sky, expected)
+        assert_corners(pathtracer, textured_floor(files.encoded(image, **options)), expected, "--env", even_sky)
 
 
 @pytest.mark.parametrize(("moved", "wrap", "transform", "order"), [
@@ -133,27 +126,27 @@ def test_png_bit_depths_and_palettes(pathtracer, even_sky):
 def test_wrapping_and_transforms(pathtracer, even_sky, moved, wrap, transform, order):
     info = {"extensions": {"KHR_texture_transform": transform}} if transform else {}
     scene = textured_floor(sampler={"magFilter": 9728, **wrap}, coordinates=files.QUAD_COORDINATES + np.float32([moved, 0]), info=info)
-    assert_corners(pathtracer, scene, even_sky, FOUR_COLOURS[order])
+    assert_corners(pathtracer, scene, FOUR_COLOURS[order], "--env", even_sky)
 
 
 def test_second_texture_coordinates_and_vertex_colours(pathtracer, even_sky):
-    both = {"TEXCOORD_1": files.QUAD_COORDINATES[::-1].copy(), "COLOR_0": np.full((4, 4), 0.5, np.float32)}  # upside down
-    assert_corners(pathtracer, textured_floor(info={"texCoord": 1}, attributes=both), even_sky, 0.5 * FOUR_COLOURS[[2, 3, 0, 1]])
+    both = {"TEXCOORD_1": files.QUAD_COORDINATES[::-1], "COLOR_0": np.full((4, 4), 0.5, np.float32)}  # upside down
+    scene = textured_floor(info={"texCoord": 1}, attributes=both)
+    assert_corners(pathtracer, scene, 0.5 * FOUR_COLOURS[[2, 3, 0, 1]], "--env", even_sky)
 
 
 def test_masks_cut_out(pathtracer, even_sky):
     """Where alpha is below the cut-off there is nothing: the sky shows, and light falls through."""
     pixels = np.dstack([np.zeros((2, 2, 3)), [[255, 100], [200, 0]]]).astype(np.uint8)
     shown = np.tile([[0], [1], [0], [1]], 3)
-    assert_corners(pathtracer, textured_floor(pixels, alphaMode="MASK", alphaCutoff=0.5), even_sky, shown)
+    assert_corners(pathtracer, textured_floor(pixels, alphaMode="MASK", alphaCutoff=0.5), shown, "--env", even_sky)
     # The shadow of the same on a floor below.
     g = textured_floor(pixels, alphaMode="MASK")
     g.json["scenes"][0]["nodes"].pop()
     g.quads([QUAD * 2 - np.float32([0, 1, 0])], g.material((1, 1, 1)))
     g.light("directional", np.pi, rotation=DOWN)
     g.camera(np.pi / 2, translation=[0, -0.01, 0], rotation=DOWN)
-    image = picture(pathtracer, g, "--spp", 1, "--max-depth", 1)
-    np.testing.assert_allclose([image[y, x] for y, x in files.CORNERS], shown, atol=1e-3)
+    assert_corners(pathtracer, g, shown)
 
 
 def test_normal_maps(pathtracer):
@@ -162,8 +155,8 @@ def test_normal_maps(pathtracer):
     for lean, to_light, cosine in (((0.6, 0, 0.8), (0, 1, 0), 0.8), ((0.6, 0, 0.8), (half, half, 0), 1.4 * half),
                                    ((0, 0.6, 0.8), (0, half, -half), 1.4 * half)):
         g = Gltf()
-        pixels = np.full((2, 2, 3), np.round(255 * (0.5 + 0.5 * np.array(lean))), np.uint8)
-        add_floor(g, (0.5, 0.5, 0.5), normalTexture={"index": g.texture(pixels)})
+        texel = np.round(255 * (0.5 + 0.5 * np.array([[lean]])))
+        add_floor(g, (0.5, 0.5, 0.5), normalTexture={"index": g.texture(texel)})
         g.light("point", 1e4 * np.pi, translation=[100 * float(v) for v in to_light])
         image = picture(pathtracer, over_floor(g, yfov=0.01), "--spp", 1, "--max-depth", 1)
         assert image[12, 12, 0] == pytest.approx(0.5 * cosine, rel=0.01)
@@ -172,30 +165,45 @@ def test_normal_maps(pathtracer):
 # ---- Materials
 
 
-SPECULAR = {"KHR_materials_ior": {"ior": 1000}, "KHR_materials_specular": {"specularColorFactor": [0.0401606] * 3}}
+def ior(value, **specular):
+    return {"KHR_materials_ior": {"ior": value}, **({"KHR_materials_specular": specular} if specular else {})}
 
 
-@pytest.mark.parametrize(("colour", "metallic", "transmission", "ior", "mode", "distance", "expected"), [
+
+@pytest.mark.parametrize(("colour", "metallic", "transmission", "extensions", "mode", "distance", "expected"), [
     # Clear glass under an even sky cannot be seen, from outside or from within; tinted glass can.
-    ([1, 1, 1, 1], 0, 1, 1.4, "OPAQUE", 4, 1), ([1, 1, 1, 1], 0, 1, 1.4, "OPAQUE", 0.3, 1),
-    ([0.5, 0.5, 0.5, 1], 0, 1, 1.01, "OPAQUE", 4, 0.25),
+    ([1, 1, 1, 1], 0, 1, ior(1.4), "OPAQUE", 4, 1), ([1, 1, 1, 1], 0, 1, ior(1.4), "OPAQUE", 0.3, 1),
+    ([0.5, 0.5, 0.5, 1], 0, 1, ior(1.01), "OPAQUE", 4, 0.25),
     # An index of 1000 beside a colour, as converters write it: 4 % are those of 1.5.
-    ([0.5, 0.5, 0.5, 1], 0, 1, SPECULAR, "OPAQUE", 4, 0.04 + 0.96**2 / 4 / 0.96),
+    ([0.5, 0.5, 0.5, 1], 0, 1, ior(1000, specularColorFactor=[0.0401606] * 3), "OPAQUE", 4, 0.04 + 0.96**2 / 4 / 0.96),
     # A black one that covers a quarter lets three quarters through twice, also where metallicFactor is left out.
-    ([0, 0, 0, 0.25], 0, 0.75, 1.01, "BLEND", 4, 0.75**2), ([0, 0, 0, 0.25], None, 0.75, 1.01, "BLEND", 4, 0.75**2),
+    ([0, 0, 0, 0.25], 0, 0.75, ior(1.01), "BLEND", 4, 0.75**2), ([0, 0, 0, 0.25], None, 0.75, ior(1.01), "BLEND", 4, 0.75**2),
     # What covers all and leaves it out is metal: a mirror, where glass would show a quarter.
-    ([0.5, 0.5, 0.5, 1], None, 0.75, 1.01, "BLEND", 4, 0.5),
+    ([0.5, 0.5, 0.5, 1], None, 0.75, ior(1.01), "BLEND", 4, 0.5),
     # Black glass that a mask leaves out shows the sky.
-    ([0, 0, 0, 0.2], 0, 1, 1.5, "MASK", 4, 1)])
-def test_transmission_is_glass(pathtracer, even_sky, colour, metallic, transmission, ior, mode, distance, expected):
+    ([0, 0, 0, 0.2], 0, 1, ior(1.5), "MASK", 4, 1)])
+def test_transmission_is_glass(pathtracer, even_sky, colour, metallic, transmission, extensions, mode, distance, expected):
     g = Gltf()
     pbr = {"baseColorFactor": colour, "roughnessFactor": 0.0, **({} if metallic is None else {"metallicFactor": metallic})}
-    extensions = {"KHR_materials_transmission": {"transmissionFactor": transmission}}
-    extensions.update(ior if isinstance(ior, dict) else {"KHR_materials_ior": {"ior": ior}})
+    extensions = {TRANSMISSION: {"transmissionFactor": transmission}, **extensions}
     files.ball(g, g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions, alphaMode=mode))
     g.camera(0.1, translation=[0, 0, distance])
     image = picture(pathtracer, g, "--spp", 64, "--env", even_sky, "--max-depth", 100)
     np.testing.assert_allclose(image, expected, atol=0.02)
+
+
+@pytest.mark.parametrize(("extensions", "coat"), [
+    ({}, 0.04), ({"KHR_materials_specular": {"specularFactor": 0.5}}, 0.02), (ior(2), 1 / 9),
+    # As converters from specular-glossiness write it
+    (ior(1000, specularColorFactor=[0.3, 0.3, 0.3]), 0.3), (ior(0, specularColorFactor=[0.3, 0.3, 0.3]), 0.3),
+    (ior(1000, specularColorTexture={"index": 0}), 0.04)])
+def test_coats(pathtracer, even_sky, extensions, coat):
+    """Over black, seen straight, a smooth coat shows its reflectance of the sky."""
+    g = Gltf()
+    g.texture(FOUR)
+    pbr = {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0, "roughnessFactor": 0.05}
+    g.quads([QUAD], g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions))
+    assert picture(pathtracer, over_floor(g, yfov=0.01), "--spp", 64, "--env", even_sky).mean() == pytest.approx(coat, rel=0.05)
 
 
 @pytest.mark.parametrize("plus", [False, True])
@@ -204,13 +212,13 @@ def test_names_and_formats_of_textures(pathtracer, even_sky, plus):
     g = textured_floor()
     if plus:
         g.json["images"] = [{"uri": "a+b.png"}]
-        for name, pixels in (("a+b.png", files.FOUR), ("a b.png", 0 * files.FOUR)):
+        for name, pixels in (("a+b.png", FOUR), ("a b.png", 0 * FOUR)):
             (pathtracer.folder / name).write_bytes(files.encoded(pixels))
     else:
         other = g.add("images", mimeType="image/webp", uri="a.webp")
         g.json["textures"][0]["extensions"] = {"EXT_texture_webp": {"source": other}}
         g.json.update(extensionsUsed=["EXT_texture_webp"], extensionsRequired=["EXT_texture_webp"])
-    assert_corners(pathtracer, g, even_sky, FOUR_COLOURS)
+    assert_corners(pathtracer, g, FOUR_COLOURS, "--env", even_sky)
 
 
 @pytest.mark.parametrize(("texture", "said"), [
@@ -221,10 +229,10 @@ def test_textures_that_cannot_be_had_are_white_and_named(pathtracer, even_sky, t
     g = textured_floor(**({"emissiveTexture": {"index": 0}} if len(said) > 1 else {}))
     g.json.update(images=[{"uri": "none.png"}], textures=[texture])
     path = g.save(pathtracer.folder / "scene.gltf")
-    done = pathtracer.success("--scene", path, *SMALL, "--spp", 1, "--env", even_sky, "--max-depth", 1, "-o", "out.exr")
-    assert done.stderr.count("\n") == 1 and done.stderr.startswith(f"pathtracer: {path}: ignores ")
-    assert all(word in done.stderr for word in said), done.stderr
-    np.testing.assert_allclose(read_exr(pathtracer.folder / "out.exr")[0], 1, atol=1e-3)
+    image = pathtracer.image("--scene", path, *ONE, "--env", even_sky, "--max-depth", 1)
+    assert pathtracer.said.count("\n") == 1 and pathtracer.said.startswith(f"pathtracer: {path}: ignores ")
+    assert all(word in pathtracer.said for word in said), pathtracer.said
+    np.testing.assert_allclose(image, 1, atol=1e-3)
 
 
 # ---- Backs and bent normals
@@ -232,19 +240,17 @@ def test_textures_that_cannot_be_had_are_white_and_named(pathtracer, even_sky, t
 
 def test_backs_of_single_sided_surfaces_are_not_seen(pathtracer, even_sky):
     """Seen from below, a floor is there only where it has two sides or is glass; a mirror shows no backs either."""
-    sides = {"single": ({}, 0), "double": ({"doubleSided": True}, 1)}
-    sides["glass"] = ({"extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}}}, 1)
-    for name, (properties, share) in sides.items():
+    glass = {"extensions": {TRANSMISSION: {"transmissionFactor": 1}}}
+    for properties, share in (({}, 0), ({"doubleSided": True}, 1), (glass, 1)):
         g = Gltf()
-        g.quads([QUAD], g.material((0.5, 0.5, 0.5), **properties))
-        path = g.save(pathtracer.folder / f"{name}.glb")
-        common = ["--scene", path, *SMALL, "--spp", 1, "--env", even_sky, "--target", "0,0,0", "--fov", 60]
-        assert (read_layers(pathtracer.render(*common, "--eye", "0,-1,0"))["A"] == share).all(), name
-        assert (read_layers(pathtracer.render(*common, "--eye", "0,1,0"))["A"] == 1).all(), name
+        g.quads([QUAD], g.material(**properties))
+        view = ["--scene", g, *ONE, "--env", even_sky, "--target", "0,0,0", "--fov", 60]
+        for eye, seen in (("0,-1,0", share), ("0,1,0", 1)):
+            assert (pathtracer.layers(*view, "--eye", eye)["A"] == seen).all(), (properties, eye)
     # The camera looks up, past the back of a black card, into a mirror in which the card's front shows, or its back.
     for card, shows in ((QUAD, True), (QUAD[::-1], False)):
         g = Gltf()
-        g.quads([QUAD[::-1] * 4 + np.float32([0, 1, 0])], g.material((1, 1, 1), pbr={"metallicFactor": 1, "roughnessFactor": 0}))
+        g.quads([QUAD[::-1] * 4 + np.float32([0, 1, 0])], g.material((1, 1, 1), pbr=MIRROR))
         g.quads([card * 0.4], g.material((0, 0, 0)))
         view = ["--eye", "0,0.5,0", "--target", "0,1,0", "--fov", 20, "--env", even_sky, "--max-depth", 2]
         image = picture(pathtracer, g, "--spp", 1, *view)
@@ -255,8 +261,7 @@ def test_a_mirror_under_any_normal_map_shows_the_sky(pathtracer, even_sky):
     """In an even sky a white mirror is as bright as the sky: nothing is mirrored from below its surface."""
     pixels = np.random.default_rng(4).integers(0, 256, (16, 16, 3), dtype=np.uint8)
     g = Gltf()
-    bumps = g.texture(pixels, magFilter=9728)
-    add_floor(g, pbr={"metallicFactor": 1, "roughnessFactor": 0}, normalTexture={"index": bumps})
+    add_floor(g, pbr=MIRROR, normalTexture={"index": g.texture(pixels, magFilter=9728)})
     for eye in ("0,1,0.3", "0,0.1,1"):
         view = ["--eye", eye, "--target", "0,0,0", "--fov", 5, "--env", even_sky]
         np.testing.assert_allclose(picture(pathtracer, g, "--spp", 8, *view), 1, rtol=1e-4)
@@ -274,8 +279,7 @@ def test_cut_out_parts_of_a_lamp_do_not_shine(pathtracer):
         g = floor()
         lamp = 0.2 * QUAD[::-1] * np.float32([half, 1, 1]) + np.float32([0.2 * (half - 1), 0.7, 0])
         pbr = {"baseColorTexture": {"index": g.texture(pixels, magFilter=9728)}} if alpha is None else {"baseColorFactor": [1, 1, 1, alpha]}
-        material = g.material((0, 0, 0), **g.glow((5, 5, 5), 5), alphaMode="MASK", pbr=pbr)
-        g.node(mesh=g.mesh(lamp, files.SIX, material, TEXCOORD_0=np.float32([[0, 1], [1, 1], [1, 0], [0, 0]])))
+        add_floor(g, (0, 0, 0), lamp, **g.glow((5, 5, 5), 5), alphaMode="MASK", pbr=pbr)
         return over_floor(g, 0.6, 1.5)
 
     mean = lambda *arguments: picture(pathtracer, *arguments, "--spp", 64, "--env", "none", "--max-depth", 1).mean()
@@ -288,8 +292,7 @@ def test_cut_out_parts_of_a_lamp_do_not_shine(pathtracer):
 def test_vertex_alpha(pathtracer, even_sky, mode, alpha, there):
     g = Gltf()
     add_floor(g, attributes={"COLOR_0": np.tile(np.float32([0.5, 0.5, 0.5, alpha]), (4, 1))}, alphaMode=mode)
-    path = over_floor(g).save(pathtracer.folder / "scene.glb")
-    layers = read_layers(pathtracer.render("--scene", path, *SMALL, "--spp", 1, "--env", even_sky))
+    layers = pathtracer.layers("--scene", over_floor(g), *ONE, "--env", even_sky)
     assert (layers["A"] == there).all() and layers["albedo.R"].mean() == pytest.approx(0.5 * there)
 
 
@@ -300,12 +303,8 @@ def test_normals_that_the_winding_contradicts(pathtracer, metal):
 
     def image(turned):
         g = Gltf()
-        files.ball(g, g.material((0.9, 0.9, 0.9), doubleSided=True, pbr={"metallicFactor": float(metal), "roughnessFactor": 0.3}))
-        if turned:
-            places = g.json["accessors"][g.json["meshes"][0]["primitives"][0]["indices"]]
-            start = g.json["bufferViews"][places["bufferView"]]["byteOffset"]
-            faces = np.frombuffer(bytes(g.bytes[start:start + 2 * places["count"]]), np.uint16).reshape(-1, 3)
-            g.bytes[start:start + faces.nbytes] = faces[:, ::-1].tobytes()
+        metallic = {"metallicFactor": float(metal), "roughnessFactor": 0.3}
+        files.ball(g, g.material((0.9, 0.9, 0.9), doubleSided=True, pbr=metallic), turned=turned)
         g.camera(0.4, translation=[0, 0, 6])
         return picture(pathtracer, g, "--spp", 16, "--env", sky)
 
@@ -322,12 +321,10 @@ def patch(attributes, zigzag=0.0, pixel=(217, 128, 217), turned=False):
     uv = np.concatenate([np.stack([np.linspace(0, 1, 9), v], -1) for v in rows]).astype(np.float32)
     i = np.arange(8)
     faces = np.stack([i, i + 1, i + 10, i, i + 10, i + 9], -1).ravel().astype(np.uint16)
-    faces = faces[::-1].copy() if turned else faces
     normals, across = (np.tile(v, (2, 1)).astype(np.float32) for v in (n, np.stack([n[:, 2], n[:, 1], -n[:, 0]], -1)))
     g = Gltf()
-    lean = g.texture(np.full((2, 2, 3), pixel, np.uint8))
-    material = g.material((1, 1, 1), normalTexture={"index": lean}, doubleSided=turned)
-    g.node(mesh=g.mesh(points, faces, material, NORMAL=normals, TEXCOORD_0=uv, **attributes(across)))
+    material = g.material((1, 1, 1), normalTexture={"index": g.texture([[pixel]])}, doubleSided=turned)
+    g.node(mesh=g.mesh(points, faces[::-1] if turned else faces, material, NORMAL=normals, TEXCOORD_0=uv, **attributes(across)))
     g.camera(0.5, translation=[0, 0, 4])
     return g
 
@@ -336,8 +333,7 @@ def test_tangents(pathtracer, even_sky):
     """Those of a file are used, whatever the coordinates say; others are smooth over the edges of faces, as if written."""
 
     def normals(attributes, *options, **named):
-        path = patch(attributes, *options, **named).save(pathtracer.folder / "scene.glb")
-        layers = read_layers(pathtracer.render("--scene", path, *SMALL, "--spp", 16, "--env", even_sky))
+        layers = pathtracer.layers("--scene", patch(attributes, *options, **named), *ONE, "--spp", 16, "--env", even_sky)
         return np.stack([layers[f"normal.{c}"] for c in "XYZ"], -1)[6:18, 6:18]
 
     signed = lambda t, sign: {"TANGENT": np.concatenate([t, np.full((len(t), 1), sign)], 1).astype(np.float32)}
@@ -352,43 +348,21 @@ def test_tangents(pathtracer, even_sky):
     assert max(np.abs(np.diff(seamless, axis=axis)).max() for axis in (0, 1)) < 0.1  # 0.7 with tangents of faces
 
 
-@pytest.mark.parametrize(("extensions", "coat"), [
-    ({}, 0.04), ({"KHR_materials_specular": {"specularFactor": 0.5}}, 0.02), ({"KHR_materials_ior": {"ior": 2}}, 1 / 9),
-    # As converters from specular-glossiness write it
-    ({"KHR_materials_ior": {"ior": 1000}, "KHR_materials_specular": {"specularColorFactor": [0.3, 0.3, 0.3]}}, 0.3),
-    ({"KHR_materials_ior": {"ior": 0}, "KHR_materials_specular": {"specularColorFactor": [0.3, 0.3, 0.3]}}, 0.3),
-    ({"KHR_materials_ior": {"ior": 1000}, "KHR_materials_specular": {"specularColorTexture": {"index": 0}}}, 0.04)])
-def test_coats(pathtracer, even_sky, extensions, coat):
-    """Over black, seen straight, a smooth coat shows its reflectance of the sky."""
-    g = Gltf()
-    g.texture(files.FOUR)
-    pbr = {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0, "roughnessFactor": 0.05}
-    g.node(mesh=g.mesh(QUAD, files.SIX, g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions)))
-    assert picture(pathtracer, over_floor(g, yfov=0.01), "--spp", 64, "--env", even_sky).mean() == pytest.approx(coat, rel=0.05)
-
-
 def test_exr_attributes_that_change_the_pixels(pathtracer):
     """A cube map is refused, other primaries are converted, and a texel that is not finite is named, or bounded."""
     texels = np.full((4, 8, 3), np.float32([0, 1, 0]))
-    view = ["--scene", "lens", "--max-depth", 0, "--spp", 1, *SMALL]
-
-    def with_header(**header):
-        header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **header}
-        with OpenEXR.File(header, {"RGB": texels}) as file:
-            file.write(str(pathtracer.folder / "sky.exr"))
-
-    with_header(chromaticities=(0.708, 0.292, 0.17, 0.797, 0.131, 0.046, 0.3127, 0.329))  # Rec. 2020
-    green = pathtracer.image(*view, "--env", "sky.exr")[0, 0]
+    view = ["--scene", "lens", "--max-depth", 0, *ONE, "--env", "sky.exr"]
+    write = lambda **header: files.write_exr(pathtracer.folder / "sky.exr", header, RGB=texels)
+    write(chromaticities=(0.708, 0.292, 0.17, 0.797, 0.131, 0.046, 0.3127, 0.329))  # Rec. 2020
     # What is out of gamut is negative, and no light.
-    np.testing.assert_allclose(green, [0, 1.1329, 0], atol=1e-3)
-    cube = OpenEXR.ENVMAP_CUBE if hasattr(OpenEXR, "ENVMAP_CUBE") else OpenEXR.Envmap(1)
-    with_header(envmap=cube)
-    pathtracer.failure(*view, "--env", "sky.exr", "-o", "out.exr", said=["sky.exr", "cube map"])
+    np.testing.assert_allclose(pathtracer.image(*view)[0, 0], [0, 1.1329, 0], atol=1e-3)
+    write(envmap=OpenEXR.ENVMAP_CUBE if hasattr(OpenEXR, "ENVMAP_CUBE") else OpenEXR.Envmap(1))
+    pathtracer.failure(*view, said=["sky.exr", "cube map"])
     texels[2, 5] = np.inf, np.nan, 1
-    with_header()
-    pathtracer.failure(*view, "--env", "sky.exr", "-o", "out.exr", said=["texel 5,2 is not finite", "--clamp"])
-    begun = pathtracer.render(*view, "--env", "sky.exr", "--clamp")
-    assert np.isfinite(read_exr(begun)[0]).all() and read_exr(begun)[1]["clamp"] == "1"
+    write()
+    pathtracer.failure(*view, said=["texel 5,2 is not finite", "--clamp"])
+    image, header = read_exr(pathtracer.render(*view, "--clamp"))
+    assert np.isfinite(image).all() and header["clamp"] == "1"
     texels[:] = np.inf, 0.25, 0.5  # also where a file says that its primaries are those of Rec. 709
-    with_header(chromaticities=(0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329))
-    np.testing.assert_allclose(pathtracer.image(*view, "--env", "sky.exr", "--clamp")[0, 0], [65504, 0.25, 0.5], rtol=1e-3)
+    write(chromaticities=(0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329))
+    np.testing.assert_allclose(pathtracer.image(*view, "--clamp")[0, 0], [65504, 0.25, 0.5], rtol=1e-3)
