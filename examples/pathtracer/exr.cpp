@@ -107,7 +107,7 @@ ExrHead read_head(const Imf::Header &header) {
         const char *const end = text.data() + text.size();
         const auto [stop, error] = std::from_chars(text.data(), end, value);
         if (error != std::errc() || stop != end || !std::isfinite(double(value)))
-            throw Error("its ", name, " is '", printable(text), "'");
+            throw Error("its ", name, " is '", text, "'");
         head.settings.erase(found);
     });
     if (s.end_sample < s.first_sample || s.end_sample > uint64_t{1} << 32)
@@ -125,8 +125,7 @@ auto reading(const std::string &path, Read read) {
         check_regular(path);
         return read();
     } catch (const std::bad_alloc &) {
-        throw Error("cannot read the EXR file ", path,
-                    ": it needs more memory than there is, or than --max-memory allows");
+        throw Error("cannot read the EXR file ", path, ": it needs more than --max-memory allows");
     } catch (const std::exception &error) {
         throw Error("cannot read the EXR file ", path, ": ", error.what());
     }

@@ -79,21 +79,9 @@ std::string shortest(double number) {
     return {text, std::to_chars(text, text + sizeof text, number).ptr};
 }
 
-std::string printable(std::string text) {
-    constexpr size_t LONGEST = 200;
-    if (text.size() > LONGEST) text = text.substr(0, LONGEST) + "...";
-    return without_controls(text);
-}
-
 std::string without_controls(std::string text) {
-    for (size_t i = 0; i < text.size(); ++i) {
-        const auto c = static_cast<unsigned char>(text[i]);
-        // In UTF-8, some terminals also obey the control characters U+0080 to U+009F.
-        const bool second =
-            c == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xa0;
-        if (c < 32 || c == 127 || second) text[i] = '?';
-        if (second) text[i + 1] = '?';
-    }
+    for (char &c : text)
+        if (static_cast<unsigned char>(c) < 32 || c == 127) c = '?';
     return text;
 }
 

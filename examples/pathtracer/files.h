@@ -35,8 +35,7 @@ auto named(const std::string &name, Function function) {
     }
 }
 
-// Replace line breaks and control characters, which a terminal would obey. The first also shortens.
-std::string printable(std::string text);
+// Replaces line breaks and control characters, which a terminal would obey.
 std::string without_controls(std::string text);
 
 // Prints one line to standard error, after the program's name.

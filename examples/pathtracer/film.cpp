@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <mutex>
-#include <system_error>
 #include <thread>
 
 #include "files.h"
@@ -244,11 +243,7 @@ struct Renderer {
             }
         };
         std::vector<std::thread> threads;
-        try {
-            while (threads.size() + 1 < settings.threads) threads.emplace_back(work);
-        } catch (const std::system_error &) {
-            // If the system grants no more threads, those already started do the work.
-        }
+        while (threads.size() + 1 < settings.threads) threads.emplace_back(work);
         work();
         for (std::thread &thread : threads) thread.join();
         return done == blocks.size();

@@ -120,8 +120,8 @@ bool holds_data(const std::string &uri) {
 // Names a buffer or an image in messages.
 std::string name_of(const char *what, const Json &source, int64_t number) {
     const std::string uri = source.value("uri", ""), name = source.value("name", "");
-    if (!uri.empty() && !holds_data(uri)) return joined(what, " ", printable(percent_decoded(uri)));
-    return joined(what, " ", number, name.empty() ? "" : " ", printable(name));
+    if (!uri.empty() && !holds_data(uri)) return joined(what, " ", percent_decoded(uri));
+    return joined(what, " ", number, name.empty() ? "" : " ", name);
 }
 
 struct Span {
@@ -159,12 +159,10 @@ struct File {
         const std::string version = asset.value("version", ""),
                           least = asset.value("minVersion", "");
         if (version.compare(0, 2, "2.") != 0 || (!least.empty() && least != "2.0"))
-            throw Error("is glTF ", printable(least.empty() ? version : least),
-                        "; version 2.0 is read");
-        for (const Json &required : member(json, "extensionsRequired"))
+            throw Error("is glTF ", least.empty() ? version : least, "; version 2.0 is read");
+        for (const std::string required : member(json, "extensionsRequired"))
             if (!is_known(required))
-                throw Error("requires the extension ", printable(required),
-                            ", which cannot be read");
+                throw Error("requires the extension ", required, ", which cannot be read");
     }
 
     // The JSON of a .glb, its first chunk. The second one may be binary.
@@ -346,7 +344,6 @@ int32_t load_texture(Reader &r, int64_t number, bool srgb) {
         return texture_decode({bytes.data, bytes.data + bytes.size});
     });
     loaded.srgb = srgb;
-    if (loaded.cut_short) r.ignored.insert("that " + name + " is cut short");
     if (texture.contains("sampler")) {
         const Json &sampler = element(r.json, "samplers", integer(texture, "sampler"));
         const auto wrap = [&](const char *mode) {
@@ -441,7 +438,7 @@ uint32_t material_number(Reader &r, int64_t number, bool vertex_colours) {
     const Json none = Json::object();
     const Json &source = number < 0 ? none : element(r.json, "materials", number);
     for (const auto &[name, value] : member(source, "extensions").items())
-        if (KNOWN_MATERIALS.count(name) == 0) r.ignored.insert("the extension " + printable(name));
+        if (KNOWN_MATERIALS.count(name) == 0) r.ignored.insert("the extension " + name);
 
     const Json &pbr = member(source, "pbrMetallicRoughness"),
                &transmission = extension(source, "KHR_materials_transmission");
@@ -700,7 +697,7 @@ void read_camera(Reader &r, const Json &node, const glm::dmat3 &turn, Vec3 posit
         const float ahead = -dot(position, camera.forward);
         camera.target = position + (ahead > 0 ? ahead : 1) * camera.forward;
         const std::string name = node.value("name", source.value("name", ""));
-        r.scene.cameras.push_back({camera, printable(name)});
+        r.scene.cameras.push_back({camera, without_controls(name)});
     }
 }
 
@@ -817,7 +814,7 @@ Scene scene_file_read(const std::string &path, const SceneOptions &options) {
     try {
         Reader r(path, options);
         for (const std::string used : member(r.json, "extensionsUsed"))
-            if (!is_known(used)) r.ignored.insert("the extension " + printable(used));
+            if (!is_known(used)) r.ignored.insert("the extension " + used);
         if (!member(r.json, "animations").empty()) r.ignored.insert("animations");
         read_nodes(r);
         Scene &scene = r.scene;
@@ -842,8 +839,7 @@ Scene scene_file_read(const std::string &path, const SceneOptions &options) {
         return std::move(scene);
     } catch (const Json::exception &error) {
         const std::string what = error.what(); // its end is a part of the file, which may be long
-        throw Error(
-            path, ": is not valid glTF 2.0: ", printable(what.substr(0, what.find("; last read"))));
+        throw Error(path, ": is not valid glTF 2.0: ", what.substr(0, what.find("; last read")));
     } catch (const Error &error) {
         throw Error(path, ": ", error.what());
     }

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// libpng reads and writes PNG, and libjpeg-turbo reads JPEG.
 #include "image.h"
 
 #include <bn/bn.h>
-#include <png.h>
-#include <turbojpeg.h>
+
+#define STB_IMAGE_STATIC
+#define STB_IMAGE_IMPLEMENTATION
+#define STBI_NO_STDIO
+#define STBI_ONLY_JPEG
+#define STBI_ONLY_PNG
+#include <stb/stb_image.h>
+#define STB_IMAGE_WRITE_STATIC
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#include <stb/stb_image_write.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <memory>
-#include <new>
-#include <string_view>
 
 #include "files.h"
 
@@ -26,84 +30,6 @@ float tone_curve(float v) {
 
 float srgb_encode(float v) {
     return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
-}
-
-constexpr const char *DAMAGED = "is damaged: it cannot be decoded";
-
-// Makes room for the texels.
-void resize(Texture &texture, size_t width, size_t height) {
-    if (width > 1 << 20 || height > 1 << 20) throw Error("has more than 2^20 texels in a row");
-    texture.width = int(width);
-    texture.height = int(height);
-    texture.rgba.resize(4 * width * height);
-}
-
-// A PNG being read. libpng reports errors by longjmp, so no destructor may be skipped.
-struct PngReader {
-    const unsigned char *next;
-    size_t left;
-    std::vector<png_bytep> rows = {};
-    png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, fail, ignore);
-    png_infop info = png ? png_create_info_struct(png) : nullptr;
-
-    ~PngReader() { png_destroy_read_struct(&png, &info, nullptr); }
-    static void fail(png_structp png, png_const_charp) { png_longjmp(png, 1); }
-    static void ignore(png_structp, png_const_charp) {}
-    static void read(png_structp png, png_bytep to, size_t count) {
-        auto &reader = *static_cast<PngReader *>(png_get_io_ptr(png));
-        if (count > reader.left) fail(png, nullptr);
-        std::memcpy(to, reader.next, count);
-        reader.next += count;
-        reader.left -= count;
-    }
-};
-
-// Returns false if the file is damaged. Ignores gamma and colour profiles, as glTF requires.
-bool decode_png(const std::vector<unsigned char> &bytes, Texture &texture) {
-    PngReader reader{bytes.data(), bytes.size()};
-    const png_structp png = reader.png;
-    const png_infop info = reader.info;
-    if (!info) throw std::bad_alloc();
-    if (setjmp(png_jmpbuf(png))) return false;
-    png_set_read_fn(png, &reader, PngReader::read);
-    // Accept files with a wrong checksum.
-    png_set_crc_action(png, PNG_CRC_QUIET_USE, PNG_CRC_QUIET_USE);
-    png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
-    png_read_info(png, info);
-    png_set_expand(png); // palettes, fewer than 8 bits, a transparent colour
-    png_set_scale_16(png);
-    png_set_gray_to_rgb(png);
-    png_set_add_alpha(png, 255, PNG_FILLER_AFTER);
-    png_set_interlace_handling(png);
-    png_read_update_info(png, info);
-    const size_t width = png_get_image_width(png, info), height = png_get_image_height(png, info);
-    if (png_get_rowbytes(png, info) != 4 * width) return false;
-    resize(texture, width, height);
-    for (size_t y = 0; y < height; ++y) reader.rows.push_back(&texture.rgba[4 * width * y]);
-    png_read_image(png, reader.rows.data());
-    return true;
-}
-
-// If the data end early, the missing texels are grey, and `cut_short` is set.
-void decode_jpeg(const std::vector<unsigned char> &bytes, Texture &texture) {
-    const std::unique_ptr<void, int (*)(tjhandle)> handle{tjInitDecompress(), tjDestroy};
-    int width = 0, height = 0, subsampling = 0, colours = 0;
-    if (tjDecompressHeader3(handle.get(), bytes.data(), bytes.size(), &width, &height, &subsampling,
-                            &colours) != 0)
-        throw Error(DAMAGED);
-    if (colours == TJCS_CMYK || colours == TJCS_YCCK)
-        throw Error("is a JPEG in CMYK, for print; save it in RGB");
-    resize(texture, size_t(width), size_t(height));
-    // Each scan of a progressive JPEG goes over the whole image again, even if it has no data.
-    if (tjDecompress2(handle.get(), bytes.data(), bytes.size(), texture.rgba.data(), width, 0,
-                      height, TJPF_RGBA, TJFLAG_ACCURATEDCT | TJFLAG_LIMITSCANS) == 0)
-        return;
-    // Viewers also show images with warnings. An error after a warning counts as a warning, but leaves
-    // texels unwritten.
-    if (tjGetErrorCode(handle.get()) != TJERR_WARNING || texture.rgba.back() != 255)
-        throw Error(DAMAGED);
-    // libjpeg's message is the only indication.
-    texture.cut_short = std::strstr(tjGetErrorStr2(handle.get()), "Premature end of JPEG");
 }
 
 // Decodes a byte of sRGB to linear.
@@ -155,29 +81,29 @@ std::string png_encode_preview(const Image &image, float exposure) {
                 pixels.push_back(static_cast<uint8_t>(level + threshold));
             }
 
-    png_image png{};
-    png.version = PNG_IMAGE_VERSION;
-    png.width = static_cast<png_uint_32>(width(image.crop));
-    png.height = static_cast<png_uint_32>(height(image.crop));
-    png.format = PNG_FORMAT_RGB;
-    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
-    std::string bytes(size, '\0');
-    if (!png_image_write_to_memory(&png, bytes.data(), &size, 0, pixels.data(), 0, nullptr))
-        throw Error("the preview cannot be encoded: ", png.message);
-    bytes.resize(size);
-    return bytes;
+    int size = 0;
+    const std::unique_ptr<uint8_t, void (*)(void *)> bytes(
+        stbi_write_png_to_mem(pixels.data(), 0, width(image.crop), height(image.crop), 3, &size),
+        std::free);
+    if (!bytes) throw std::bad_alloc();
+    return {reinterpret_cast<const char *>(bytes.get()), size_t(size)};
 }
 
 Texture texture_decode(const std::vector<unsigned char> &bytes) {
-    const std::string_view data(reinterpret_cast<const char *>(bytes.data()), bytes.size());
+    // stb_image ignores gamma and colour profiles, as glTF requires. 16 bits keep the rounding correct.
     Texture texture;
-    if (data.substr(0, 2) == "\xff\xd8")
-        decode_jpeg(bytes, texture);
-    else if (data.substr(0, 6) != "\x89PNG\r\n")
-        throw Error("is not an image that can be read (PNG or JPEG)");
-    else if (!decode_png(bytes, texture))
-        throw Error(DAMAGED);
-    for (size_t i = 3; i < texture.rgba.size() && !texture.has_alpha; i += 4)
+    int channels = 0;
+    const std::unique_ptr<uint16_t, void (*)(void *)> texels(
+        stbi_load_16_from_memory(bytes.data(), int(bytes.size()), &texture.width, &texture.height,
+                                 &channels, 4),
+        stbi_image_free);
+    if (bytes.size() > INT_MAX || !texels)
+        throw Error("is damaged, too large, or neither PNG nor JPEG");
+    const size_t count = 4 * size_t(texture.width) * size_t(texture.height);
+    texture.rgba.reserve(count);
+    for (size_t i = 0; i < count; ++i)
+        texture.rgba.push_back(uint8_t((255u * texels.get()[i] + 32767) / 65535));
+    for (size_t i = 3; i < count && !texture.has_alpha; i += 4)
         texture.has_alpha = texture.rgba[i] != 255;
     return texture;
 }

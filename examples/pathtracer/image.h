@@ -46,7 +46,6 @@ struct Texture {
     bool nearest = false;      // the nearest texel, not bilinear
     bool srgb = false;         // decode red, green and blue; alpha is always linear
     bool has_alpha = false;    // some texel is not opaque
-    bool cut_short = false;    // the file ends early: the rest is guessed
     std::vector<uint8_t> rgba; // height rows of width texels, top row first
 };
 

@@ -32,10 +32,6 @@ fs::path preview_path(const Options &o) {
     return fs::path(o.text("-o")).replace_extension(".png");
 }
 
-bool is_environment_file(const std::string &name) {
-    return !name.empty() && name != "sky" && name != "none";
-}
-
 // Throws Error unless both outputs can be written and differ from all files that are read. Only the image
 // of --resume may be replaced by -o.
 void check_outputs(const Options &o, const std::vector<std::string> &inputs) {
@@ -50,8 +46,7 @@ void check_outputs(const Options &o, const std::vector<std::string> &inputs) {
         check("the preview of -o", png, input);
     }
     check("the preview of -o", png, o.text("--resume"));
-    if (is_same_file(exr, png))
-        throw Error("-o and its preview ", png.string(), " are the same file; give another name");
+    if (is_same_file(exr, png)) throw Error("-o and its preview ", png.string(), " are one file");
     check_writable(exr);
     check_writable(png);
 }
@@ -98,11 +93,11 @@ Scene load_scene(const Options &o, InputRecord &record) {
     options.photometric = o.flag("--photometric");
     options.record = &record;
     const std::string &environment = o.text("--env");
-    if (is_environment_file(environment)) record.add_file(environment);
+    if (!environment.empty() && environment != "sky" && environment != "none")
+        record.add_file(environment);
     if (!environment.empty())
         options.environment =
             std::make_shared<Environment>(environment_read(environment, o.flag("--clamp")));
-    if (is_environment_file(environment)) record.add_file(environment); // it may have changed
     return scene_build(o.text("--scene"), options);
 }
 
@@ -161,7 +156,7 @@ std::string difference(Settings one, Settings other) {
         const auto [end, unused_too] = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
         const size_t start = std::string(a.begin(), end).rfind('\n') + 1;
         const auto line = [&](const std::string &text) {
-            return printable(text.substr(start, text.find('\n', start) - start));
+            return text.substr(start, text.find('\n', start) - start);
         };
         return joined(name, ": '", line(a), "' and '", line(b), "'");
     }
@@ -381,13 +376,6 @@ void limit_memory(const Options &o) {
     setrlimit(RLIMIT_DATA, &limit);
 }
 
-// The exit status of a successful run, unless its output could not be written.
-int status_of_output() {
-    if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return 0;
-    say(std::string("cannot write to standard output: ") + std::strerror(errno));
-    return 1;
-}
-
 template <typename Entry>
 void print_entries(const char *what, const std::vector<Entry> &entries) {
     std::printf("%s:\n", what);
@@ -398,10 +386,6 @@ void print_entries(const char *what, const std::vector<Entry> &entries) {
 
 int main(int argc, char **argv) {
     exit_where_it_would_abort();
-#ifdef SIGXFSZ
-    // Treat a file size limit as an error, like a full disk, instead of dying with half a file.
-    std::signal(SIGXFSZ, SIG_IGN);
-#endif
     try {
         const Options options(argc, argv);
         limit_memory(options);
@@ -421,7 +405,7 @@ int main(int argc, char **argv) {
         } else if (const int signal = run_render(options)) {
             return 128 + signal; // as shells do: a script sees that the image is incomplete
         }
-        return status_of_output();
+        return 0;
     } catch (const std::bad_alloc &) {
         say("out of memory; render the image in parts with --crop, or allow more with "
             "--max-memory");

@@ -13,7 +13,9 @@ const std::vector<SamplerEntry> &sampler_entries() {
             {"zorder", "Sobol' along a Morton curve, for a declared count", BN_SAMPLER_ZORDER},
             {"mask", "a blue-noise mask drives padded Sobol'", BN_SAMPLER_MASK},
         };
+#ifdef BN_WITH_PEERS
         for (const SamplerEntry &entry : peer_entries()) all.push_back(entry);
+#endif
         return all;
     }();
     return entries;

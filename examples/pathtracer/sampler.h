@@ -39,10 +39,11 @@ struct SamplerEntry {
     PeerPointer (*peer)(uint64_t seed) = nullptr; // creates a sampler that is not libbn's
 };
 
-// libbn's samplers, then sobol-global if built with Boost, and OpenQMC's samplers if built with OpenQMC.
+// libbn's samplers, then those of peer_entries().
 const std::vector<SamplerEntry> &sampler_entries();
 
-// The samplers that are not from libbn, in peers.cpp.
+// Samplers that are not from libbn, in evidence/programs/path_tracer_peers.cpp,
+// which is linked if BN_WITH_PEERS is defined.
 std::vector<SamplerEntry> peer_entries();
 
 // The sampler of this name. `declared_spp` is for "zorder"; 0: unknown. Throws Error that lists the

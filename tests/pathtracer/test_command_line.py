@@ -148,22 +148,15 @@ def test_temporary_files_have_random_names(pathtracer):
         assert (pathtracer.folder / name).lstat().st_mode == stat.S_IFREG | 0o640
 
 
-@pytest.mark.parametrize("arguments", [["--list"], [*TINY, "-o", "out.exr"]])
-def test_full_standard_output_is_an_error(arguments, pathtracer):
-    """The images are written all the same."""
-    with open("/dev/full", "wb") as full, pathtracer.start(*arguments, stdout=full, stderr=subprocess.PIPE, text=True) as program:
-        said = program.communicate(timeout=60)[1]
-    assert program.returncode == 1
-    assert said == "pathtracer: cannot write to standard output: No space left on device\n"
-    if "-o" in arguments:
-        pathtracer.success("--merge", "out.exr", "-o", "whole.exr")
-
-
 def test_a_full_disk_leaves_the_old_file(pathtracer):
     """A limit on file sizes takes the way of a full disk: the last bytes cannot be written."""
     old = pathtracer.render(*TINY)
     before = old.read_bytes()
-    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
+
+    def limit():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
+
     pathtracer.failure("--size", "128x128", "--spp", 1, "-o", old, said=[str(old), "cannot write"], preexec_fn=limit, timeout=20)
     assert old.read_bytes() == before
 
@@ -193,7 +186,7 @@ def test_a_terminal_sees_progress(pathtracer):
 
 def test_a_second_interrupt_ends_at_once(pathtracer):
     """In the midst of a block, which a first one waits for. Blocks take the longer, the more samples there are already."""
-    for seconds in (0.3, 0.6, 1, 2, 4):
+    for seconds in 3 * (0.3, 0.6, 1, 2, 4):
         program = pathtracer.interrupt(signal.SIGTERM, "--size", "8x8", "--spp", 2**24, "-o", "out.exr", seconds=seconds)
         time.sleep(0.02)
         program.send_signal(signal.SIGTERM)

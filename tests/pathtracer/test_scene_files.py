@@ -7,7 +7,7 @@ Most images are known without rendering, or are those of another file that says 
 import numpy as np
 import pytest
 from pathtracer_driver import SCENES, assert_same, read_exr, read_layers
-from scene_files import COMPONENT_TYPES, DOWN, QUAD, ROOM_EYE, SIX, SMALL, Gltf, ball, floor, over_floor, picture, room
+from scene_files import COMPONENT_TYPES, DOWN, ONE, QUAD, ROOM_EYE, SIX, Gltf, ball, floor, over_floor, picture, room
 
 # ---- The same scene said in other ways
 
@@ -35,19 +35,10 @@ def test_scale_and_place_do_not_matter(pathtracer, scale, shift_in_sizes):
     assert moved.mean() == pytest.approx(plain.mean(), rel=0.01)
 
 
-def staircase(nest):
-    """A tilted quad under a light; `nest` places it in the tree."""
-    g = Gltf()
-    mesh = g.mesh(QUAD, SIX, g.material((0.6, 0.5, 0.4)), NORMAL=np.tile(np.float32([0.1, 0.9, 0]), (4, 1)))
-    nest(g, mesh)
-    g.light("point", 5, translation=[0.5, 2, 0.3])
-    return over_floor(g, 4)
-
-
 def test_nodes_and_matrices(pathtracer):
     """Turned by 0.3 about z, scaled by (1, 2, 0.5), moved: in one node, as a matrix, in a row of nodes."""
     c, s = np.cos(0.3), np.sin(0.3)
-    turn = {"rotation": [0, 0, float(np.sin(0.15)), float(np.cos(0.15))]}
+    turn = {"rotation": [0, 0, np.sin(0.15), np.cos(0.15)]}
     scale, move = {"scale": [1, 2, 0.5]}, {"translation": [0.2, -0.3, 0.1]}
     matrix = [c, s, 0, 0, -2 * s, 2 * c, 0, 0, 0, 0, 0.5, 0, 0.2, -0.3, 0.1, 1]
 
@@ -55,120 +46,113 @@ def test_nodes_and_matrices(pathtracer):
         inner = g.node(root=False, mesh=mesh, **scale)
         g.node(children=[g.node(root=False, children=[inner], **turn)], **move)
 
-    expected = picture(pathtracer, staircase(lambda g, mesh: g.node(mesh=mesh, **turn, **scale, **move)), "--spp", 4)
+    def image(place):
+        g = Gltf()
+        place(g, g.mesh(QUAD, SIX, g.material((0.6, 0.5, 0.4)), NORMAL=np.tile(np.float32([0.1, 0.9, 0]), (4, 1))))
+        g.light("point", 5, translation=[0.5, 2, 0.3])
+        return picture(pathtracer, over_floor(g, 4), "--spp", 4)
+
+    expected = image(lambda g, mesh: g.node(mesh=mesh, **turn, **scale, **move))
     assert 0.05 < expected.mean() < 1
-    for nest in (lambda g, mesh: g.node(mesh=mesh, matrix=[float(m) for m in matrix]), row):
-        np.testing.assert_allclose(picture(pathtracer, staircase(nest), "--spp", 4), expected, rtol=2e-4, atol=1e-5)
+    for place in (lambda g, mesh: g.node(mesh=mesh, matrix=matrix), row):
+        np.testing.assert_allclose(image(place), expected, rtol=2e-4, atol=1e-5)
 
 
 def test_mirrored_nodes_keep_fronts(pathtracer):
     """A light that shines from its front only still faces down after two mirrors, and after one that is made up for by
     the order of its corners."""
 
-    def lamp(corners, **node):
+    def lit(corners, **node):
         g = floor()
         g.quads([corners], g.material((0, 0, 0), emissiveFactor=[2, 2, 2]), **node)
-        return over_floor(g, 0.9)
+        return picture(pathtracer, over_floor(g, 0.9), "--spp", 8).mean()
 
-    above = QUAD * 0.5 + np.float32([0, 1, 0])
-    down, up = above[::-1], above
-    lit = picture(pathtracer, lamp(down), "--spp", 8)
-    assert lit.mean() > 0.1
-    assert picture(pathtracer, lamp(up), "--spp", 8).mean() == 0
-    for corners, scale in ((down, [-1, 1, 1]), (down, [-1, 1, -1]), (up * [1, -1, 1], [1, -1, 1])):
-        mirrored = picture(pathtracer, lamp(np.float32(corners), scale=scale), "--spp", 8)
-        assert mirrored.mean() == pytest.approx(lit.mean(), rel=0.02), scale
+    up = QUAD * 0.5 + np.float32([0, 1, 0])
+    down = up[::-1]
+    assert lit(down) > 0.1 and lit(up) == 0
+    for corners, scale in ((down, [-1, 1, 1]), (down, [-1, 1, -1]), (up * np.float32([1, -1, 1]), [1, -1, 1])):
+        assert lit(corners, scale=scale) == pytest.approx(lit(down), rel=0.02), scale
 
 
-@pytest.mark.parametrize("way", ["uint8", "uint32", "none", "strip", "fan", "sparse", "sparse indices", "strided", "quantised",
-                                 "normalized"])
+def sparse(g, values, count, places):
+    """An accessor of zeros, but for its first elements."""
+    number = g.accessor(values)
+    accessor = g.json["accessors"][number]
+    indices = {"bufferView": g.view(np.arange(len(values), dtype=places).tobytes()), "componentType": COMPONENT_TYPES[places]}
+    accessor.update(count=count, sparse={"count": len(values), "indices": indices, "values": {"bufferView": accessor.pop("bufferView")}})
+    return number
+
+
+def stored(g, kind, width, first, scale=1, **properties):
+    """An accessor of the square, each of its corners from the first number on of a row of so many, multiplied by a scale."""
+    rows = np.full((4, width), 99, kind)
+    rows[:, first:first + 3] = QUAD * scale
+    return g.add("accessors", bufferView=g.view(rows.tobytes(), byteStride=rows.strides[0]), count=4, type="VEC3",
+                 byteOffset=first * rows.itemsize, componentType=COMPONENT_TYPES[kind], **properties)
+
+
+# Positions, indices and mode
+WAYS = {
+    "uint8": lambda g: (QUAD, SIX.astype("uint8")),
+    "uint32": lambda g: (QUAD, SIX.astype("uint32")),
+    "none": lambda g: (QUAD[SIX], None),
+    "strip": lambda g: (QUAD, np.uint16([1, 2, 0, 3]), 5),
+    "fan": lambda g: (QUAD, np.uint16([1, 2, 3, 0]), 6),
+    "sparse": lambda g: (sparse(g, QUAD, 4, "uint8"), SIX),
+    "sparse indices": lambda g: (QUAD, sparse(g, SIX, 21, "uint16")),  # the others are zeros, faces without area
+    "strided": lambda g: (stored(g, "float32", 5, 1), SIX),
+    "quantised": lambda g: (stored(g, "int8", 4, 0), SIX),
+    "normalized": lambda g: (stored(g, "int16", 4, 0, 32767, normalized=True), SIX),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
 def test_ways_to_store_a_mesh(pathtracer, way):
     """A square in every way a glTF can hold it: albedo on the floor, nothing beside it, in each the same."""
 
-    def scene(way):
+    def image(way):
         g = Gltf()
-        material = g.material((0.25, 0.5, 0.75))  # the back is not seen
-        # Rows of so many numbers, the place of the first of them, what they are multiplied by
-        rows = {"strided": (np.float32, 5, 1, 1), "quantised": (np.int8, 4, 0, 1), "normalized": (np.int16, 4, 0, 32767)}
-        positions, indices, mode = QUAD, SIX, None
-        if way in ("uint8", "uint32"):
-            indices = SIX.astype(way)
-        elif way == "none":
-            positions, indices = QUAD[SIX], None
-        elif way == "strip":
-            indices, mode = np.array([1, 2, 0, 3], np.uint16), 5
-        elif way == "fan":
-            indices, mode = np.array([1, 2, 3, 0], np.uint16), 6
-        elif way == "sparse":
-            g.accessor(QUAD * np.float32([1, 1, 0]))
-            positions = g.accessor(np.zeros((4, 3), np.float32))
-            del g.json["accessors"][positions]["bufferView"]
-            changed = {"bufferView": g.view(bytes(range(4))), "componentType": 5121}
-            values = {"bufferView": g.view(QUAD.tobytes())}
-            g.json["accessors"][positions]["sparse"] = {"count": 4, "indices": changed, "values": values}
-        elif way == "sparse indices":  # of zeros, which make faces without area
-            changed = {"bufferView": g.view(np.arange(6, dtype=np.uint16).tobytes()), "componentType": 5123}
-            values = {"bufferView": g.view(SIX.tobytes())}
-            indices = g.add("accessors", componentType=5123, count=21, type="SCALAR",
-                            sparse={"count": 6, "indices": changed, "values": values})
-        elif way in rows:
-            kind, width, first, scale = rows[way]
-            stored = np.full((4, width), 99, kind)
-            stored[:, first:first + 3] = QUAD * scale
-            positions = g.add("accessors", bufferView=g.view(stored.tobytes(), byteStride=stored.strides[0]), count=4, type="VEC3",
-                              byteOffset=first * stored.itemsize, componentType=COMPONENT_TYPES[stored.dtype.name],
-                              normalized=way == "normalized")
-        g.node(mesh=g.mesh(positions, indices, material, mode))
+        positions, indices, *mode = way(g)
+        g.node(mesh=g.mesh(positions, indices, g.material((0.25, 0.5, 0.75)), *mode))  # the back is not seen
         g.light("directional", 2, rotation=DOWN)
-        return over_floor(g, 4, 0.9)
+        return picture(pathtracer, over_floor(g, 4, 0.9), "--spp", 2)
 
-    image = picture(pathtracer, scene(way), "--spp", 2)
-    np.testing.assert_allclose(image, picture(pathtracer, scene("uint16"), "--spp", 2), rtol=1e-4)
-    np.testing.assert_allclose(image[12, 12], 2 / np.pi * np.array([0.25, 0.5, 0.75]), rtol=1e-4)
-    assert (image[0] == 0).all()
+    found = image(WAYS[way])
+    np.testing.assert_allclose(found, image(lambda g: (QUAD, SIX)), rtol=1e-4)
+    np.testing.assert_allclose(found[12, 12], 2 / np.pi * np.array([0.25, 0.5, 0.75]), rtol=1e-4)
+    assert (found[0] == 0).all()
 
 
 # ---- Cameras and skies
 
-ONE = [*SMALL, "--spp", 1]
-
-
-def options_of(line):
-    """The options of a line of the list."""
-    number, *options = line.split()
-    assert number == "0"
-    return options[:6]
-
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_the_listed_camera_is_the_one_of_the_scene(pathtracer, scene):
-    listing = pathtracer.run("--scene", scene, "--list-cameras")
-    assert listing.returncode == 0 and listing.stderr == ""
+    listing = pathtracer.success("--scene", scene, "--list-cameras")
     (line,) = listing.stdout.splitlines()
-    given = pathtracer.render("--scene", scene, *ONE, *options_of(line))
+    number, *options = line.split()[:7]
+    assert number == "0" and listing.stderr == ""
     own = pathtracer.render("--scene", scene, *ONE)
-    assert_same(read_layers(given), read_layers(own))
-    assert read_exr(own)[1]["camera"] == "--camera 0 " + " ".join(options_of(line))
+    assert_same(pathtracer.layers("--scene", scene, *ONE, *options), read_layers(own))
+    assert read_exr(own)[1]["camera"] == "--camera 0 " + " ".join(options)
 
 
 def test_eye_target_and_angle(pathtracer):
     """A floor two wide and one unit below fills a picture of 90 degrees, and the middle half of one twice as wide."""
-    path = floor().save(pathtracer.folder / "floor.glb")
-    common = ["--scene", path, *ONE, "--max-depth", 0]
+    common = ["--scene", floor(), *ONE, "--max-depth", 0]
     # Looking straight down, -z is up in the picture; from 1e6 up, nothing of the place may be lost.
     for height, fov in ((1, 90), (2, 2 * np.degrees(np.arctan(0.5)))):
-        layers = read_layers(pathtracer.render(*common, "--eye", f"0,{height},0", "--target", "0,0,0", "--fov", fov))
+        layers = pathtracer.layers(*common, "--eye", f"0,{height},0", "--target", "0,0,0", "--fov", fov)
         assert (layers["A"] == 1).all()
         np.testing.assert_allclose(layers["depth.Z"], height, rtol=1e-5)
     for x, z, rows, columns in ((0, 0, slice(6, 18), slice(6, 18)), (1, 0, slice(6, 18), slice(12)), (0, -1, slice(12, 24), slice(6, 18))):
-        shown = read_layers(pathtracer.render(*common, "--eye", f"{x},2,{z}", "--target", f"{x},0,{z}", "--fov", 90))["A"]
+        shown = pathtracer.layers(*common, "--eye", f"{x},2,{z}", "--target", f"{x},0,{z}", "--fov", 90)["A"]
         assert (shown[rows, columns] == 1).all() and shown.sum() == 144
 
 
 def test_camera_options_default_to_the_scene(pathtracer):
-    own = "--camera 0 --eye 278,273,-800 --target 278,273,0 --fov "
-    camera = lambda *arguments: read_exr(pathtracer.render(*ONE, *arguments))[1]["camera"]
-    assert camera("--fov", 20) == own + "20"
+    camera = lambda *arguments: pathtracer.header(*ONE, *arguments)["camera"]
+    assert camera("--fov", 20) == "--camera 0 --eye 278,273,-800 --target 278,273,0 --fov 20"
     assert camera("--eye", "278,273,-900").startswith("--camera 0 --eye 278,273,-900 --target 278,273,0 --fov 39.3")
     assert camera("--target", "0,0,0").startswith("--camera 0 --eye 278,273,-800 --target 0,0,0 --fov 39.3")
 
@@ -176,42 +160,31 @@ def test_camera_options_default_to_the_scene(pathtracer):
 def test_cameras_of_scenes_far_from_the_origin(pathtracer):
     """Eye and target are in the coordinates of the file, also far from its origin, as is the list."""
     shift = np.array([3e4, -2e4, 1e4])
-    near = room().save(pathtracer.folder / "near.glb")
-    far = room(shift=shift).save(pathtracer.folder / "far.glb")
-    place = lambda p: ",".join(repr(float(v)) for v in p)
-    eye, target = np.array([0.3, 1.2, 3.5]), np.array([-0.1, 0.8, 0])
-    images = [pathtracer.image("--scene", path, *ONE, "--max-depth", 1, "--eye", place(eye + by), "--target", place(target + by))
-              for path, by in ((near, np.zeros(3)), (far, shift))]
+    place = lambda by, *p: ",".join(map(str, p + by))
+    images = [pathtracer.image("--scene", room(shift=by), *ONE, "--max-depth", 1, "--eye", place(by, 0.3, 1.2, 3.5),
+                               "--target", place(by, -0.1, 0.8, 0)) for by in (0 * shift, shift)]
     # Vertices may round differently; those of a file hold seven digits before its node moves them.
     assert (np.abs(images[0] - images[1]) > 1e-3).mean() < 0.02
-    line = pathtracer.run("--scene", far, "--list-cameras").stdout
-    listed = [float(v) for v in line.split()[2].split(",")]
-    np.testing.assert_allclose(listed, shift + ROOM_EYE, rtol=1e-9)
+    line = pathtracer.success("--scene", room(shift=shift), "--list-cameras").stdout
+    np.testing.assert_allclose([float(v) for v in line.split()[2].split(",")], shift + ROOM_EYE, rtol=1e-9)
 
 
 def test_cameras_of_a_file_by_number(pathtracer):
     g = floor()
     g.camera(np.pi / 2, translation=[0, 1, 0], rotation=DOWN, name="close")
     g.camera(np.pi / 2, translation=[0, 2, 0], rotation=DOWN, name="far off")
-    path = g.save(pathtracer.folder / "two.glb")
-    depth = lambda *a: read_layers(pathtracer.render("--scene", path, *ONE, *a))["depth.Z"][12, 12]
-    assert depth() == pytest.approx(1) and depth("--camera", 0) == pytest.approx(1)
-    assert depth("--camera", 1) == pytest.approx(2)
-    assert depth("--camera", 1, "--eye", "0,3,0") == pytest.approx(3)
-    lines = pathtracer.run("--scene", path, "--list-cameras").stdout.splitlines()
-    assert len(lines) == 2 and "'close'" in lines[0] and lines[1].startswith("1") and "'far off'" in lines[1]
-    said = ("two.glb", "no camera 2", "has 2 of its own", "--list-cameras")
-    pathtracer.failure("--scene", path, "--camera", 2, "-o", "out.exr", said=said)
-    said = pathtracer.run("--scene", path, *ONE, "-o", "out.exr").stderr
-    assert "first of 2 cameras" in said and "--camera" in said
-    assert pathtracer.run("--scene", path, *ONE, "--camera", 0, "-o", "out.exr").stderr == ""
+    for options, expected in (([], 1), (["--camera", 0], 1), (["--camera", 1], 2), (["--camera", 1, "--eye", "0,3,0"], 3)):
+        assert pathtracer.layers("--scene", g, *ONE, *options)["depth.Z"][12, 12] == pytest.approx(expected)
+        assert ("first of 2 cameras" in pathtracer.said and "--camera" in pathtracer.said) if not options else pathtracer.said == ""
+    close, far = pathtracer.success("--scene", g, "--list-cameras").stdout.splitlines()
+    assert "'close'" in close and far.startswith("1") and "'far off'" in far
+    pathtracer.failure("--scene", g, "--camera", 2, said=["scene.glb", "no camera 2", "has 2 of its own", "--list-cameras"])
 
 
 def test_a_file_without_cameras(pathtracer):
-    path = floor().save(pathtracer.folder / "none.glb")
-    pathtracer.failure("--scene", path, "--camera", 0, "-o", "out.exr", said=["no camera 0", "has 0 of its own", "--eye"])
-    listing = pathtracer.run("--scene", path, "--list-cameras").stdout
+    listing = pathtracer.success("--scene", floor(), "--list-cameras").stdout
     assert "none" in listing and "--eye" in listing and "--fov" in listing
+    pathtracer.failure("--scene", floor(), "--camera", 0, said=["no camera 0", "has 0 of its own", "--eye"])
 
 
 def test_without_a_camera_everything_is_in_the_image(pathtracer, even_sky):
@@ -221,9 +194,7 @@ def test_without_a_camera_everything_is_in_the_image(pathtracer, even_sky):
         ball(g, g.material((0, 0, 0)))
         g.json["nodes"][0].update(scale=scale, translation=[700, -50, 20])
         dark = picture(pathtracer, g, "--spp", 1, "--env", even_sky)[..., 0] < 0.5
-        rows, columns = np.where(dark)
-        assert len(rows) > 0
-        extent = max(np.ptp(rows), np.ptp(columns)) + 1
+        extent = max(np.ptp(places) for places in np.where(dark)) + 1
         assert 12 <= extent <= 24, scale
         assert not (dark[0].any() or dark[-1].any() or dark[:, 0].any() or dark[:, -1].any()), scale
 
@@ -231,40 +202,36 @@ def test_without_a_camera_everything_is_in_the_image(pathtracer, even_sky):
 def test_lamps_replace_the_sky_and_glows_do_not(pathtracer):
     """A speck of emission 1 is a glow, one of a little more a lamp, and so is any punctual light; without either there is sky."""
 
-    def scene(radiance):
+    def mean(*arguments, radiance=0, light=False):
         g = floor()
-        g.quads([0.01 * QUAD + np.float32([0, 9, 0])], g.material((0, 0, 0), **g.glow((radiance, 0.5, 0), radiance)))
-        return over_floor(g)
+        if radiance:
+            g.quads([0.01 * QUAD + np.float32([0, 9, 0])], g.material((0, 0, 0), **g.glow((radiance, 0.5, 0), radiance)))
+        if light:
+            g.light("point", 1e-3, translation=[0, 1, 0])
+        return picture(pathtracer, over_floor(g), "--spp", 4, *arguments).mean()
 
-    glow, lamp = scene(1), scene(1.01)
-    for dim in (floor(), glow):
-        assert picture(pathtracer, dim, "--spp", 4).mean() > 0.1
-        assert picture(pathtracer, dim, "--spp", 4, "--env", "none").mean() < 1e-3
-    assert picture(pathtracer, lamp, "--spp", 4).mean() < 1e-3
-    assert picture(pathtracer, lamp, "--spp", 4, "--env", "sky").mean() > 0.1
-    g = floor()
-    g.light("point", 1e-3, translation=[0, 1, 0])
-    assert picture(pathtracer, over_floor(g), "--spp", 4).mean() < 1e-3
+    for dim in (0, 1):
+        assert mean(radiance=dim) > 0.1 and mean("--env", "none", radiance=dim) < 1e-3
+    assert mean(radiance=1.01) < 1e-3 and mean("--env", "sky", radiance=1.01) > 0.1
+    assert mean(light=True) < 1e-3
 
 
 def test_ignored_features_are_named_once(pathtracer):
     g = floor()
     g.add("animations", channels=[], samplers=[])
-    skin = g.add("skins", joints=[0])
-    g.json["nodes"][0]["skin"] = skin
+    g.json["nodes"][0]["skin"] = g.add("skins", joints=[0])
     mesh = g.json["meshes"][0]["primitives"]
-    mesh.append({**mesh[0], "mode": 1})
-    mesh.append({**mesh[0], "mode": 0})
+    mesh += [{**mesh[0], "mode": mode} for mode in (0, 1)]
     mesh[0]["targets"] = [{"POSITION": mesh[0]["attributes"]["POSITION"]}]
     g.use("VENDOR_thing")
     g.material(extensions={"KHR_materials_sheen": {}})
     g.node(camera=g.add("cameras", type="orthographic", orthographic={"xmag": 1, "ymag": 1, "znear": 1, "zfar": 2}))
     path = g.save(pathtracer.folder / "odd.gltf")
-    arguments = ["--scene", path, *SMALL, "--spp", 1, "-o", "out.exr"]
-    done = pathtracer.success(*arguments)
-    assert done.stderr.count("\n") == 1
-    assert done.stderr.startswith(f"pathtracer: {path}: ignores ")
+    pathtracer.render("--scene", path, *ONE)
+    said = pathtracer.said
+    assert said.count("\n") == 1 and said.startswith(f"pathtracer: {path}: ignores ")
     for name in ("animations", "skins", "morph targets", "points and lines", "VENDOR_thing", "orthographic cameras"):
-        assert done.stderr.count(name) == 1, name
-    assert "sheen" not in done.stderr  # nothing has that material
-    assert pathtracer.run(*arguments, "--quiet").stderr == ""
+        assert said.count(name) == 1, name
+    assert "sheen" not in said  # nothing has that material
+    pathtracer.render("--scene", path, *ONE, "--quiet")
+    assert pathtracer.said == ""

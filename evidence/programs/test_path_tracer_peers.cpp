@@ -3,7 +3,7 @@
 #include <numeric>
 #include <string>
 
-#include "scenes.h"
+#include "../../tests/pathtracer/scenes.h"
 
 namespace {
 
