@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The sampling pattern `blue` of Cycles: the numbers of libbn that path_rng_1D() and its relatives return. README.md
- * has the layout as a table. The draws use 32-bit integer arithmetic and run on every device; they read their table
+ * Cycles' sampling pattern `blue`: the libbn numbers that path_rng_1D() and its relatives return. README.md shows
+ * the layout in a table. The draws use 32-bit integer arithmetic and run on every device; they read their table
  * from sample_pattern_lut. */
 #pragma once
 
@@ -15,7 +15,8 @@ CCL_NAMESPACE_BEGIN
 #include "kernel/sample/bn_draw.glsl"
 #include "kernel/sample/bn_path.glsl"
 
-/* The pixel, with both coordinates below 65536. Combined with the seed, it also seeds generators that hash it. */
+/* Packs the pixel's coordinates, which must be below 65536, and combines them with the seed. Cycles also hashes the
+ * result to seed generators. */
 ccl_device_inline uint blue_pixel(KernelGlobals kg, const int x, const int y) {
     return ((uint(x) & 0xffffu) | uint(y) << 16) ^ kernel_data.integrator.seed;
 }
@@ -42,8 +43,9 @@ ccl_device_inline float2 blue_pair(KernelGlobals kg, const bn_path path, const u
                        float(v.y >> 8) * (1.0f / 16777216.0f));
 }
 
-/* The domain of a decision. The position in the pixel and the lens share ray 0, time and the first light the camera's
- * domain; the direction of a scattered ray uses its ray's domain. All other decisions have their own. */
+/* The domain of a decision. The position in the pixel and the lens share the domain of ray 0. Time and the first light
+ * share the camera's domain. A scattered ray's direction uses that ray's domain. All other decisions have their own
+ * domains. */
 ccl_device_inline uint blue_domain(const bn_path path, const int dimension) {
     const uint bounce = uint(dimension) / PRNG_BOUNCE_NUM, slot = uint(dimension) % PRNG_BOUNCE_NUM;
     if (dimension == PRNG_BOUNCE_NUM + PRNG_LIGHT) {
@@ -70,7 +72,8 @@ ccl_device_inline float2 blue_sample_2D(KernelGlobals kg, const uint rng_pixel, 
     return blue_pair(kg, path, blue_domain(path, dimension), 0u);
 }
 
-/* A pair and a number: a point on a light and the light, or a direction and the lobe. Or time, then lens. */
+/* A pair and a number: a point on a light and the light, or a direction and the lobe. For PRNG_LENS_TIME, the time and
+ * then the lens. */
 ccl_device_inline float3 blue_sample_3D(KernelGlobals kg, const uint rng_pixel, const uint sample,
                                         const int dimension) {
     const bn_path path = blue_path(kg, rng_pixel, sample);

@@ -14,7 +14,7 @@
 namespace pbrt {
 
 // With 2 to MaxEquidistant samples per pixel, wavelengths are evenly spaced. Sample i takes position i * step modulo the
-// sample count, so the first few samples are far apart, too.
+// sample count, so the first few samples are also far apart.
 static constexpr int MaxEquidistant = 7;
 static constexpr int EquidistantSteps[MaxEquidistant + 1] = {0, 1, 1, 2, 3, 3, 5, 4};
 
@@ -52,9 +52,9 @@ void BlueSampler::StartPixelSample(Point2i p, int index, int dim) {
     }
 }
 
-// The offset of a sample's wavelengths within their spacing, in [0, 1). Usually this is u[3]. With 2 to 7 samples, the
-// values of u[3] are unevenly spaced, so evenly spaced ones that start at sample 0's u[3] replace them. With one sample the
-// offset comes from a mask, which gives the bluest error for a smooth function of one number.
+// The offset of a sample's wavelengths within their spacing, in [0, 1). Usually, this is u[3]. With 2 to 7 samples, the
+// values of u[3] are unevenly spaced, so evenly spaced values starting at sample 0's u[3] replace them. With one sample,
+// the offset comes from a mask, which gives the bluest error for a smooth function of one number.
 Float BlueSampler::WavelengthOffset() const {
     if (samplesPerPixel > MaxEquidistant || sampleIndex >= samplesPerPixel) return u[3];
     const uint32_t domain = bn_domain_child(BN_DOMAIN_ROOT, 0);

@@ -15,8 +15,8 @@
 
 namespace pbrt {
 
-// Draws a number and the pair after it from one domain of libbn: u[2] and then (u[0], u[1]). The wavelengths
-// and the position in the pixel share domain 0. This cannot be a bn::SequentialSampler, which counts rays: pbrt
+// Draws a number and the pair after it from one libbn domain: first u[2], then (u[0], u[1]). The wavelengths and
+// the position in the pixel share domain 0. This class cannot be a bn::SequentialSampler, which counts rays: pbrt
 // counts the dimensions of a whole path, and may start at any dimension.
 class BlueSampler {
   public:
@@ -49,7 +49,7 @@ class BlueSampler {
     bn_sampler mask; // for images with one sample per pixel
     Point2i pixel;
     int sampleIndex = 0, dimension = 0;
-    // The current domain: its key, its numbers, and how many of them have been used, from u[2] on.
+    // The current domain: its key, its numbers, and how many of them have been used, counting from u[2].
     int key = 0, spent = 4;
     float u[4];
 };
