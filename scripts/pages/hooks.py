@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """MkDocs hooks (mkdocs.yml): the site mirrors the folders of the repository, so that links work both there and on code hosts.
 
-Pages in the navigation are files of the repository, or are made here: NAME.ipynb.md shows the cells of a notebook with their output and
-plots, and Doxygen writes reference/ from the headers. A link to any other file or folder of the repository leads to a page that shows it.
+Pages in the navigation are files of the repository; Doxygen writes reference/ from the headers. A link to any other file or folder of the repository leads to a page that shows it.
 """
 
-import json
 import logging
 import re
 import subprocess
@@ -52,19 +50,6 @@ def listing(path, level=1):
     return f"{'#' * level} {escaped(path)}\n\n{fence}{LANGUAGES.get(Path(path).suffix, 'text')}\n{text.rstrip()}\n{fence}\n"
 
 
-def notebook_page(path):
-    parts = []
-    for cell in json.loads((ROOT / path).read_text(encoding="utf-8"))["cells"]:
-        source = "".join(cell["source"])
-        parts.append(source if cell["cell_type"] == "markdown" else f"```python\n{source}\n```")
-        for output in cell.get("outputs", ()):
-            if "text" in output:
-                parts.append(f"```text\n{''.join(output['text']).rstrip()}\n```")
-            else:
-                parts.append(f"![](data:image/png;base64,{''.join(output['data']['image/png']).strip()})")
-    return "\n\n".join(parts) + "\n"
-
-
 def folder_page(path):
     files = sorted(file.relative_to(ROOT).as_posix() for file in (ROOT / path).rglob("*")
                    if file.is_file() and "__pycache__" not in file.parts and not file.name.startswith("."))
@@ -90,7 +75,7 @@ def on_files(files, config):
         if file.is_file():
             new, text = File.generated(config, path, abs_src_path=str(file), inclusion=inclusion), file.read_text(encoding="utf-8")
         elif path.endswith(".md") and (ROOT / path[:-3]).exists():
-            show = folder_page if (ROOT / path[:-3]).is_dir() else notebook_page if path.endswith(".ipynb.md") else listing
+            show = folder_page if (ROOT / path[:-3]).is_dir() else listing
             text = show(path[:-3])
             new = File.generated(config, path, content=text, inclusion=inclusion)
         else:
