@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Blue noise for path tracers and dithering: samples, masks and measures as NumPy arrays.
 
-Arrays are indexed ``[y, x]``. A seed is an integer from 0 to 2**64 - 1, a ``numpy.random.Generator``, from which one integer is
-drawn, a ``numpy.random.SeedSequence``, or None for fresh entropy. Equal seeds give equal bits on every machine, except for neural
+Arrays are indexed ``[y, x]``. A seed is an integer from 0 to 2**64 - 1, a ``numpy.random.Generator`` (which supplies one integer),
+a ``numpy.random.SeedSequence``, or None for fresh entropy. The same seed gives the same bits on every machine, except for neural
 masks and points. Functions raise ``ValueError`` for unknown names, numbers out of range, shapes that are wrong or do not broadcast,
-and masks that are not permutations; ``TypeError`` for undocumented argument types; ``MemoryError``, ``OSError`` and the two
-exceptions below. Messages contain the argument's name and value. All functions are thread-safe, except the methods of a ray or a
-loop, which are stateful. Long computations release the GIL.
+and masks that are not permutations. They raise ``TypeError`` for undocumented argument types. They can also raise ``MemoryError``,
+``OSError``, ``CancelledError`` and ``RuntimeMissingError``. Messages contain the argument's name and value. All functions are
+thread-safe, except the methods of rays and loops, which are stateful. Long computations release the GIL.
 """
 
 from . import _subinterpreters

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Argument checks and calls of callbacks: every error message contains the argument's name and value; nothing is truncated or wrapped."""
+"""Argument checks and callback calls. Every error message contains the argument's name and value; no value is truncated or wrapped."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def flag(name: str, value: object) -> bool:
 
 
 def integer(name: str, value: object, low: int, high: int) -> int:
-    """An integer of any type, except bool, in low .. high."""
+    """An integer of any type except bool, in low .. high."""
     if isinstance(value, (bool, np.bool_)):
         raise TypeError(f"{name} must be an integer, not {value!r}")
     try:
@@ -107,7 +107,7 @@ def report(progress: Optional[Progress], fraction: float) -> None:
 
 
 def array(name: str, value: object) -> npt.NDArray[Any]:
-    """Converts an array-like value to an array. Others, such as tensors on a GPU, raise TypeError with the reason."""
+    """Converts an array-like value to an array. Other values, such as GPU tensors, raise TypeError with the reason."""
     try:
         return np.asarray(value)
     except (ValueError, TypeError, RuntimeError) as error:
@@ -218,7 +218,7 @@ def permutation(name: str, flat: npt.NDArray[Any]) -> None:
 
 
 def ranks(name: str, value: object) -> Ranks:
-    """A mask of shape (height, width) or (n,), as (1, n): a checked copy, which no other thread can change."""
+    """A checked copy of a mask of shape (height, width), or (n,) as (1, n). No other thread can change the copy."""
     given = integers(name, value, np.uint32, *UINT32)
     texels = np.atleast_2d(np.array(given, order="C"))
     if texels.ndim != 2 or texels.size == 0:

@@ -40,19 +40,19 @@ def _parts(packed: object) -> tuple[npt.NDArray[np.uint32], _Floats]:
 
 
 def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.bool_], _Floats]:
-    """Choose with a given probability and return the rescaled remainder of the number.
+    """Choose with a given probability and return the number's rescaled remainder.
 
     Parameters
     ----------
     probability : array_like of float
         In [0, 1]. Broadcasts with `u`.
     u : array_like of float
-        Numbers in [0, 1), multiples of 2**-24 as drawn by `Sampler`; finer digits are dropped.
+        Numbers in [0, 1). `Sampler` draws multiples of 2**-24; finer digits are dropped.
 
     Returns
     -------
     chosen : ndarray of bool
-        ``u < probability``, with the probability rounded to float32 and up to a multiple of 2**-24.
+        ``u < probability``, where the probability is rounded to float32, then up to a multiple of 2**-24.
     rest : ndarray of float32
         The remainder of `u`, rescaled to [0, 1). Use it for the next decision.
 
@@ -65,7 +65,7 @@ def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np
 
     Notes
     -----
-    The results have the same bits as ``bn_choose.h``.
+    The results are bit-identical to those of ``bn_choose.h``.
 
     Examples
     --------
@@ -82,26 +82,26 @@ def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np
 
 
 def choose_u32(count: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uint32], _Floats]:
-    """Choose one of `count` equally likely items and return the rescaled remainder of the number.
+    """Choose one of `count` equally likely items and return the number's rescaled remainder.
 
     Parameters
     ----------
     count : array_like of int
-        1 to 2**24. Broadcasts with `u`.
+        Number of items, 1 to 2**24. Broadcasts with `u`.
     u : array_like of float
-        As for `choose`.
+        See `choose`.
 
     Returns
     -------
     index : ndarray of uint32
         From 0 to ``count - 1``.
     rest : ndarray of float32
-        The unused part of `u`, as from `choose`.
+        The unused part of `u`; see `choose`.
 
     Raises
     ------
     ValueError, TypeError
-        As `choose`.
+        See `choose`.
 
     Examples
     --------
@@ -116,26 +116,26 @@ def choose_u32(count: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.u
 
 
 def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uint32], _Floats]:
-    """Choose an item by cumulative weights and return the rescaled remainder of the number.
+    """Choose an item by cumulative weights and return the number's rescaled remainder.
 
     Parameters
     ----------
     cdf : array_like of float
-        Cumulative sums of weights, one-dimensional and ascending. The last is between 1e-30 and 1e30 and need not be 1.
+        Cumulative sums of weights, one-dimensional and ascending. The last sum is between 1e-30 and 1e30 and need not be 1.
     u : array_like of float
-        As for `choose`.
+        See `choose`.
 
     Returns
     -------
     index : ndarray of uint32
         The first item for which ``u * cdf[-1] < cdf[index]``.
     rest : ndarray of float32
-        The unused part of `u`, as from `choose`.
+        The unused part of `u`; see `choose`.
 
     Raises
     ------
     ValueError, TypeError
-        As `choose`, and if the table is empty, not ascending or not one-dimensional.
+        See `choose`. Also raised if the table is empty, not ascending or not one-dimensional.
 
     Examples
     --------

@@ -37,14 +37,14 @@ _MASK_METHODS = {method: tuple(inspect.signature(make).parameters) for method, m
 _POINTS_SUFFIXES = (".csv", ".npy")
 _EXAMPLES = """\
 examples:
-  bluenoise mask --size 128 -o mask.png          make a mask of 128x128
+  bluenoise mask --size 128 -o mask.png          make a 128x128 mask
   bluenoise measure mask.png                     measure it
   bluenoise dither photo.jpg dithered.png        dither a photograph to black and white
 """
 
 
 def main(argv: Optional[Sequence[str]] = None) -> int:
-    """Runs a command. Returns the exit status: 0, 1 after an error, 2 for wrong usage, 130 after Ctrl-C, 143 after SIGTERM."""
+    """Runs a command. Returns the exit status: 0 for success, 1 for an error, 2 for wrong usage, 130 for Ctrl-C, 143 for SIGTERM."""
     _prepare()
     before = _end_orderly()
     try:
@@ -79,7 +79,8 @@ class _TerminatedError(BaseException):
 
 
 def _end_orderly() -> Any:
-    """Turns SIGTERM into an exception, so that no unfinished files remain. Returns the previous handler; None if nothing changed."""
+    """Turns SIGTERM into an exception, so that no unfinished files remain. Returns the previous handler, or None if nothing
+    changed."""
 
     def end(*_: Any) -> None:
         raise _TerminatedError
@@ -90,7 +91,7 @@ def _end_orderly() -> Any:
 
 
 def _prepare() -> None:
-    """Redirects closed standard streams to the null device, so that no other file gets their number."""
+    """Redirects closed standard streams to the null device, so that no other file gets their numbers."""
     for number in range(3):
         try:
             os.fstat(number)
@@ -140,12 +141,12 @@ def _flush() -> None:
 
 
 def _drop(stream: Any) -> None:
-    """Discards a broken stream: otherwise Python would report the error again at exit, with another exit status."""
+    """Discards a broken stream: otherwise Python would report the error again at exit, with a different exit status."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 class _Parser(argparse.ArgumentParser):
-    """Reports errors in one line."""
+    """Reports errors on one line."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"{self.prog}: {_plain(message)}; see {self.prog} --help\n")
@@ -177,20 +178,20 @@ def _parser() -> argparse.ArgumentParser:
 
     command = add(
         _mask, "mask", "make a mask",
-        "Makes a mask: .npy with ranks, .png with 8- or 16-bit values, or .exr with float values (needs OpenEXR).",
+        "Makes a mask. Writes ranks to .npy, 8- or 16-bit values to .png, or float values to .exr (needs OpenEXR).",
     )
-    command.add_argument("--size", required=True, type=_size, metavar="N, WxH or WxHxD", help="size in texels; N is NxN")
-    _add_method(command, _MASK_METHODS, "auto", ", which chooses by size and channels", _MASK_OPTIONS)
+    command.add_argument("--size", required=True, type=_size, metavar="N, WxH or WxHxD", help="size in texels; N means NxN")
+    _add_method(command, _MASK_METHODS, "auto", ", which chooses by size and number of channels", _MASK_OPTIONS)
     command.add_argument("--bits", type=int, choices=(8, 16), default=16, help="bits per channel of a .png (default 16)")
     _add_report(command, "describe the mask as JSON on standard output")
     _add_output(command, _files.MASK_SUFFIXES, "npy")
 
     command = add(
         _measure, "measure", "measure a mask",
-        "Measures a mask; smaller is better. Low-frequency power is measured after thresholding at a grey level. "
+        "Measures a mask; smaller values are better. Low-frequency power is measured after thresholding at a grey level. "
         "help(bluenoise.MaskMeasures) in Python defines each measure.",
     )
-    command.add_argument("mask", type=Path, help="a mask as .npy, .exr (needs OpenEXR) or image (needs Pillow), or -")
+    command.add_argument("mask", type=Path, help="a mask: .npy, .exr (needs OpenEXR), another image (needs Pillow), or -")
     command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel to use, counted from 1 (default: all)")
     _add_report(command, "print one JSON object")
 
@@ -200,14 +201,14 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--levels", default=2, type=_integer, help="number of levels, 2 to 256 (default 2)")
     command.add_argument("--mask", type=Path, metavar="FILE", help="the mask (default: the built-in 64x64 mask); with "
                          "several channels, one per image channel")
-    command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel of the mask to use, counted from 1")
+    command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the mask channel to use, counted from 1")
     command.add_argument("--rank", action="store_true", help="accept a mask with repeated values, such as an 8-bit "
                          "texture, and order equal values at random")
     command.add_argument("--srgb", action="store_true", help="preserve means in linear light")
 
     command = add(
         _points, "points", "make points in the unit square",
-        "Makes blue-noise points in the unit square: .csv with x and y, or .npy; see bluenoise.points. Needs SciPy, except for "
+        "Makes blue-noise points in the unit square and writes x and y to .csv or .npy; see bluenoise.points. Needs SciPy, except for "
         "--method mask.",
     )
     command.add_argument("--count", required=True, type=_integer, metavar="N", help="number of points")
@@ -228,13 +229,13 @@ def _add_output(command: argparse.ArgumentParser, suffixes: Sequence[str], defau
     command.add_argument(
         "--format",
         choices=[suffix[1:] for suffix in suffixes],
-        help=f"format of the output (default: from its name; {default} for -)",
+        help=f"output format (default: from the file name; {default} for -)",
     )
     command.set_defaults(default_format=default)
 
 
 def _suffix(options: argparse.Namespace) -> str:
-    """The format of the output as a suffix such as ".png"."""
+    """The output format as a suffix such as ".png"."""
     if options.format is not None:
         return f".{options.format}"
     if options.output == _files.STREAM:
@@ -270,20 +271,20 @@ def _seed(text: str) -> int:
     return arguments.seed(None) if text == "random" else _integer(text)
 
 
-# Options of single methods; the help starts with the methods.
+# Options of individual methods. Each help text starts with the methods.
 _MASK_OPTIONS: dict[str, dict[str, Any]] = {
     "sigma": {"type": float, "help": "standard deviation of the Gaussian in texels"},
     "initial_fraction": {"type": float, "help": "fraction of texels in the initial pattern (default 0.1)"},
     "sweeps": {"type": _integer, "help": "trial swaps per texel (default 1000)"},
-    "channels": {"type": _integer, "metavar": "N", "help": "jointly blue channels, 1 to 4; neural: 1, 2 or as in --model (default 1)"},
+    "channels": {"type": _integer, "metavar": "N", "help": "number of jointly blue channels, 1 to 4; neural: 1, 2 or as in --model (default 1)"},
     "model": {"type": Path, "metavar": "FILE", "help": "an ONNX file (default: a built-in network)"},
     "runtime": {"type": Path, "metavar": "FILE", "help": "the ONNX Runtime library"},
     "threads": {"type": _integer, "help": "number of threads (default: one per core)"},
     "provider": {"choices": get_args(NeuralProvider), "help": "run on the CPU (default) or a GPU"},
 }
 _POINTS_OPTIONS: dict[str, dict[str, Any]] = {
-    "candidates": {"type": _integer, "metavar": "N", "help": "more is slower and better (default 1; poisson-disk: 30)"},
-    "mask": {"type": Path, "metavar": "FILE", "help": "use its texels with the lowest ranks as points"},
+    "candidates": {"type": _integer, "metavar": "N", "help": "number of candidates: more are slower and better (default 1; poisson-disk: 30)"},
+    "mask": {"type": Path, "metavar": "FILE", "help": "a mask whose texels with the lowest ranks become the points"},
 }
 
 
@@ -327,7 +328,7 @@ def _progress(quiet: bool) -> Optional[_Bar]:
 
 
 def _output(options: argparse.Namespace, suffixes: Sequence[str], source: Optional[Path]) -> tuple[Path, str]:
-    """The output path and its suffix, after checking that it can be written."""
+    """The output path and its suffix. Checks that the path can be written."""
     path, suffix = options.output, _suffix(options)
     _files.check_output(path, suffix, suffixes, source)
     if options.json and path == _files.STREAM:
@@ -336,7 +337,7 @@ def _output(options: argparse.Namespace, suffixes: Sequence[str], source: Option
 
 
 def _given(options: argparse.Namespace, names: Iterable[str], known: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """The given options with these names. Raises ValueError if the method does not have one of them."""
+    """The given options with these names. Raises ValueError if the method does not accept one of them."""
     given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     for name in given:
         if name not in known[options.method]:
@@ -382,7 +383,7 @@ def _mask(options: argparse.Namespace) -> None:
 
 
 def _channels(options: argparse.Namespace) -> Any:
-    """The channels of options.mask, or the one that --channel names."""
+    """The channels of options.mask, or only the one that --channel selects."""
     values = _files.load_values(options.mask)
     if options.channel or values.ndim != 3:
         return _files.one_channel(options.mask, values, options.channel)[None]

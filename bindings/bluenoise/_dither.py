@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 _Pixel = TypeVar("_Pixel", bound=np.generic)
 _Floats = npt.NDArray[np.float32]
-# The shifts of the mask from channel to channel, y and x, as shares of its extents: those of bn_dither.
+# The mask's y and x shifts from channel to channel, as fractions of its extents. bn_dither uses the same shifts.
 _CHANNEL_STEPS = (0.5698402909980532, 0.7548776662466927)
-_PART = 2**20  # values that are dithered at a time
+_PART = 2**20  # values dithered at a time
 _PICTURE_MODES = ("1", "L", "LA", "I;16", "F", "P", "PA", "RGB", "RGBA")
 
 
@@ -63,26 +63,27 @@ def dither(
 ) -> Any:
     """Dither an image to a few levels with a mask.
 
-    A value v in [0, 1] becomes ``floor(v * (levels - 1) + t) / (levels - 1)``, where t is the value of the mask, which is tiled over the
-    image. Values 0 and 1 are unchanged. Local means are preserved, even if an integer type cannot represent evenly spaced levels exactly.
+    A value v in [0, 1] becomes ``floor(v * (levels - 1) + t) / (levels - 1)``, where t is the mask's value at that pixel. The mask is tiled
+    over the image. The values 0 and 1 are unchanged. Local means are preserved, even if an integer type cannot represent evenly spaced
+    levels exactly.
 
     Parameters
     ----------
     image : array_like or PIL.Image.Image
-        Shape ``(height, width)`` or ``(height, width, channels)``: uint8 or uint16, where the largest value is full scale, or floats in [0,
-        1]; all channels are dithered. Or a Pillow image of mode 1, L, LA, I;16, F, P, PA, RGB or RGBA: alpha is unchanged, mode 1 becomes
-        L, palettes become RGB or RGBA, and transparent colours become alpha.
+        An array of shape ``(height, width)`` or ``(height, width, channels)``: uint8 or uint16, where the largest value is full scale, or
+        floats in [0, 1]; all channels are dithered. Or a Pillow image of mode 1, L, LA, I;16, F, P, PA, RGB or RGBA: alpha is unchanged,
+        mode 1 becomes L, palettes become RGB or RGBA, and transparent colours become alpha.
     levels : int, default 2
         Number of levels, 2 to 256, evenly spaced from 0 to full scale.
     mask : array_like, optional
-        Ranks of shape ``(height, width)``, or ``(n,)`` for a row, with each rank once; or the values t themselves, floats in [0, 1), such
-        as a window of `NeuralGenerator`. With shape ``(channels, height, width)``, each channel of the image has its own mask; extra masks
-        are ignored. Defaults to the built-in 64 x 64 mask.
+        Ranks of shape ``(height, width)``, or ``(n,)`` for a row, in which each rank occurs exactly once; or the values t themselves as
+        floats in [0, 1), such as a window from `NeuralGenerator`. If the shape is ``(channels, height, width)``, each image channel uses
+        its own mask; extra masks are ignored. Defaults to the built-in 64 x 64 mask.
     srgb : bool, default False
         Whether values are sRGB-encoded. If so, local means are preserved in linear light.
     channel_offset : bool, default True
-        Whether to shift the mask from channel to channel, so that their errors are uncorrelated. Masks with several channels
-        are never shifted.
+        Whether to shift the mask from channel to channel, so that the channels' errors are uncorrelated. Masks with several channels are
+        never shifted.
 
     Returns
     -------
@@ -98,7 +99,7 @@ def dither(
 
     Notes
     -----
-    Takes about ten nanoseconds per value, and memory for the result plus some megabytes.
+    Takes about ten nanoseconds per value. Needs memory for the result plus a few megabytes.
 
     Examples
     --------
@@ -146,7 +147,7 @@ def _dither_array(image: Any, levels: int, srgb: bool, channel_offset: bool, mas
     ends = np.rint(np.arange(levels) * (full / steps)).astype(array.dtype)
     table = _positions(full, ends.astype(np.float64), srgb) if integers else None
     out = np.empty(texels.shape, array.dtype)
-    # Works in parts of some megabytes, each a stack of whole mask tiles.
+    # Works in parts of a few megabytes, each of which is a stack of whole mask tiles.
     period = 64 if mask is None else mask.shape[-2]
     rows = -(-max(1, _PART // texels[0].size) // period) * period
     for first in range(0, len(texels), rows):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The draws of the sampler "blue" on Dr.Jit arrays. bn_draw.glsl and bn_path.glsl have the same code and explain every step."""
+"""Draws of the sampler "blue" on Dr.Jit arrays. bn_draw.glsl and bn_path.glsl contain the same code and explain every step."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ def single_domain(ray: Any, k: Any) -> Any:
 
 
 def pair_bits(words: Any, seed: tuple[Any, Any], x: Any, y: Any, index: Any, rounds: int, domain: Any, pair: Any) -> tuple[Any, Any]:
-    """Two 32-bit numbers: dimensions (0, 1) for pair 0, (2, 3) for pair 1. `words` is bn_tables(), and `rounds` the number of
-    four-bit groups of an index beyond the lowest eight bits."""
+    """Two 32-bit numbers: dimensions (0, 1) for pair 0, (2, 3) for pair 1. `words` is bn_tables(), and `rounds` is the number of
+    four-bit groups in an index above its lowest eight bits."""
     def word(at: Any) -> Any:
         return dr.gather(mi.UInt32, words, at)
 
-    # The pixel in the tile of its family of domains.
+    # The pixel's position in the tile of its domain's family.
     turned = domain << 2 | domain >> 30
     member, pair = turned & 3, pair & 1
     start = (turned & 0xFFFFFFFC) ^ seed[0]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Masks and images in files. For the command line, ``-`` is standard input or output. Files are replaced atomically."""
+"""Masks and images in files. On the command line, ``-`` stands for standard input or output. Files are replaced atomically."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def read_bytes(path: Path) -> bytes:
 
 @contextmanager
 def about(path: Path) -> Iterator[None]:
-    """Prefixes errors about a file's contents with its name."""
+    """Prefixes errors about a file's contents with the file's name."""
     try:
         yield
     except (ValueError, TypeError) as error:
@@ -137,7 +137,7 @@ def about(path: Path) -> Iterator[None]:
 
 
 def open_picture(path: Path) -> Any:
-    """A single-frame image, read completely: from Pillow, or the bytes of a 16-bit PNG."""
+    """Reads a single-frame image completely. Returns a Pillow image, or the bytes of a 16-bit PNG."""
     data = read_bytes(path)
     if is_png16(data):
         return data
@@ -260,7 +260,8 @@ def is_png16(data: bytes) -> bool:
 
 
 def load_values(path: Path) -> npt.NDArray[Any]:
-    """The numbers in a .npy or .exr file or an image: (height, width), (channels, height, width), or any shape of a .npy."""
+    """The numbers in a .npy file, an .exr file or an image, of shape (height, width) or (channels, height, width); a .npy may have any
+    shape."""
     data = read_bytes(path)
     if data.startswith(_NPY_MAGIC) or path.suffix.lower() == ".npy":
         return _decode_npy(path, data)
@@ -277,7 +278,7 @@ def load_values(path: Path) -> npt.NDArray[Any]:
 
 
 def load_mask(path: Path, channel: int = 0) -> npt.NDArray[Any]:
-    """A two-dimensional mask from a file. ``channel`` counts from 1; 0 means that the file has only one."""
+    """A two-dimensional mask from a file. ``channel`` counts from 1; 0 means that the file has only one channel."""
     return one_channel(path, load_values(path), channel)
 
 
@@ -293,14 +294,14 @@ def one_channel(path: Path, array: npt.NDArray[Any], channel: int) -> npt.NDArra
 
 
 def without_constants(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """(channels, height, width) without constant channels, unless all are constant."""
+    """Removes constant channels from (channels, height, width), unless all are constant."""
     varied = [channel for channel in values if (channel != channel.flat[0]).any()]
     return np.stack(varied) if varied and len(values) > 1 else values
 
 
 def ranked(path: Path, values: npt.NDArray[Any], rank: bool, option: str) -> arguments.Ranks:
-    """The ranks of the values (height, width) of a file. Equal values are an error unless ``rank`` is set (called ``option`` in
-    messages); then they are ordered at random, but reproducibly."""
+    """The ranks of a file's values, which have shape (height, width). Ties are an error unless ``rank`` is set (messages call it
+    ``option``); then they are broken at random, but reproducibly."""
     with about(path):
         ranks, exact = ranks_of("mask", values)
     if exact:
@@ -313,17 +314,17 @@ def ranked(path: Path, values: npt.NDArray[Any], rank: bool, option: str) -> arg
 
 
 def load(path: PathLike, *, rank: bool = False) -> arguments.Ranks:
-    """Read a mask from a PNG or another image (needs Pillow), an EXR (needs OpenEXR) or an NPY file.
+    """Read a mask from a PNG or another image (needs Pillow), an EXR file (needs OpenEXR) or an NPY file.
 
-    Values other than ranks, such as grey levels, are replaced by their ranks, which restores the saved ranks if no two texels are equal.
-    Constant channels, such as an opaque alpha, are left out.
+    Values other than ranks, such as grey levels, are replaced by their ranks, which restores the saved ranks if all texels are distinct.
+    Constant channels, such as an opaque alpha channel, are left out.
 
     Parameters
     ----------
     path : path-like
         The file.
     rank : bool, default False
-        Accept repeated values, as in 8-bit textures. Equal values are ordered at random, but reproducibly.
+        Whether to accept repeated values, as in 8-bit textures. Ties are broken at random, but reproducibly.
 
     Returns
     -------
@@ -333,9 +334,9 @@ def load(path: PathLike, *, rank: bool = False) -> arguments.Ranks:
     Raises
     ------
     ValueError
-        The file is damaged, contains no mask, or has equal values and `rank` is False.
+        The file is damaged or contains no mask, or it contains repeated values and `rank` is False.
     FileNotFoundError, ImportError
-        The file or a package is missing.
+        The file or a required package is missing.
     """
     given = _path(path)
     values = load_values(given)
@@ -354,12 +355,12 @@ def save(path: PathLike, mask: npt.ArrayLike, *, bits: int = 16) -> None:
     Parameters
     ----------
     path : path-like
-        ``.npy`` stores the ranks. ``.png`` stores (rank + 0.5) / n * 2**bits, rounded down, and ``.exr`` (needs OpenEXR) floats in [0,
-        1). Both have one to four channels: grey, grey and alpha (EXR: R and G), RGB, RGBA.
+        ``.npy`` stores the ranks. ``.png`` stores (rank + 0.5) / n * 2**bits, rounded down. ``.exr`` (needs OpenEXR) stores floats in [0,
+        1). PNG and EXR files have one to four channels: grey, grey and alpha (EXR: R and G), RGB, RGBA.
     mask : array_like of int
         Ranks, as from `mask`. A row becomes an image of height 1.
     bits : {16, 8}, optional
-        Bits per channel of a PNG. Up to 65536 ranks stay distinct with 16 bits, and up to 2**24 in EXR.
+        Bits per channel of a PNG. Up to 65536 ranks stay distinct at 16 bits, and up to 2**24 in EXR.
 
     Raises
     ------
@@ -368,7 +369,7 @@ def save(path: PathLike, mask: npt.ArrayLike, *, bits: int = 16) -> None:
     OSError
         The file cannot be written.
     ImportError
-        A package is missing.
+                A required package is missing.
     """
     given = _path(path)
     suffix = given.suffix.lower()
@@ -401,8 +402,8 @@ def save_array(path: Path, array: npt.NDArray[Any]) -> None:
 
 
 def save_mask(path: Path, suffix: str, ranks: npt.NDArray[np.uint32], bits: int, description: str) -> None:
-    """Writes ranks of shape (height, width) or (channels, height, width): unchanged to .npy, as values (rank + 0.5) / n * 2**bits,
-    rounded down, to .png, and as floats in [0, 1) to .exr."""
+    """Writes ranks of shape (height, width) or (channels, height, width): unchanged to .npy; to .png as (rank + 0.5) / n * 2**bits,
+    rounded down; to .exr as floats in [0, 1)."""
     with replacing(path, suffix) as beside:
         if suffix == ".npy":
             save_array(beside, ranks)
@@ -433,8 +434,8 @@ def quantized(ranks: npt.NDArray[np.uint32], bits: int) -> npt.NDArray[Any]:
 
 
 def png(values: npt.NDArray[Any], chunks: Sequence[tuple[bytes, bytes]]) -> bytes:
-    """A PNG file of uint8 or uint16 texels (height, width, channels), with chunks before the texels. Pillow writes 16 bits only for grey
-    images."""
+    """The bytes of a PNG file that contains the given chunks, then uint8 or uint16 texels (height, width, channels). Pillow writes 16
+    bits only for grey images."""
     height, width, channels = values.shape
     rows = np.zeros((height, 1 + values[0].nbytes), np.uint8)  # each row starts with filter type 0
     rows[:, 1:] = np.frombuffer(values.astype(values.dtype.newbyteorder(">")).tobytes(), np.uint8).reshape(height, -1)
@@ -449,7 +450,7 @@ _KEPT_CHUNKS = (b"cHRM", b"gAMA", b"iCCP", b"sRGB", b"cICP", b"eXIf", b"pHYs")
 
 
 def save_png16(path: Path, texels: npt.NDArray[np.uint16], source: bytes) -> None:
-    """Writes a 16-bit PNG with the colour, orientation and resolution metadata of its source."""
+    """Writes a 16-bit PNG with its source's colour, orientation and resolution metadata."""
     reader = needed("png", "PNG files of 16 bits need pypng", "image").Reader
     chunks = [(name, content) for name, content in reader(bytes=source).chunks() if name in _KEPT_CHUNKS]
     with replacing(path, ".png") as beside:
@@ -457,7 +458,7 @@ def save_png16(path: Path, texels: npt.NDArray[np.uint16], source: bytes) -> Non
 
 
 def save_picture(path: Path, suffix: str, picture: Any, source: Any) -> None:
-    """Writes an image with the colour profile, gamma and resolution of its source."""
+    """Writes an image with its source's colour profile, gamma and resolution."""
     kept = {name: source.info[name] for name in ("icc_profile", "dpi") if source.info.get(name)}
     gamma = source.info.get("gamma")
     if suffix == ".png":

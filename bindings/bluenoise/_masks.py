@@ -16,8 +16,8 @@ from ._arguments import NeuralProvider, Progress, Ranks, Seed, Shape
 from ._neural import NeuralGenerator, PathLike, builtin_generator
 
 _BUILTIN_SIZES = (16, 32, 64, 128, 256)
-_MEMORY = 12  # bytes per texel and channel that every generator needs at least, measured
-# mask(): the most texels for void-and-cluster, and the sweeps of annealing where nothing else will do.
+_MEMORY = 12  # bytes per texel and channel; measured, the least that any generator needs
+# For mask(): the largest number of texels for void-and-cluster, and the number of annealing sweeps if no other method applies.
 _LARGE, _SWEEPS = 512 * 512, 100
 
 
@@ -26,31 +26,32 @@ def mask(
 ) -> Ranks:
     """Make a blue-noise mask with the best generator for its shape.
 
-    One channel comes from `void_and_cluster`, or from `relax` for two-dimensional masks of more than 512 x 512 texels. Two
-    channels in two dimensions come from the built-in network (`neural`), which needs ONNX Runtime. Other vectors come from
-    `anneal` with 100 sweeps.
+    Single-channel masks come from `void_and_cluster`, or from `relax` if they are two-dimensional and have more than 512 x 512
+    texels. Two-dimensional masks with two channels come from the built-in network (`neural`), which needs ONNX Runtime. Other
+    multi-channel masks come from `anneal` with 100 sweeps.
 
-    Masks are toroidal, so they tile seamlessly. Equal arguments give equal bits on every machine, except for two channels in two
-    dimensions.
+    Masks are toroidal, so they tile seamlessly. The same arguments give the same bits on every machine, except for two channels
+    in two dimensions.
 
     Parameters
     ----------
     shape : tuple of int
-        One to three extents of at least 1, with at most 2**31 - 1 texels in total: ``(64, 64)`` is a square, ``(64,)`` a row.
+        One to three extents, each at least 1; the mask may have at most 2**31 - 1 texels. ``(64, 64)`` is a square, ``(64,)`` a
+        row.
     seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
         An integer from 0 to 2**64 - 1, a NumPy generator or seed sequence, or None for fresh entropy.
     channels : int, default 1
-        1 to 4; more than one channel needs one or two dimensions. Each channel is then a permutation, and the channels are jointly
-        blue.
+        Number of channels, 1 to 4. More than one channel requires one or two dimensions; each channel is then a permutation, and
+        the channels are jointly blue.
     out : ndarray of uint32, optional
         A C-ordered array of the result's shape, to be filled and returned. After an exception, its contents are undefined.
     progress : callable, optional
-        Called with the fraction done, ending with 1. A true return value stops the work.
+        Called with the fraction done; the last call passes 1. A true return value stops the work.
 
     Returns
     -------
     ndarray of uint32
-        Ranks of shape `shape`, or ``(channels, *shape)``; each of 0 .. n - 1 occurs once (in each channel).
+        Ranks of shape `shape`, or ``(channels, *shape)``. Each of 0 .. n - 1 occurs exactly once (per channel).
 
     Raises
     ------
@@ -59,7 +60,7 @@ def mask(
     TypeError
         An argument has the wrong type.
     MemoryError
-        There is not enough memory. If the machine has too little for the mask, this is raised at once.
+        There is not enough memory. If the machine has too little for the mask, the exception is raised at once.
     CancelledError
         `progress` returned a true value.
     RuntimeMissingError
@@ -94,21 +95,21 @@ def void_and_cluster(
     out: Optional[Ranks] = None,
     progress: Optional[Progress] = None,
 ) -> Ranks:
-    """Make a mask by void-and-cluster, in milliseconds and in one to three dimensions.
+    """Make a mask in one to three dimensions by void-and-cluster, which takes milliseconds.
 
     Parameters
     ----------
     shape, seed, out, progress
-        As for `mask`.
+        See `mask`.
     sigma : float, default 1.5
-        Standard deviation of the Gaussian, in texels, 0.25 to 16.
+        Standard deviation of the Gaussian in texels, from 0.25 to 16.
     initial_fraction : float, default 0.1
-        Fraction of the texels in the initial pattern, above 0 and up to 0.5.
+        Fraction of texels in the initial pattern, above 0 and at most 0.5.
 
     Returns
     -------
     ndarray of uint32
-        Ranks of shape `shape`, each once; equal bits on every machine.
+        Ranks of shape `shape`. Each rank occurs exactly once. The result is bit-identical on every machine.
 
     References
     ----------
@@ -124,19 +125,19 @@ def void_and_cluster(
 def relax(
     shape: Shape, *, seed: Seed = 0, threads: int = 0, out: Optional[Ranks] = None, progress: Optional[Progress] = None
 ) -> Ranks:
-    """Make a mask by parallel relaxation: the fastest generator for large masks, at slightly lower quality.
+    """Make a mask by parallel relaxation: the fastest generator for large masks, though quality is slightly lower.
 
     Parameters
     ----------
     shape, seed, out, progress
-        As for `mask`, in one or two dimensions.
+        See `mask`. `shape` has one or two dimensions.
     threads : int, default 0
-        Number of threads; 0 means one per core. It does not change the result.
+        Number of threads; 0 means one per core. The number does not affect the result.
 
     Returns
     -------
     ndarray of uint32
-        Ranks of shape `shape`, each once; equal bits on every machine.
+        Ranks of shape `shape`. Each rank occurs exactly once. The result is bit-identical on every machine.
     """
     extents, options = _flat(shape, "relax"), _core.RelaxOptions()
     options.threads = arguments.integer("threads", threads, *arguments.UINT32)
@@ -161,35 +162,36 @@ def anneal(
     out: Optional[Ranks] = None,
     progress: Optional[Progress] = None,
 ) -> Ranks:
-    """Make a mask by simulated annealing: slow, but 10,000 sweeps lower the error after a blur of 1 texel by about 4 %.
+    """Make a mask by simulated annealing, which is slow: 10,000 sweeps lower the error after a blur of 1 texel by about 4 %.
 
     Parameters
     ----------
     shape, seed, out, progress
-        As for `mask`, in one or two dimensions.
+        See `mask`. `shape` has one or two dimensions.
     channels : int, default 1
-        1 to 4. With more than one channel, the vectors of values are jointly blue, and a trial takes about 1 us.
+        Number of channels, 1 to 4. With more than one, the vectors of values are jointly blue, and a trial swap takes about 1 us.
     sweeps : int, default 1000
-        Trial swaps per texel, about 65 ns each.
+        Trial swaps per texel. Each takes about 65 ns.
     sigma, far_sigma : float, default 1 and max(1.5, sigma)
-        Standard deviations, in texels, of the blurs whose dithering errors are minimised: 0.25 <= sigma <= far_sigma <= 4. With
-        several channels, only the first is used.
+        Standard deviations, in texels, of the blurs whose dithering errors are minimised, where 0.25 <= sigma <= far_sigma <= 4.
+        With several channels, only `sigma` is used.
     far_weight : float, default 1
-        Weight of the squared error after the second blur, at least 0.
+        Weight of the squared error after the second blur; must be at least 0.
     value_sigma : float, default 1
-        With several channels, the distance of values within which vectors repel each other, 0.01 to 100.
+        With several channels, the distance between values within which vectors repel each other, from 0.01 to 100.
     start_temperature, end_temperature : float, default 4e-4 and 2e-6
-        Temperatures, as fractions of the largest possible gain from the pairs of one texel, with 0 < end <= start <= 1. Cooling is
+        Temperatures as fractions of the largest possible gain from one texel's pairs, where 0 < end <= start <= 1. Cooling is
         geometric.
     order_ends : bool, default True
-        Whether to order the first and the last ranks by void-and-cluster, because their texels are too far apart for the blurs.
+        Whether to order the first and last ranks by void-and-cluster, because their texels are too far apart for the blurs to
+        reach.
     start_from_ranks : array_like of int, optional
         A mask of the result's shape to start from, instead of void-and-cluster.
 
     Returns
     -------
     ndarray of uint32
-        Ranks of shape `shape`, or ``(channels, *shape)``; equal bits on every machine.
+        Ranks of shape `shape`, or ``(channels, *shape)``. The result is bit-identical on every machine.
 
     References
     ----------
@@ -224,16 +226,16 @@ def neural(
     out: Optional[Ranks] = None,
     progress: Optional[Progress] = None,
 ) -> Ranks:
-    """Make a mask with a neural network in one pass, in linear time. Needs ONNX Runtime.
+    """Make a mask with one pass of a neural network, in linear time. Needs ONNX Runtime.
 
     To make several masks with the same options, keep a `NeuralGenerator`, which opens its network only once.
 
     Parameters
     ----------
     shape, seed, out, progress
-        As for `mask`, in two dimensions.
+        See `mask`. `shape` has two dimensions.
     channels, model, runtime, threads, provider
-        As for `NeuralGenerator`. Two channels are jointly blue, nearly as good as from `anneal`, and take far less time.
+        See `NeuralGenerator`. Two channels are jointly blue. They are nearly as good as from `anneal` and take far less time.
 
     Returns
     -------
@@ -251,14 +253,14 @@ def neural(
 
 
 def builtin(shape: Shape, *, out: Optional[Ranks] = None) -> Ranks:
-    """Return a copy of a built-in mask, the result of a long optimisation.
+    """Return a copy of a built-in mask, which was optimised for minutes.
 
     Parameters
     ----------
     shape : tuple of int
-        ``(64, 64)``; builds with more masks also have 16, 32, 128 and 256.
+        ``(64, 64)``; builds with more masks also include side lengths of 16, 32, 128 and 256.
     out : ndarray of uint32, optional
-        As for `mask`.
+        See `mask`.
 
     Returns
     -------
@@ -306,15 +308,15 @@ def _start_from(ranks: Ranks, given: npt.ArrayLike, channels: int) -> None:
 
 
 def to_float(ranks: npt.ArrayLike, count: Optional[int] = None) -> npt.NDArray[np.float32]:
-    """Convert ranks to values: ``(rank + 0.5) / count`` in double precision, rounded down.
+    """Convert ranks to values: ``(rank + 0.5) / count``, computed in double precision and rounded down.
 
     Parameters
     ----------
     ranks : array_like of int
-        An array of any shape with integers from 0 to ``count - 1``.
+        An array of integers from 0 to ``count - 1``, of any shape.
     count : int, optional
-        The number of ranks. Defaults to the number of elements, or of elements per channel for an array of channels (as from
-        ``mask(..., channels=2)``). Required for a part of a mask.
+        The number of ranks. Defaults to the number of elements, or to that of one channel for an array of channels (as from
+        ``mask(..., channels=2)``). Required if `ranks` is only part of a mask.
 
     Returns
     -------

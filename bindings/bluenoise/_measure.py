@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quality measures of masks. The C library computes errors and spectra; rings and thresholds are handled here."""
+"""Quality measures for masks. The C library computes errors and spectra; rings and thresholds are handled here."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _MIN_RING_TEXELS = 32
 
 @dataclass(frozen=True)
 class MaskMeasures:
-    """Result of `measure`.
+    """The result of `measure`.
 
     Attributes
     ----------
@@ -29,15 +29,15 @@ class MaskMeasures:
         Root mean square error of dithering after blurs with standard deviations of 0.75, 1, 1.5 and 2 texels; see
         `dithering_error`.
     anisotropy : float
-        In dB: 10 log10 of the variance divided by the squared mean of the power on a ring, averaged over rings of at least 32
-        texels. About 0 for a single mask, whose spectrum is noisy (for several masks, see `anisotropy`); NaN for small masks.
+        In dB: 10 log10 of the power's variance on a ring divided by its squared mean, averaged over rings of at least 32 texels.
+        It is about 0 for a single mask, whose spectrum is noisy (for several masks, see `anisotropy`), and NaN for small masks.
     low_frequency : dict of float to float
-        For each grey level, the mean power of the thresholded mask below half the principal frequency; 1 for white noise. The
-        principal frequency is sqrt(g) cycles per texel for a grey level g up to 1/2, and sqrt(1 - g) above. NaN if the mask has no
-        frequencies below that.
+        For each grey level, the thresholded mask's mean power below half the principal frequency; white noise has 1. The
+        principal frequency is sqrt(g) cycles per texel for a grey level g of up to 1/2, and sqrt(1 - g) for a higher level. NaN
+        if the mask has no frequencies below half the principal frequency.
     exact : bool
-        Whether all texels have different values, so that every rank occurs once. Measures always use ranks, with ties ordered by
-        position.
+        Whether all texels have different values, so that every rank occurs exactly once. Measures always use ranks; ties are
+        ordered by position.
     """
 
     dithering_error: dict[float, float]
@@ -47,8 +47,8 @@ class MaskMeasures:
 
 
 def ranks_of(name: str, value: npt.ArrayLike) -> tuple[arguments.Ranks, bool]:
-    """A copy of the ranks of a mask of shape (height, width) or (n,), given as ranks or values, and whether there are no ties.
-    Other threads cannot change the copy."""
+    """Returns a copy of a mask's ranks, and whether there are no ties. The mask has shape (height, width) or (n,) and contains
+    ranks or values. Other threads cannot change the copy."""
     given = arguments.array(name, value)
     if given.dtype.kind not in "iuf":
         raise TypeError(f"{name} must hold integers or floats, not {given.dtype} ({reprlib.repr(value)})")
@@ -78,7 +78,7 @@ def measure(mask: npt.ArrayLike, *, progress: Optional[arguments.Progress] = Non
         Ranks, or values of any integer or float type, of shape ``(height, width)`` or ``(n,)``. For several channels, use
         ``[measure(channel) for channel in mask]``.
     progress : callable, optional
-        Called with the fraction done, ending with 1. A true return value stops the work with `CancelledError`.
+        Called with the fraction done; the last call passes 1. A true return value stops the work with `CancelledError`.
 
     Returns
     -------
@@ -96,8 +96,8 @@ def measure(mask: npt.ArrayLike, *, progress: Optional[arguments.Progress] = Non
 
     Notes
     -----
-    Computes 136 Fourier transforms of the mask's size, which takes 0.1 s for 128 x 128 texels and some seconds for 1024
-    x 1024.
+    Computes 136 Fourier transforms of the mask's size, which takes 0.1 s for 128 x 128 texels and several seconds for 1024 x
+    1024.
     """
     arguments.callback("progress", progress)
     ranks, exact = ranks_of("mask", mask)
@@ -114,25 +114,25 @@ def measure(mask: npt.ArrayLike, *, progress: Optional[arguments.Progress] = Non
 def dithering_error(mask: npt.ArrayLike, sigma: float = 1.0) -> float:
     """Compute the error of dithering with a mask, as seen through a blur.
 
-    The mask is thresholded at 64 grey levels and blurred with a toroidal Gaussian; the error is the root mean square
-    difference from the level.
+    The mask is thresholded at 64 grey levels and blurred with a toroidal Gaussian; the error is the root mean square difference
+    from the grey level.
 
     Parameters
     ----------
     mask : array_like
-        As for `measure`.
+        See `measure`.
     sigma : float, default 1
-        Standard deviation of the blur, in texels, 0 to 1000.
+        Standard deviation of the blur in texels, from 0 to 1000.
 
     Returns
     -------
     float
-        Smaller is better. The errors of white noise are 0.152, 0.115, 0.076 and 0.057 at 0.75, 1, 1.5 and 2 texels.
+        Smaller is better. White noise has errors of 0.152, 0.115, 0.076 and 0.057 after blurs of 0.75, 1, 1.5 and 2 texels.
 
     Raises
     ------
     ValueError, TypeError, MemoryError
-        As `measure`.
+        See `measure`.
     """
     return _core.mask_error(ranks_of("mask", mask)[0], arguments.real("sigma", sigma, 0, 1000))
 
@@ -143,19 +143,19 @@ def anisotropy(masks: Union[npt.ArrayLike, Sequence[npt.ArrayLike]]) -> float:
     Parameters
     ----------
     masks : sequence of array_like
-        Masks of equal shape, or an array ``(k, height, width)``.
+        Masks of the same shape, or an array ``(k, height, width)``.
 
     Returns
     -------
     float
-        In dB: 10 log10 of the variance divided by the squared mean of the power on rings one frequency step wide, averaged over
-        rings of at least 32 texels; NaN if there are none. An isotropic generator gives about -10 log10 k, for example -12 dB for
-        16 masks.
+        In dB: 10 log10 of the power's variance on a ring divided by its squared mean, averaged over rings of at least 32 texels.
+        Rings are one frequency step wide. NaN if no ring is large enough. An isotropic generator gives about -10 log10 k, for
+        example -12 dB for 16 masks.
 
     Raises
     ------
     ValueError, TypeError, MemoryError
-        As `measure`.
+        See `measure`.
 
     References
     ----------
@@ -197,19 +197,19 @@ def power_spectrum(mask: npt.ArrayLike) -> npt.NDArray[np.float32]:
     Parameters
     ----------
     mask : array_like
-        Ranks or values of shape ``(height, width)`` or ``(n,)``, or ``(k, height, width)`` for channels or slices, each with its
-        own spectrum.
+        Ranks or values of shape ``(height, width)`` or ``(n,)``, or ``(k, height, width)`` for channels or slices, each of which
+        gets its own spectrum.
 
     Returns
     -------
     ndarray of float32
-        The power, with the mask's shape, or ``(1, n)`` for a row. The mean is 1 for white noise. Frequencies are in the order of
+        The power, in the mask's shape, or ``(1, n)`` for a row. White noise has a mean power of 1. Frequencies are ordered as in
         `numpy.fft.fftfreq`; the power at frequency 0 is 0.
 
     Raises
     ------
     ValueError, TypeError, MemoryError
-        As `measure`.
+        See `measure`.
     """
     given = arguments.array("mask", mask)
     if given.ndim == 3 and given.size:
@@ -223,20 +223,20 @@ def radial_power(mask: npt.ArrayLike) -> tuple[npt.NDArray[np.float64], npt.NDAr
     Parameters
     ----------
     mask : array_like
-        As for `power_spectrum`.
+        See `power_spectrum`.
 
     Returns
     -------
     frequency : ndarray of float64
-        Centres of rings 1 / max(height, width) cycles per texel wide, from one width to at most sqrt(1/2). Frequency 0 and
-        empty rings are omitted.
+        Centres of the rings, from one ring width to at most sqrt(1/2). Each ring is 1 / max(height, width) cycles per texel wide.
+        Frequency 0 and empty rings are omitted.
     power : ndarray of float64
-        The mean power on each ring, with one row per channel or slice if there are several.
+        The mean power on each ring. If there are several channels or slices, each has its own row.
 
     Raises
     ------
     ValueError, TypeError, MemoryError
-        As `measure`.
+        See `measure`.
     """
     power = power_spectrum(mask)
     ring, width = _rings(power.shape[-2:])

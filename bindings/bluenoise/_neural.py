@@ -32,9 +32,9 @@ class NeuralGenerator:
     """A network that turns white noise into seamless blue noise of any size in one pass. Based on Giunchi, Sztrajman and Steed,
     "Fast Blue-Noise Generation via Unsupervised Learning", 2022.
 
-    The network runs in ONNX Runtime, which is loaded from the first of these that exists: ``runtime``, the path in the environment
-    variable ``BN_ONNXRUNTIME``, the installed package ``onnxruntime``, the system. Quality does not depend on the seed, but bits
-    may differ between versions of ONNX Runtime. Generators are immutable and thread-safe, and can be pickled.
+    The network runs in ONNX Runtime, which is loaded from the first of these places that exists: ``runtime``, the path in the
+    environment variable ``BN_ONNXRUNTIME``, the installed package ``onnxruntime``, or the system. Quality does not depend on the
+    seed. Bits may differ between versions of ONNX Runtime. Generators are immutable and thread-safe, and can be pickled.
 
     Parameters
     ----------
@@ -44,14 +44,14 @@ class NeuralGenerator:
     runtime : path-like, optional
         The path of the ONNX Runtime library (``libonnxruntime.so``), or None.
     threads : int, default 0
-        The number of threads per call; 0 means one per CPU, or at most four with a GPU. It does not affect the results.
+        The number of threads per call; 0 means one per CPU, or at most four with a GPU. The number does not affect the results.
     provider : {"cpu", "cuda"}, optional
-        The device that runs the network: ``"cpu"`` (the default) or ``"cuda"``, an NVIDIA GPU. The latter needs the package
-        ``onnxruntime-gpu`` instead of ``onnxruntime``, and the versions of CUDA and cuDNN that it was built for. It never falls
-        back to the CPU.
+        The device that runs the network: ``"cpu"`` (the default) or ``"cuda"``, an NVIDIA GPU. ``"cuda"`` needs the package
+        ``onnxruntime-gpu`` instead of ``onnxruntime``, and the versions of CUDA and cuDNN it was built for. It never falls back
+        to the CPU.
     channels : int, default 0
-        The channels of the built-in network: 1 (or 0, the default), or 2 for vector masks, whose channels are jointly blue. For
-        your own model: 0, or the number of channels that it must have.
+        The number of channels. For the built-in network: 1 (or 0, the default), or 2 for vector masks, whose channels are jointly
+        blue. For your own model: 0, or the number of channels the model must have.
 
     Raises
     ------
@@ -65,7 +65,7 @@ class NeuralGenerator:
 
     Notes
     -----
-    Opening a network takes up to a few tenths of a second, so reuse the generator. Ctrl-C interrupts masks and windows.
+    Opening a network takes up to a few tenths of a second, so reuse the generator. Ctrl-C interrupts `mask` and `window`.
     """
 
     __slots__ = ("_arguments", "_core")
@@ -131,13 +131,13 @@ class NeuralGenerator:
         Parameters
         ----------
         shape : tuple of int
-            ``(height, width)``. Any size works; quality is guaranteed from 16 x 16 on.
+            ``(height, width)``. Any size works; quality is guaranteed at 16 x 16 and above.
         seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
-            As for `bluenoise.mask`.
+            See `bluenoise.mask`.
         out : ndarray of uint32, optional
             A C-ordered array of the result's shape, which is filled and returned.
         progress : callable, optional
-            Called with the fraction done, ending with 1. A true return value stops the work with ``CancelledError``.
+            Called with the fraction done; the last call passes 1. A true return value stops the work with ``CancelledError``.
 
         Returns
         -------
@@ -147,7 +147,7 @@ class NeuralGenerator:
         Raises
         ------
         ValueError, TypeError, MemoryError
-            As `bluenoise.mask`.
+            See `bluenoise.mask`.
         """
         extents = arguments.shape(shape, 2)
         if len(extents) != 2:
@@ -173,24 +173,24 @@ class NeuralGenerator:
         Parameters
         ----------
         x0, y0 : int
-            The corner, -2**40 to 2**40.
+            The top-left corner, from -2**40 to 2**40.
         width, height : int
             Extents in texels.
         seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
-            As for `bluenoise.mask`.
+            See `bluenoise.mask`.
         out : ndarray of float32, optional
             A C-ordered array of the result's shape, which is filled and returned.
 
         Returns
         -------
         ndarray of float32
-            Values in [0, 1) of shape ``(height, width)``, or ``(channels, height, width)``, uniform over the plane. Overlapping
-            windows with the same seed agree within 1e-5.
+            Values in [0, 1) of shape ``(height, width)``, or ``(channels, height, width)``. They are uniformly distributed over
+            the plane. Overlapping windows with the same seed agree within 1e-5.
 
         Raises
         ------
         ValueError, TypeError, MemoryError
-            As `bluenoise.mask`.
+            See `bluenoise.mask`.
         """
         x0, y0, width, height = _window(x0, y0, width, height, _FARTHEST)
         values = arguments.output(out, self._shape(height, width), np.float32)
@@ -204,21 +204,21 @@ class NeuralGenerator:
     def noise(
         x0: int, y0: int, width: int, height: int, seed: Seed = 0
     ) -> npt.NDArray[np.float32]:
-        """Compute the white noise that windows are made from, with equal bits on every machine.
+        """Compute the white noise that windows are made from. It is bit-identical on every machine.
 
         Parameters
         ----------
         x0, y0 : int
-            The corner, -2**41 to 2**41.
+            The top-left corner, from -2**41 to 2**41.
         width, height : int
             Extents in texels.
         seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
-            As for `bluenoise.mask`.
+            See `bluenoise.mask`.
 
         Returns
         -------
         ndarray of float32
-            Values in [0, 1) of shape ``(height, width)``, for training networks or running them elsewhere.
+            Values in [0, 1) of shape ``(height, width)``. Use them to train networks or to run networks elsewhere.
         """
         _check_build()
         return _core.neural_noise(*_window(x0, y0, width, height, 2 * _FARTHEST), arguments.seed(seed))

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * libbn supplies a path tracer with random numbers that make the errors of neighbouring pixels cancel. This
- * header declares the samplers, and the functions that make, measure and apply dither masks.
+ * header declares the samplers and the functions that make, measure and apply dither masks.
  *
- * In a renderer, ask for numbers by purpose, with bn_path.h or, in C++14, bn.hpp:
+ * In a renderer, request numbers by purpose through bn_path.h or, in C++14, bn.hpp:
  *
  *     #include <bn/bn_path.h>
  *
@@ -12,7 +12,8 @@
  *     float u[4];
  *     bn_ray_draw(&sampler, &ray, u); // u[0], u[1]: the direction; u[2], u[3]: a light at the ray's end
  *
- * To organise the decisions yourself, draw from domains, with the function below or inline with bn_draw.h:
+ * To organise the decisions yourself, draw from domains. Call the function below, or include bn_draw.h for
+ * inline draws:
  *
  *     bn_sample_4d(&sampler, x, y, index, bn_domain_child(BN_DOMAIN_ROOT, decision), u);
  *
@@ -24,21 +25,21 @@
  * unless documented otherwise. The library prints nothing and never terminates the program.
  *
  * Options. Pass NULL for the defaults. Otherwise start from bn_*_options_default(), which fills in
- * struct_size. A larger structure, from a newer header, is accepted if every option that this library does
- * not know is zero; otherwise the result is UNSUPPORTED. Any other struct_size gives INVALID_ARGUMENT.
+ * struct_size. A larger structure from a newer header is accepted if every option unknown to this library is
+ * zero; otherwise the result is UNSUPPORTED. Any other struct_size gives INVALID_ARGUMENT.
  *
- * Arrays. Images are row-major; x varies fastest. The count passed with an array must equal the product of
- * its extents, or the result is SIZE_MISMATCH. A zero extent gives INVALID_ARGUMENT, and a mask of more than
- * 2^31 - 1 texels gives OUT_OF_MEMORY.
+ * Arrays. Images are row-major; x varies fastest. The element count passed with an array must equal the
+ * product of its extents, or the result is SIZE_MISMATCH. A zero extent gives INVALID_ARGUMENT, and a mask of
+ * more than 2^31 - 1 texels gives OUT_OF_MEMORY.
  *
- * Threads. Call any function from any number of threads. Drawing does not modify the sampler.
+ * Threads. You can call any function from any number of threads. Drawing does not modify the sampler.
  *
- * Reproducibility. The same seed gives the same bits on every machine, with every compiler and any number of
- * threads, whatever rounding mode, flush-to-zero mode or floating-point traps the program has set.
+ * Reproducibility. The same seed gives the same bits on every machine, with every compiler and with any
+ * number of threads, whatever rounding mode, flush-to-zero mode or floating-point traps the program has set.
  * Exceptions: neural.h; bn_mask_error() and bn_power_spectrum(), which call the C math library; and
- * bn_rank_to_float() for 2^27 ranks or more, which follows the program's rounding mode. From version 0.1 on,
- * a sampler type keeps its bits: improvements become new sampler types. Masks may change between versions;
- * CHANGELOG.md says when. */
+ * bn_rank_to_float() for 2^27 ranks or more, which follows the program's rounding mode. Starting with version
+ * 0.1, the bits of a sampler type never change: improvements become new sampler types. Masks may change
+ * between versions; CHANGELOG.md says when. */
 #ifndef BN_BN_H
 #define BN_BN_H
 
@@ -66,8 +67,8 @@ extern "C" {
 #define BN_API
 #endif
 
-/* BN_CONSTEXPR is constexpr from C++14 on. In C++, functions have external linkage, so that a program's own
- * inline functions may call them. BN_UNREAD marks functions that do not read the array they are given. */
+/* BN_CONSTEXPR is constexpr in C++14 and later. In C++, functions have external linkage so that a program's
+ * own inline functions may call them. BN_UNREAD marks functions that do not read the array they are given. */
 #ifdef __cplusplus
 #define BN_INLINE inline
 #else
@@ -92,52 +93,53 @@ typedef int32_t bn_result;
 enum {
     BN_SUCCESS = 0,
     BN_ERROR_INVALID_ARGUMENT = 1, /* an argument is NULL, zero, not finite or out of range */
-    BN_ERROR_SIZE_MISMATCH = 2,    /* the count of an array is not the product of its extents */
+    BN_ERROR_SIZE_MISMATCH = 2,    /* an array's count is not the product of its extents */
     BN_ERROR_OUT_OF_MEMORY = 3,    /* an allocation failed, or the data would be too large */
-    BN_ERROR_BAD_DATA = 4,         /* ranks are not a permutation, a NaN, a damaged file */
+    BN_ERROR_BAD_DATA = 4,         /* ranks that are not a permutation, a NaN, or a damaged file */
     BN_ERROR_UNSUPPORTED = 5,      /* not supported by this version or build */
     BN_ERROR_RUNTIME = 6,          /* ONNX Runtime is missing or failed */
     BN_ERROR_IO = 7,               /* a file cannot be opened or read */
     BN_ERROR_CANCELLED = 8         /* a progress callback asked to stop */
 };
 
-/* Return a short English description of any result, and the version of the library at run time ("0.1.0"). */
+/* Return a short English description of any result, and the library's version at run time ("0.1.0"). */
 BN_API const char *bn_result_string(bn_result result);
 BN_API const char *bn_version_string(void);
 
-/* A progress callback, or NULL. Long computations take it and a user pointer as their last two arguments, and
- * call it at short intervals, on the calling thread, with the fraction done so far, from 0 to 1. Return a
- * non-zero value to cancel; the computation then returns CANCELLED. */
+/* A progress callback, or NULL. Long computations take a callback and a user pointer as their last two
+ * arguments. They call it at short intervals on the calling thread and pass the fraction done so far, from 0
+ * to 1. Return a non-zero value to cancel; the computation then returns CANCELLED. */
 typedef int32_t (*bn_progress)(void *user, double fraction);
 
 /* ---- Domains */
 
-/* A domain identifies a decision along a path, or two that belong together, such as the direction of a ray
- * and the light sample at its end. Within a pixel, the samples of a domain are well distributed; across the
- * image, their error is blue noise. Samples of different domains are independent, except within a family.
- * Derive domains along the call tree, so that adding a decision does not change the samples of others:
+/* A domain identifies one decision along a path, or two that belong together, such as a ray's direction and
+ * the light sample at its end. Within a pixel, a domain's samples are well distributed; across the image,
+ * their error is blue noise. Samples of different domains are independent, except within a family. Derive
+ * domains along the call tree, so that adding a decision does not change the samples of the others:
  *
  *     uint32_t camera   = bn_domain_child(BN_DOMAIN_ROOT, 0);      // position in the pixel, first light
  *     uint32_t ray      = bn_domain_child(BN_DOMAIN_ROOT, bounce); // 1, 2, ...: direction, next light
  *     uint32_t roulette = bn_domain_child(ray, 0);
  *
- * A domain has four dimensions. Use the pairs (0, 1) and (2, 3) for 2-D decisions, and each dimension once.
- * Paths of stream 0 use children of the root; if you also use domains of your own, give paths other streams.
+ * A domain has four dimensions. Use the pairs (0, 1) and (2, 3) for 2-D decisions, and use each dimension
+ * only once. Paths in stream 0 use children of the root; if you also use your own domains, put the paths in
+ * other streams.
  *
- * Families. The children of a domain with keys 4 k to 4 k + 3 form a family. With BLUE, the four dimensions
- * of a domain are stratified together, and any two members of a family nearly so. Use a family for decisions
- * that multiply in the integrand, such as the position in the pixel and the point on a light. For a discrete
- * choice followed by a pair, such as a light and the point on it, use dimension 2 and then (0, 1).
+ * Families. A domain's children with keys 4 k to 4 k + 3 form a family. BLUE stratifies a domain's four
+ * dimensions together, and any two members of a family almost as well. Use a family for decisions that
+ * multiply in the integrand, such as the position in the pixel and the point on a light. For a discrete
+ * choice followed by a pair, such as a light and a point on it, use dimension 2, then dimensions (0, 1).
  *
- * Position in the pixel. Draw (x, y) from dimensions (0, 1) of a domain whose key is a multiple of four.
- * These positions are also well distributed along the rows and columns of the image, which helps at
- * horizontal and vertical edges. */
+ * Position in the pixel. Draw (x, y) from dimensions (0, 1) of a domain whose key is a multiple of four. Such
+ * positions are also well distributed along the image's rows and columns, which helps at horizontal and
+ * vertical edges. */
 
 #define BN_DOMAIN_ROOT 0u /* the ancestor of all domains */
 
-/* Returns the child of any domain for any key: a hash of the domain and of key / 4, with key % 4 as the
- * member of the family. Takes about a nanosecond. Two given families coincide with a probability of 2^-30:
- * with paths of 16 rays, that happens in one frame in a million. For CUDA and HIP, include bn_draw.h. */
+/* Returns the child of any domain for any key. The child is a hash of the domain and key / 4; key % 4 selects
+ * the member of the family. Takes about a nanosecond. Two given families coincide with probability 2^-30: for
+ * paths of 16 rays, this happens in one frame in a million. For CUDA and HIP, include bn_draw.h. */
 #if !defined(__CUDACC__) && !defined(__HIPCC__)
 BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 #endif
@@ -154,7 +156,7 @@ typedef struct bn_mask {
     uint32_t depth, channels; /* 1, except for 3-D masks and vector masks */
 } bn_mask;
 
-/* Returns a 2-D mask of one channel. */
+/* Returns a single-channel 2-D mask. */
 BN_UNREAD BN_INLINE bn_mask bn_mask_u16(const uint16_t *ranks, uint32_t width, uint32_t height) {
     bn_mask mask = {ranks, 16, width, height, 1, 1};
     return mask;
@@ -167,7 +169,7 @@ BN_UNREAD BN_INLINE bn_mask bn_mask_u32(const uint32_t *ranks, uint32_t width, u
 
 /* ---- Samplers */
 
-/* Increases with every change to the tables or to the values drawn from them. */
+/* Increases whenever the tables or the values drawn from them change. */
 #define BN_DRAW_TABLE_VERSION 7u
 
 typedef int32_t bn_sampler_type;
@@ -177,19 +179,21 @@ enum {
      * pixels, every aligned run of 2^m samples is a (0, m + 2 s, 2)-net in dimensions (0, 1) and in (2, 3).
      * Within a pixel, every aligned run of 4^m samples is a (0, m, 4)-net in base 4. Each sample index is
      * blue on its own, so the blurred error falls with nearly every sample. Errors do not repeat across the
-     * image: each tile of 64 x 64 pixels has its own sample order and scrambling (docs/blue.md). */
+     * image: each 64 x 64 pixel tile has its own sample order and scrambling (docs/blue.md). */
     BN_SAMPLER_BLUE = 0,
     /* Padded Owen-scrambled Sobol' (0, 2)-sequences, independent in each pixel: the usual baseline.
      * Dimensions (0, 1) and (2, 3) are each well stratified, but not stratified together. */
     BN_SAMPLER_SOBOL = 1,
-    /* Independent random numbers: pixel, index and domain hashed by pcg4d (Jarzynski and Olano, 2020). */
+    /* Independent random numbers: pcg4d hashes the pixel, index and domain (Jarzynski and Olano, 2020). */
     BN_SAMPLER_WHITE = 2,
     /* One Sobol' sequence along a scrambled Morton curve over the pixels (Ahmed and Wonka, "Screen-Space
      * Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels", 2020). Tuned
-     * for a number of samples; a pixel that stops before half of it has about the error of SOBOL. */
+     * for a given sample count; a pixel that stops before half that count has about the same error as with
+     * SOBOL. */
     BN_SAMPLER_ZORDER = 3,
-    /* A blue-noise mask for the first sample of a pixel, then a shifted, scrambled Sobol' sequence. Blue at 1
-     * sample, but no better than SOBOL from 6 samples on in rendered images. */
+    /* A blue-noise mask supplies a pixel's first sample; a shifted, scrambled Sobol' sequence supplies the
+     * others. The error is blue noise at 1 sample, but in rendered images this type is no better than SOBOL
+     * at 6 samples or more. */
     BN_SAMPLER_MASK = 4
 };
 
@@ -197,7 +201,7 @@ enum {
  * nothing to destroy. Initialise it with one of the functions below. Its fields are private. */
 typedef struct bn_sampler {
     bn_sampler_type type;
-    uint32_t log2_samples;    /* ZORDER: log2 of the samples in each pixel's block */
+    uint32_t log2_samples;    /* ZORDER: log2 of the sample count of each pixel's block */
     uint32_t seed[2];         /* hashed; see bn_sampler_seed() */
     const void *mask;         /* MASK: ranks, or NULL for the built-in mask */
     uint64_t mask_scale;      /* 2^63 divided by the number of ranks, rounded up */
@@ -219,31 +223,33 @@ BN_CONSTEXPR bn_sampler bn_sampler_make(uint64_t seed) {
     return sampler;
 }
 
-/* Initialises a sampler of any type: ZORDER tuned for 256 samples, MASK with the built-in 64 x 64 mask.
- * Errors: INVALID_ARGUMENT (sampler is NULL or the type is unknown). */
+/* Initialises a sampler of any type. ZORDER is tuned for 256 samples, and MASK uses the built-in 64 x 64
+ * mask. Errors: INVALID_ARGUMENT (sampler is NULL or the type is unknown). */
 BN_API bn_result bn_sampler_init(bn_sampler *sampler, bn_sampler_type type, uint64_t seed);
 
-/* Initialises a ZORDER sampler tuned for samples_per_pixel, rounded up to a power of two, at most 2^16; 0
- * means 256. Later samples are valid but less evenly spread. Errors: INVALID_ARGUMENT (sampler is NULL). */
+/* Initialises a ZORDER sampler tuned for samples_per_pixel samples. The count is rounded up to a power of
+ * two, at most 2^16; 0 means 256. Later samples are valid but less evenly spread. Errors: INVALID_ARGUMENT
+ * (sampler is NULL). */
 BN_API bn_result bn_sampler_init_zorder(bn_sampler *sampler, uint32_t samples_per_pixel,
                                         uint64_t seed);
 
-/* Initialises a MASK sampler from a 2-D mask of one channel. Its ranks must stay unchanged while the sampler
- * or a copy of it is in use. Errors: INVALID_ARGUMENT (a NULL pointer, a zero extent, a depth or channels
- * other than 1, rank_bits other than 16 or 32), BAD_DATA (the ranks are not a permutation), OUT_OF_MEMORY
- * (the check needs one bit per texel). */
+/* Initialises a MASK sampler from a single-channel 2-D mask. The mask's ranks must not change while the
+ * sampler or a copy of it is in use. Errors: INVALID_ARGUMENT (a NULL pointer, a zero extent, depth or
+ * channels other than 1, rank_bits other than 16 or 32), BAD_DATA (the ranks are not a permutation),
+ * OUT_OF_MEMORY (the check needs one bit per texel). */
 BN_API bn_result bn_sampler_init_mask(bn_sampler *sampler, const bn_mask *mask, uint64_t seed);
 
 /* ---- Draws from domains */
 
-/* Draws sample `index` of pixel (x, y) in a domain. The result depends only on the arguments, so the order of
- * draws, threads, tiles, crops and restarts cannot change it. Coordinates may be negative, and each index up
+/* Draws sample `index` of pixel (x, y) in a domain. The result depends only on the arguments, so draw order,
+ * threading, tiling, cropping and restarts cannot change it. Coordinates may be negative, and each index up
  * to 2^32 - 1 gives a new sample. The sampler must be initialised. Draws cannot fail, do not allocate and
  * take no locks.
  *
- * bn_sample_4d_u32() returns 32 random bits per dimension. Floats are (bits >> 8) * 2^-24, below 1. The 1-D
- * draw returns dimension 0. The 2-D draw returns dimensions (0, 1) for pair 0 and (2, 3) for pair 1 (only the
- * lowest bit counts), and takes no longer than the 4-D draw. bn_draw.h has the same draws inline. */
+ * bn_sample_4d_u32() returns 32 random bits per dimension. Floats are (bits >> 8) * 2^-24, so they are always
+ * below 1. The 1-D draw returns dimension 0. The 2-D draw returns dimensions (0, 1) for pair 0 and (2, 3) for
+ * pair 1 (only the lowest bit of `pair` counts), and takes no longer than the 4-D draw. bn_draw.h provides
+ * inline versions. */
 BN_API float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                           uint32_t domain);
 BN_API void bn_sample_2d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
@@ -253,10 +259,11 @@ BN_API void bn_sample_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32
 BN_API void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                              uint32_t domain, uint32_t out[4]);
 
-/* Draws a block of samples, bit-equal to bn_sample_4d(), into out[height][width][index_count][4], starting at
- * pixel (x0, y0) and first_index. Samples of a pixel share work: with many indices, BLUE is faster than with
- * single draws, and SOBOL and WHITE are nearly as fast as in a wavefront. Errors: INVALID_ARGUMENT (sampler
- * or out is NULL, a zero extent, the block runs past the last coordinate or index), SIZE_MISMATCH. */
+/* Draws a block of samples into out[height][width][index_count][4], starting at pixel (x0, y0) and
+ * first_index. The samples are bit-identical to those of bn_sample_4d(). Samples within a pixel share work:
+ * for many indices, BLUE is faster than in single draws, and SOBOL and WHITE are nearly as fast as in a
+ * wavefront. Errors: INVALID_ARGUMENT (sampler or out is NULL, an extent is zero, or the block runs past the
+ * last coordinate or index), SIZE_MISMATCH. */
 BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uint32_t width,
                                  uint32_t height, uint32_t first_index, uint32_t index_count,
                                  uint32_t domain, float *out, size_t out_count);
@@ -264,13 +271,13 @@ BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t 
 /* A wavefront of lanes, in any order. */
 typedef struct bn_wavefront {
     size_t struct_size; /* sizeof(bn_wavefront) */
-    size_t count;       /* number of lanes, and of elements in each array below */
+    size_t count;       /* number of lanes, and length of each array below */
     const int32_t *x, *y;
-    /* Per lane, or NULL (default): all lanes share shared_index and shared_domain. */
+    /* One per lane, or NULL (default) if all lanes share shared_index and shared_domain. */
     const uint32_t *index, *domain;
-    uint32_t shared_index, shared_domain; /* defaults 0 and BN_DOMAIN_ROOT */
-    /* NULL (default), or the ray number of each lane, below 2^28: lane i then draws from bn_path_ray(path,
-     * depth[i]), where the path has the lane's domain. BN_DOMAIN_ROOT is the path of stream 0. */
+    uint32_t shared_index, shared_domain; /* default to 0 and BN_DOMAIN_ROOT */
+    /* NULL (default), or each lane's ray number, below 2^28. Lane i then draws from bn_path_ray(path,
+     * depth[i]), where the path has the lane's domain. BN_DOMAIN_ROOT stands for the path of stream 0. */
     const uint32_t *depth;
     /* Dimension d of lane i goes to out[d][i * stride]. NULL (default) skips the dimension. */
     float *out[4];
@@ -282,20 +289,22 @@ BN_INLINE bn_wavefront bn_wavefront_default(void) {
     return w;
 }
 
-/* Draws for all lanes of a wavefront, bit-equal to bn_sample_4d(). If only one pair is requested, only that
- * pair is drawn. Arrays must be aligned for their element type and must not overlap the outputs. Allocates
- * nothing and takes no locks. With AVX2 (not if compiled by MSVC or by GCC for Windows), BLUE takes under half
- * the time of single draws, and SOBOL and WHITE a tenth; other types gain nothing. Errors: INVALID_ARGUMENT
- * (sampler, wavefront, x, y or all of out is NULL, stride is 0, a bad struct_size), UNSUPPORTED. */
+/* Draws samples for all lanes of a wavefront. They are bit-identical to those of bn_sample_4d(). If only one
+ * pair is requested, only that pair is drawn. Arrays must be aligned for their element type and must not
+ * overlap the outputs. Allocates nothing and takes no locks. With AVX2 (unless compiled by MSVC or by GCC for
+ * Windows), BLUE takes less than half the time of single draws, and SOBOL and WHITE take a tenth; other types
+ * gain nothing. Errors: INVALID_ARGUMENT (sampler, wavefront, x, y or all of out is NULL, stride is 0, or
+ * struct_size is invalid), UNSUPPORTED. */
 BN_API bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefront *wavefront);
 
 /* ---- Drawing on a GPU (docs/shaders.md) */
 
-/* Returns the table of BLUE, 46.5 KiB, the same for every seed; bn_draw.glsl describes it. Sets *count to its
- * length in 32-bit words and *version to the library's BN_DRAW_TABLE_VERSION. Either may be NULL. */
+/* Returns BLUE's table (46.5 KiB), which is the same for every seed; bn_draw.glsl describes it. Sets *count
+ * to its length in 32-bit words and *version to the library's BN_DRAW_TABLE_VERSION. Either pointer may be
+ * NULL. */
 BN_API const uint32_t *bn_tables(size_t *count, uint32_t *version);
 
-/* Copies the sampler's seed, two words, for use in shaders. */
+/* Copies the sampler's two-word seed for use in shaders. */
 BN_INLINE void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
     for (int i = 0; i < 2; ++i) seed[i] = sampler->seed[i];
 }
@@ -303,17 +312,17 @@ BN_INLINE void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
 /* ---- Making masks */
 
 /* Three algorithms make masks. Void-and-cluster makes good masks in milliseconds on one core. Relaxation is
- * nearly as good, faster, and uses all cores. Annealing is slow: 10,000 sweeps lower E_1 (bn_mask_error) by
- * about 4 %. All three call `progress` in C's default floating-point environment. Errors:
- * INVALID_ARGUMENT (a NULL pointer, a zero extent, an option out of range, rank_bits other than 16 or 32 or
- * too few, a depth or channels that the algorithm lacks), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
+ * nearly as good, runs faster and uses all cores. Annealing is slow: 10,000 sweeps lower E_1 (bn_mask_error)
+ * by about 4 %. All three call `progress` in C's default floating-point environment. Errors: INVALID_ARGUMENT
+ * (a NULL pointer, a zero extent, an option out of range, rank_bits too small or other than 16 or 32, a depth
+ * or channel count the algorithm does not support), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
 
 typedef struct bn_void_and_cluster_options {
     size_t struct_size; /* sizeof(bn_void_and_cluster_options) */
-    /* Standard deviation of the Gaussian in texels, from 0.25 to 16. Default 1.5. After blurs wider
-     * than that, masks made with 1.9 have less error. */
+    /* Standard deviation of the Gaussian in texels, from 0.25 to 16. Default 1.5. After wider blurs than
+     * that, masks made with sigma 1.9 have less error. */
     double sigma;
-    double initial_fraction; /* share of texels in the initial pattern: (0, 0.5], default 0.1 */
+    double initial_fraction; /* fraction of texels set initially, in (0, 0.5]; default 0.1 */
     uint64_t seed;           /* default 0 */
 } bn_void_and_cluster_options;
 
@@ -322,9 +331,9 @@ BN_INLINE bn_void_and_cluster_options bn_void_and_cluster_options_default(void) 
     return options;
 }
 
-/* Makes a mask of one channel, in two or three dimensions (Ulichney, "The void-and-cluster method for dither
- * array generation", 1993). Runs on the calling thread. Takes 0.16 to 0.4 microseconds and 14 bytes per texel
- * in two dimensions with sigma 1.5. */
+/* Makes a single-channel mask in two or three dimensions (Ulichney, "The void-and-cluster method for dither
+ * array generation", 1993). Runs on the calling thread. In two dimensions, at sigma 1.5, it takes 0.16 to 0.4
+ * microseconds and 14 bytes per texel. */
 BN_API bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options,
                                      const bn_mask *mask, bn_progress progress, void *user);
 
@@ -339,9 +348,10 @@ BN_INLINE bn_relax_options bn_relax_options_default(void) {
     return options;
 }
 
-/* Makes a 2-D mask of one channel by parallel relaxation. This is the fastest way to make a large mask, and
- * nearly as good as void-and-cluster. It starts from white noise. Each of 20 learned steps changes all texels
- * at once by a weighted sum of clipped differences from their neighbours. The result is then ranked. */
+/* Makes a single-channel 2-D mask by parallel relaxation. This is the fastest way to make a large mask, and
+ * the result is nearly as good as that of void-and-cluster. Relaxation starts from white noise. Each of 20
+ * learned steps changes all texels at once by a weighted sum of clipped differences from their neighbours.
+ * The result is then ranked. */
 BN_API bn_result bn_relax(const bn_relax_options *options, const bn_mask *mask,
                           bn_progress progress, void *user);
 
@@ -350,17 +360,18 @@ typedef struct bn_anneal_options {
     /* Standard deviation, in texels, of the viewing blur whose error is minimised, from 0.25 to 4. Default 1.
      * Two texels interact with weight exp(-distance^2 / (4 sigma^2)). */
     double sigma;
-    /* One channel only: a second, wider blur, from sigma to 4 (default 1.5; raise it along with sigma), and
-     * the weight of its squared error relative to the first (default 1; 0 turns it off). */
+    /* One channel only: the standard deviation of a second, wider blur, from sigma to 4 (default 1.5; raise
+     * it along with sigma), and the weight of its squared error relative to that of the first blur (default
+     * 1; 0 turns it off). */
     double far_sigma, far_weight;
     /* Several channels only: how close values must be to repel each other, from 0.01 to 100. Default 1. */
     double value_sigma;
-    /* Temperatures, as fractions of the largest possible gain from the pairs of one texel, with 0 < end <=
-     * start <= 1; cooling is geometric. Defaults 4e-4 and 2e-6. */
+    /* Temperatures as fractions of the largest possible gain from one texel's pairs, where 0 < end <= start
+     * <= 1. Cooling is geometric. The defaults are 4e-4 and 2e-6. */
     double start_temperature, end_temperature;
     uint32_t sweeps; /* trial swaps per texel; default 1000 */
-    /* One channel only. 1 (default): order the first and the last ranks by void-and-cluster, because their
-     * texels are too far apart for the blurs to reach. 0: keep them as annealed. */
+    /* One channel only. 1 (default): order the first and last ranks by void-and-cluster, because their texels
+     * are too far apart for the blurs to reach. 0: keep them as annealed. */
     int32_t order_ends;
     /* 1: start from the mask's ranks. 0 (default): start from void-and-cluster. */
     int32_t start_from_ranks;
@@ -372,13 +383,14 @@ BN_INLINE bn_anneal_options bn_anneal_options_default(void) {
     return o;
 }
 
-/* Makes a 2-D mask of 1 to 4 channels by simulated annealing with swaps (Georgiev and Fajardo, "Blue-noise
+/* Makes a 2-D mask with 1 to 4 channels by simulated annealing with swaps (Georgiev and Fajardo, "Blue-noise
  * dithered sampling", 2016).
  *
- * With one channel it minimises E_sigma^2 + far_weight * E_far_sigma^2, where E is bn_mask_error(). A trial
- * swap takes about 65 ns. With several channels, it minimises the sum over pairs of texels of exp(-distance^2
- * / (4 sigma^2)) * exp(-|difference of values|^(channels / 2) / value_sigma^2), with values in [0, 1). A swap
- * takes about 1 microsecond. Also fails with BAD_DATA if it starts from ranks that are not permutations. */
+ * With one channel, it minimises E_sigma^2 + far_weight * E_far_sigma^2, where E is bn_mask_error(). A trial
+ * swap takes about 65 ns. With several channels, it minimises the sum, over all pairs of texels, of
+ * exp(-distance^2 / (4 sigma^2)) * exp(-|difference of values|^(channels / 2) / value_sigma^2), where values
+ * are in [0, 1). A trial swap then takes about 1 microsecond. Also fails with BAD_DATA if start_from_ranks is
+ * set and the ranks are not permutations. */
 BN_API bn_result bn_anneal(const bn_anneal_options *options, const bn_mask *mask,
                            bn_progress progress, void *user);
 
@@ -387,42 +399,43 @@ BN_API bn_result bn_anneal(const bn_anneal_options *options, const bn_mask *mask
  * zero count), BAD_DATA (a NaN), OUT_OF_MEMORY (also for 2^32 values or more). */
 BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_t *ranks);
 
-/* Returns the value of a rank: (rank + 0.5) / count in double, rounded down to float and at most 1 - 2^-24. A
- * rank of count or more is treated as count - 1. Returns 0 if count is 0. */
+/* Returns a rank's value: (rank + 0.5) / count, computed in double, rounded down to float and limited to 1 -
+ * 2^-24. A rank of count or more is treated as count - 1. Returns 0 if count is 0. */
 BN_API float bn_rank_to_float(uint32_t rank, size_t count);
 
-/* Returns the built-in mask of size x size texels, with 16-bit ranks in static storage (licence: CC0-1.0). It
- * was annealed for minutes and has 5 % less error than void-and-cluster after a blur of 1 texel. Sizes are 16,
- * 32, 64, 128 and, except with BN_SMALL_DATA, 256; for others, ranks is NULL. A static program contains these
- * masks, 175 KB, only if it calls this function; samplers and bn_dither() use only the 64 x 64 mask. */
+/* Returns the built-in mask of size x size texels, whose 16-bit ranks are in static storage (licence:
+ * CC0-1.0). It was annealed for minutes and, after a blur of 1 texel, has 5 % less error than a
+ * void-and-cluster mask. The sizes are 16, 32, 64, 128 and, unless built with BN_SMALL_DATA, 256; for any
+ * other size, ranks is NULL. A statically linked program contains these masks (175 KB) only if it calls this
+ * function; samplers and bn_dither() use only the 64 x 64 mask. */
 BN_API bn_mask bn_builtin_mask(uint32_t size);
 
 /* ---- Using masks */
 
-/* Computes the dithering error E_sigma of a 2-D mask; lower is better. It is the root mean square, over
- * texels and the 64 thresholds t = (i + 0.5) / 64, of G_sigma * [m < t] - t. Here m is the value (rank + 0.5)
- * / count, and G_sigma is a toroidal Gaussian of sigma texels, with the transfer function exp(-2 pi^2 sigma^2
- * f^2). The error of white noise is 0.1152 at sigma 1. Errors: as for bn_sampler_init_mask(), and
- * INVALID_ARGUMENT (sigma negative or not finite), CANCELLED. */
+/* Computes a 2-D mask's dithering error E_sigma; lower is better. E_sigma is the root mean square, over
+ * texels and the 64 thresholds t = (i + 0.5) / 64, of G_sigma * [m < t] - t. Here m is the mask's value (rank
+ * + 0.5) / count, and G_sigma is a toroidal Gaussian of sigma texels whose transfer function is exp(-2 pi^2
+ * sigma^2 f^2). White noise has an error of 0.1152 at sigma 1. Errors: see bn_sampler_init_mask(); also
+ * INVALID_ARGUMENT (sigma is negative or not finite), CANCELLED. */
 BN_API bn_result bn_mask_error(const bn_mask *mask, double sigma, double *error,
                                bn_progress progress, void *user);
 
-/* Computes the power spectrum of a 2-D mask: power[v * width + u] is |DFT|^2 at frequency (u / width, v /
- * height) cycles per texel (subtract 1 from frequencies above 1/2), divided by the sum of the squared
- * deviations of the ranks from their mean. White noise has an expected power of 1 everywhere. power[0] is 0.
- * Errors: as for bn_sampler_init_mask(), and SIZE_MISMATCH (count is not width * height), CANCELLED. */
+/* Computes a 2-D mask's power spectrum: power[v * width + u] is |DFT|^2 at frequency (u / width, v / height)
+ * cycles per texel (subtract 1 from frequencies above 1/2), divided by the sum of the ranks' squared
+ * deviations from their mean. White noise has an expected power of 1 everywhere. power[0] is 0. Errors: see
+ * bn_sampler_init_mask(); also SIZE_MISMATCH (count is not width * height), CANCELLED. */
 BN_API bn_result bn_power_spectrum(const bn_mask *mask, float *power, size_t count,
                                    bn_progress progress, void *user);
 
 typedef struct bn_dither_options {
     size_t struct_size; /* sizeof(bn_dither_options) */
-    uint32_t levels;    /* number of output levels from 0 to 1, evenly spaced: 2 (default) to 256 */
+    uint32_t levels;    /* number of evenly spaced output levels from 0 to 1: 2 (default) to 256 */
     /* 0 (default): preserve the local mean of the values. 1: input and output are sRGB-encoded; preserve the
      * local mean of linear light. */
     int32_t srgb;
-    /* 1 (default): shift the mask from channel to channel, so that their errors are uncorrelated. */
+    /* 1 (default): shift the mask from channel to channel, so that the channels' errors are uncorrelated. */
     int32_t channel_offset;
-    const bn_mask *mask; /* 2-D, of one channel; NULL (default): the built-in 64 x 64 mask */
+    const bn_mask *mask; /* 2-D, single-channel; NULL (default): the built-in 64 x 64 mask */
 } bn_dither_options;
 
 BN_INLINE bn_dither_options bn_dither_options_default(void) {
@@ -430,12 +443,12 @@ BN_INLINE bn_dither_options bn_dither_options_default(void) {
     return options;
 }
 
-/* Dithers image[height][width][channels], with values in [0, 1], to a few levels. A value v becomes floor(v *
- * (levels - 1) + t) / (levels - 1), where t is the mask's value (rank + 0.5) / texels at that pixel. Values
- * outside [0, 1] are clamped; 0 and 1 are unchanged. With srgb, the fractional part of v * (levels - 1) is
- * adjusted to preserve the linear light of v. `out` may be the same array as `image`. Errors: for the mask,
- * as for bn_sampler_init_mask(); INVALID_ARGUMENT (a NULL pointer, a zero extent, an option out of range),
- * SIZE_MISMATCH, BAD_DATA (a NaN in the image), OUT_OF_MEMORY, UNSUPPORTED. */
+/* Dithers image[height][width][channels], whose values are in [0, 1], to a few levels. A value v becomes
+ * floor(v * (levels - 1) + t) / (levels - 1), where t is the mask's value (rank + 0.5) / texels at that
+ * pixel. Values outside [0, 1] are clamped; 0 and 1 are unchanged. If srgb is set, the fractional part of v *
+ * (levels - 1) is adjusted to preserve the linear light of v. `out` may be the same array as `image`. Errors:
+ * for the mask, see bn_sampler_init_mask(); also INVALID_ARGUMENT (a NULL pointer, a zero extent, an option
+ * out of range), SIZE_MISMATCH, BAD_DATA (a NaN in the image), OUT_OF_MEMORY, UNSUPPORTED. */
 BN_API bn_result bn_dither(const bn_dither_options *options, const float *image, uint32_t width,
                            uint32_t height, uint32_t channels, float *out, size_t count);
 

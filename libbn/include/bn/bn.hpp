@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// libbn for C++14 and later: samplers, paths, domains and draws as values. This header is a thin inline layer over
-// bn.h and bn_path.h, which document the functions. The draws have the same bits.
+// libbn for C++14 and later: samplers, paths, domains and draws as values. This header is a thin inline layer over bn.h
+// and bn_path.h, which document the functions. Draws are bit-identical to theirs.
 //
 //     const bn::Sampler sampler(seed);
 //     const bn::PathSampler path(sampler, x, y, index);
@@ -14,15 +14,16 @@
 //     numbers.start(x, y, index);
 //     const std::array<float, 2> film = numbers.next_2d();
 //
-// With domains of your own:
+// To use your own domains:
 //
 //     const bn::Domain light = bn::Domain().child(KEY_LIGHT);
 //     const std::array<float, 2> point = sampler.sample_2d(x, y, index, light);
 //
 // A Sampler is immutable, so threads can share it. Functions that are not noexcept throw bn::Error if the library
-// returns an error, or std::bad_alloc. Call the rest of the library as in C, with sampler.get().
+// returns an error, or std::bad_alloc. Call the rest of the library as in C, passing sampler.get().
 //
-// C++14 and later use bn/bn.hpp, C and C++11 use bn/bn_path.h. A C++11 project can also compile one file as C++14:
+// Use bn/bn.hpp in C++14 and later, and bn/bn_path.h in C and C++11. A C++11 project can also compile one file as
+// C++14:
 //
 //     // numbers.h, C++11
 //     class Numbers {
@@ -94,13 +95,13 @@ class Error : public std::runtime_error {
     bn_result result_;
 };
 
-// Throws bn::Error unless the result is BN_SUCCESS. Also use it with other functions of bn.h: bn::check("bn_dither",
-// bn_dither(...)).
+// Throws bn::Error unless the result is BN_SUCCESS. You can also use it for other functions of bn.h:
+// bn::check("bn_dither", bn_dither(...)).
 inline void check(const char *function, bn_result result) {
     if (result != BN_SUCCESS) throw Error(function, result);
 }
 
-// Identifies one decision of a path. The default Domain is the root.
+// Identifies one decision along a path. The default Domain is the root.
 class Domain {
   public:
     constexpr Domain() noexcept = default;
@@ -109,7 +110,7 @@ class Domain {
     // Calls bn_domain_child(). Keys 4 k to 4 k + 3 form a family.
     Domain child(uint32_t key) const noexcept { return Domain(bn_domain_child(value_, key)); }
 
-    // The value that bn.h, bn_draw.h and shaders take.
+    // The value to pass to bn.h, bn_draw.h and shaders.
     constexpr uint32_t value() const noexcept { return value_; }
 
     friend constexpr bool operator==(Domain a, Domain b) noexcept { return a.value_ == b.value_; }
@@ -143,14 +144,14 @@ class Sampler {
     template <typename Other, typename = std::enable_if_t<std::is_enum<Other>::value &&
                                                           !std::is_same<Other, Type>::value>>
     explicit Sampler(Other type, uint64_t seed = 0) = delete;
-    // bn_sampler_init_zorder(): tuned for a number of samples per pixel.
+    // Calls bn_sampler_init_zorder(): the sampler is tuned for samples_per_pixel samples.
     static Sampler zorder(uint32_t samples_per_pixel, uint64_t seed = 0) {
         Sampler made(seed);
         check("bn_sampler_init_zorder",
               bn_sampler_init_zorder(&made.sampler_, samples_per_pixel, seed));
         return made;
     }
-    // bn_sampler_init_mask(). Throws INVALID_ARGUMENT, BAD_DATA or OUT_OF_MEMORY. Keep the ranks as long as the
+    // Calls bn_sampler_init_mask(). Throws INVALID_ARGUMENT, BAD_DATA or OUT_OF_MEMORY. Keep the ranks while the
     // Sampler or a copy of it is in use.
     static Sampler from_mask(const bn_mask &mask, uint64_t seed = 0) {
         Sampler made(seed);
@@ -159,8 +160,8 @@ class Sampler {
     }
     constexpr explicit Sampler(const bn_sampler &sampler) noexcept : sampler_(sampler) {}
 
-    // Sample `index` of pixel (x, y) in a domain: dimension 0; one pair, (0, 1) for pair 0 or (2, 3) for pair 1; or
-    // all four dimensions.
+    // Sample `index` of pixel (x, y) in a domain. sample_1d() returns dimension 0; sample_2d() returns one pair, (0, 1)
+    // for pair 0 or (2, 3) for pair 1; sample_4d() returns all four dimensions.
     float sample_1d(int32_t x, int32_t y, uint32_t index, Domain domain = Domain()) const noexcept {
         return bn_draw_1d(&sampler_, x, y, index, domain.value());
     }
@@ -176,7 +177,7 @@ class Sampler {
         bn_draw_4d(&sampler_, x, y, index, domain.value(), out.data());
         return out;
     }
-    // All four dimensions, with 32 random bits each.
+    // All four dimensions, each as 32 random bits.
     std::array<uint32_t, 4> sample_4d_u32(int32_t x, int32_t y, uint32_t index,
                                           Domain domain = Domain()) const noexcept {
         std::array<uint32_t, 4> out{};
@@ -184,13 +185,13 @@ class Sampler {
         return out;
     }
 
-    // bn_sample_wavefront(). Throws INVALID_ARGUMENT or UNSUPPORTED.
+    // Calls bn_sample_wavefront(). Throws INVALID_ARGUMENT or UNSUPPORTED.
     void sample_wavefront(const bn_wavefront &wavefront) const {
         check("bn_sample_wavefront", bn_sample_wavefront(&sampler_, &wavefront));
     }
 
-    // bn_sample_block(): [height][width][index_count][4]. Throws INVALID_ARGUMENT for a zero extent or a block that
-    // runs past the last coordinate or index, and OUT_OF_MEMORY if its size overflows.
+    // Calls bn_sample_block(). The result is [height][width][index_count][4]. Throws INVALID_ARGUMENT for a zero extent
+    // or a block that runs past the last coordinate or index, and OUT_OF_MEMORY if its size overflows.
     std::vector<float> block(int32_t x0, int32_t y0, uint32_t width, uint32_t height,
                              uint32_t first_index, uint32_t index_count,
                              Domain domain = Domain()) const {
@@ -201,16 +202,16 @@ class Sampler {
             count *= extent;
         }
         std::vector<float> out(count);
-        float none = 0; // data() of an empty vector may be NULL, which would be another error
+        float none = 0; // an empty vector's data() may be NULL, which would be a different error
         check("bn_sample_block",
               bn_sample_block(&sampler_, x0, y0, width, height, first_index, index_count,
                               domain.value(), out.empty() ? &none : out.data(), out.size()));
         return out;
     }
 
-    // The sampler that bn.h and bn_path.h take.
+    // The sampler to pass to functions of bn.h and bn_path.h.
     constexpr const bn_sampler *get() const noexcept { return &sampler_; }
-    // bn_sampler_seed(), for shaders.
+    // The result of bn_sampler_seed(), for shaders.
     constexpr std::array<uint32_t, 2> seed() const noexcept {
         return {sampler_.seed[0], sampler_.seed[1]};
     }
@@ -221,12 +222,12 @@ class Sampler {
     bn_sampler sampler_{};
 };
 
-// ---- The decisions of a path (bn_path.h has the layout)
+// ---- A path's decisions (bn_path.h describes the layout)
 
 class PathSampler;
 class SequentialSampler;
 
-// Random numbers for a loop of unknown length: the first four are stratified, the rest pseudo-random.
+// Random numbers for a loop of unknown length. The first four are stratified; the rest are pseudo-random.
 class LoopSampler {
   public:
     explicit LoopSampler(const bn_loop &loop) noexcept : loop_(loop) {}
@@ -244,7 +245,8 @@ class Split {
     Split(const bn_sampler *sampler, const bn_split &split) noexcept
         : sampler_(sampler), split_(split) {}
 
-    // Branch k, whose rays start at 0. A path may use fewer or more branches than the count passed to next_split().
+    // Branch k. Its rays are numbered from 0. A path may use fewer or more branches than the count passed to
+    // next_split().
     PathSampler operator[](uint32_t k) const noexcept;
 
   private:
@@ -253,7 +255,7 @@ class Split {
 };
 
 // One ray of a path. It is stateful, so it can be moved but not copied: pass it by reference. A second RaySampler for
-// the same ray of a path returns the same numbers again.
+// the same ray returns the same numbers again.
 class RaySampler {
   public:
     // Empty: assign a path's ray before you draw.
@@ -271,7 +273,7 @@ class RaySampler {
         bn_ray_draw(sampler_, &ray_, out.data());
         return out;
     }
-    // One of the two pairs.
+    // One of draw()'s two pairs.
     std::array<float, 2> draw_direction() const noexcept {
         std::array<float, 2> out{};
         bn_ray_draw_direction(sampler_, &ray_, out.data());
@@ -283,7 +285,7 @@ class RaySampler {
         return out;
     }
 
-    // Returns what call k + 1 of the matching next_...() below returns.
+    // Returns the same result as call k + 1 of the matching next_...() below.
     float draw_1d(uint32_t k) const noexcept { return bn_ray_draw_1d(sampler_, &ray_, k); }
     std::array<float, 2> draw_2d(uint32_t k) const noexcept {
         std::array<float, 2> out{};
@@ -302,7 +304,7 @@ class RaySampler {
         return LoopSampler(bn_ray_draw_loop(sampler_, &ray_, k));
     }
 
-    // Numbers for further decisions: new at every call.
+    // Numbers for further decisions. Every call returns new ones.
     float next_1d() noexcept { return bn_ray_next_1d(sampler_, &ray_); }
     std::array<float, 2> next_2d() noexcept {
         std::array<float, 2> out{};
@@ -317,7 +319,7 @@ class RaySampler {
     Split next_split(uint32_t count) noexcept {
         return Split(sampler_, bn_ray_next_split(&ray_, count));
     }
-    // For branch counts that vary: `first` is the number of branches that earlier samples of the pixel took here.
+    // For branch counts that vary: `first` is the number of branches the pixel's earlier samples took here.
     Split next_split_from(uint32_t first) noexcept {
         return Split(sampler_, bn_ray_next_split_from(&ray_, first));
     }
@@ -351,7 +353,8 @@ class PathSampler {
     RaySampler ray(uint32_t number) const noexcept {
         return RaySampler(sampler_, bn_path_ray(&state_, number));
     }
-    // The light sample at the end of ray 0, if a lens uses its second pair, or point k of `count`.
+    // The light sample at the end of ray 0, for use if a lens takes that ray's second pair; or light sample k of
+    // `count`.
     std::array<float, 2> first_light(uint32_t count = 1, uint32_t k = 0) const noexcept {
         std::array<float, 2> out{};
         bn_path_first_light(sampler_, &state_, count, k, out.data());
@@ -364,7 +367,7 @@ class PathSampler {
         return out;
     }
 
-    // The state of the path, 16 bytes. A wavefront keeps one per lane.
+    // The path's 16-byte state. A wavefront keeps one per lane.
     const bn_path &state() const noexcept { return state_; }
 
   private:
@@ -377,17 +380,17 @@ inline PathSampler Split::operator[](uint32_t k) const noexcept {
     return PathSampler(sampler_, bn_split_path(&split_, k));
 }
 
-// For renderers that ask a stateful sampler for the next number or pair, as pbrt does. A number and the pair after
-// it, or two consecutive pairs, share a domain. Each ray has its own endless sequence. Draw one pair, not two
-// numbers, for a 2-D decision. Store numbers in variables before you pass them on, because C++ does not define the
-// order of the calls in f(next_1d(), next_2d()).
+// For renderers that ask a stateful sampler for the next number or pair, as pbrt does. A number and the pair after it,
+// or two consecutive pairs, share a domain. Each ray has its own endless sequence. Draw one pair, not two numbers, for
+// a 2-D decision. Store numbers in variables before you pass them on, because C++ does not specify the evaluation order
+// in f(next_1d(), next_2d()).
 class SequentialSampler {
   public:
     // Holds a copy of the Sampler. Call start() before you draw.
     SequentialSampler() noexcept : SequentialSampler(Sampler()) {}
     explicit SequentialSampler(const Sampler &sampler) noexcept : sampler_(*sampler.get()) {}
-    // Starts at ray 0 of a path or branch. You can also pass one ray that you do not use otherwise, such as
-    // ray.child(MATERIAL) beside ray.draw().
+    // Starts at ray 0 of a path or branch. You can also pass a ray that you do not draw from elsewhere, such as
+    // ray.child(MATERIAL) alongside ray.draw().
     explicit SequentialSampler(const PathSampler &path) noexcept
         : sampler_(*path.sampler_), path_(path.state_) {
         begin(0);
@@ -402,16 +405,17 @@ class SequentialSampler {
         path_ = bn_path_start(x, y, index, stream);
         begin(0);
     }
-    // Call this before each later ray, so that neighbouring paths are in step again. The number of the current ray
-    // continues that ray, for loops that step over transparent surfaces. An earlier number does the same, because the
-    // numbers of earlier rays have been used; debug builds assert.
+    // Call this before each later ray, so that neighbouring paths are back in step. To continue the current ray, as in
+    // loops that step over transparent surfaces, pass its number again. An earlier number also continues the current
+    // ray, because the earlier rays' numbers are used up; debug builds assert.
     void start_ray(uint32_t ray) noexcept {
         assert(ray >= ray_);
         if (ray > ray_) begin(ray);
     }
-    // Declares the order of calls, '1' for a number and '2' for a pair. Debug builds assert that later calls follow it.
-    // For example, expect("22", "1212") declares position and lens on ray 0, then a light, the point on it, a lobe and
-    // its direction. Call it before start(). The strings must outlive the object. Calls past their end are not checked.
+    // Declares the order of calls: '1' stands for a number and '2' for a pair. Debug builds assert that later calls
+    // follow it. For example, expect("22", "1212") declares the position and the lens on ray 0; on each later ray, it
+    // declares a light, the point on it, a lobe and its direction. Call expect() before start(). The strings must
+    // outlive the object. Calls past the end of a string are not checked.
     void expect(const char *ray_0, const char *later_rays) noexcept {
         expected_[0] = ray_0;
         expected_[1] = later_rays;
@@ -447,7 +451,7 @@ class SequentialSampler {
     }
     void ask(char dimensions) noexcept {
         if (*next_expected_ == '\0') return;
-        assert(*next_expected_ == dimensions && "another order than expect() says");
+        assert(*next_expected_ == dimensions && "calls differ from the order in expect()");
         (void)dimensions;
         ++next_expected_;
     }
@@ -461,7 +465,7 @@ class SequentialSampler {
     bn_path path_{};
     bn_ray state_{};
     uint32_t ray_ = 0;
-    // The numbers of the current domain. The first pair serves a 2-D decision; the second serves another one, or
+    // The current domain's numbers. The first pair serves a 2-D decision; the second serves another 2-D decision or
     // single numbers.
     float u_[4] = {};
     bool pair_spent_ = true;

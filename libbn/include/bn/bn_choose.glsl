@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Discrete choices with a random number, and reuse of the remainder: bn_choose(), bn_choose_u32() and
- * bn_choose_cdf() in the common subset of GLSL, HLSL, Metal, CUDA and C. bn_choose.h documents them.
- * bn_choose.h, bn_choose.hlsl and bn_choose.metal include this file; libbn/tools/make_wgsl.py
- * translates it to the WGSL files. The bits are the same, except that shader compilers may flush
- * subnormal numbers to 0 and treat NaN as any value.
+ * Discrete choices with a random number, and reuse of the remainder: bn_choose(), bn_choose_u32()
+ * and bn_choose_cdf() in the common subset of GLSL, HLSL, Metal, CUDA and C. bn_choose.h documents
+ * them. bn_choose.h, bn_choose.hlsl and bn_choose.metal include this file; libbn/tools/make_wgsl.py
+ * translates it to the WGSL files. Results are bit-identical in all languages, except that shader
+ * compilers may flush subnormal numbers to 0 and treat NaN as any value.
  *
  * In a shader (GLSL 3.30 or GLSL ES 3.00, no extensions), include this file, with or without
  * bn_draw.glsl:
@@ -12,7 +12,8 @@
  *     uint light = bn_choose_u32(light_count, u.x);
  *     bool coat = bn_choose(coat_probability, u.z);
  *
- * For bn_choose_cdf(first, count, u), define how to read a table. `first` is where the table begins:
+ * For bn_choose_cdf(first, count, u), define how to read a table. `first` is the index of the
+ * table's first entry:
  *
  *     layout(std430, binding = 1) readonly buffer cdf_table { float cdf[]; };
  *     #define BN_CDF(i) cdf[i] */
@@ -57,7 +58,7 @@ BN_FUNCTION BN_UINT bn_choose_step(float u) {
     return u < 1.0f ? BN_TO_UINT(u * 16777216.0f) : BN_CHOOSE_STEPS - 1u;
 }
 
-/* The number of steps below a limit: exactly those for which u < limit. */
+/* The number of steps below a limit, that is, of steps for which u < limit. */
 BN_FUNCTION BN_UINT bn_choose_steps_below(float limit) {
     if (!BN_CHOOSE_POSITIVE(limit)) return 0u;
     float steps = (limit < 1.0f ? limit : 1.0f) * 16777216.0f;
@@ -67,7 +68,8 @@ BN_FUNCTION BN_UINT bn_choose_steps_below(float limit) {
 
 #ifndef BN_CHOOSE_STRETCH
 #define BN_CHOOSE_STRETCH(place, width) bn_choose_stretch(place, width)
-/* (place + 1/2) / width in steps, rounded down, for place < width <= 2^24: long division. */
+/* (place + 1/2) / width in steps, rounded down, by long division. Requires place < width <=
+ * 2^24. */
 BN_FUNCTION BN_UINT bn_choose_stretch(BN_UINT place, BN_UINT width) {
     BN_UINT rest = 2u * place + 1u;
     BN_UINT quotient = rest / width;
@@ -82,7 +84,7 @@ BN_FUNCTION BN_UINT bn_choose_stretch(BN_UINT place, BN_UINT width) {
 
 #ifndef BN_MULTIPLY_HIGH
 #define BN_MULTIPLY_HIGH(a, b) bn_multiply_high(a, b)
-/* The upper half of the 64-bit product, from products of half-words. */
+/* The upper half of the 64-bit product, computed from half-word products. */
 BN_FUNCTION BN_UINT bn_multiply_high(BN_UINT a, BN_UINT b) {
     BN_UINT low = (a & 0xffffu) * (b & 0xffffu);
     BN_UINT left = (a >> 16u) * (b & 0xffffu) + (low >> 16u);
@@ -104,7 +106,8 @@ BN_FUNCTION BN_BOOL bn_choose(float probability, BN_CHOOSE_U) {
     return place < limit;
 }
 
-/* The centre of the step times count: the integer part chooses, the fraction is the remainder. */
+/* Multiplies the step's centre by count: the integer part is the choice, and the fraction is the
+ * remainder. */
 BN_FUNCTION BN_UINT bn_choose_u32(BN_UINT count, BN_CHOOSE_U) {
     BN_UINT n = count > 0u ? count : 1u;
     BN_UINT middle = 2u * bn_choose_step(BN_CHOOSE_GET_U) + 1u;
@@ -113,7 +116,7 @@ BN_FUNCTION BN_UINT bn_choose_u32(BN_UINT count, BN_CHOOSE_U) {
     return BN_MULTIPLY_HIGH(middle, n) << 7u | low >> 25u;
 }
 
-/* Whether a step, in the units of a table, lies below a limit. */
+/* Whether a step, in a table's units, lies below a limit. */
 BN_FUNCTION BN_BOOL bn_choose_is_below(BN_UINT place, float unit, float limit) {
     if (!BN_CHOOSE_POSITIVE(limit)) return BN_FALSE;
     return BN_TO_FLOAT(place) * unit < limit;

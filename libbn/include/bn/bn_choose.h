@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Makes discrete choices with a random number and rescales the remainder for reuse.
  *
- * A choice uses only the leading digits of a number. These functions choose, then rescale the chosen part of
- * [0, 1) to [0, 1). The choice and the next decision thus come from one well-stratified pair, and you save a
- * draw:
+ * A choice uses only the leading digits of a number. These functions make the choice, then rescale the chosen
+ * part of [0, 1) to [0, 1). The choice and the next decision thus share one well-stratified pair, and you
+ * save a draw:
  *
  *     float u[4];
  *     bn_sample_4d(sampler, x, y, index, domain, u);
@@ -14,9 +14,9 @@
  * Order the items so that neighbours in the list are close in space.
  *
  * Precision. A draw is a multiple of 2^-24 and stands for the step of that width above it. The remainder is
- * the centre of the step, rescaled and rounded down to a multiple of 2^-24, and always below 1. An item that
- * is w steps wide leaves w different remainders, evenly spaced: an item with a probability of 1/256 leaves 16
- * bits, from which you can choose again. A choice with probability 1 leaves the draw unchanged.
+ * the step's centre, rescaled and rounded down to a multiple of 2^-24, so it is always below 1. An item that
+ * is w steps wide leaves w evenly spaced remainders: an item with probability 1/256 leaves 16 bits, which you
+ * can use for another choice. A choice with probability 1 leaves the draw unchanged.
  *
  * Range. A negative u or a NaN counts as 0, and a u of 1 or more counts as the last step, even with
  * -ffast-math. Digits of u finer than 2^-24 are dropped.
@@ -33,27 +33,27 @@
 extern "C" {
 #endif
 
-/* Returns 1 with the given probability, namely if *u < probability, and 0 otherwise. Either way *u becomes
- * the remainder. The actual probability is rounded up to a multiple of 2^-24: if it is far below 2^-12,
- * divide by the rounded value, or your estimate is biased by the difference. Never returns 1 if the
+/* Returns 1 with the given probability (that is, if *u < probability) and 0 otherwise. In both cases, *u
+ * becomes the remainder. The actual probability is rounded up to a multiple of 2^-24: if it is far below
+ * 2^-12, divide by the rounded value; otherwise the difference biases your estimate. Never returns 1 if the
  * probability is NaN or at most 0, and always does if it is 1 or more. */
 BN_DEVICE_INLINE int bn_choose(float probability, float *u);
 
-/* Returns one of `count` items, all equally likely: each has 2^24 / count steps, rounded up or down. If there
- * are more than 2^24 items, only 2^24 of them, evenly spaced, can be chosen. Returns 0 if count is 0. */
+/* Returns one of `count` equally likely items: each spans 2^24 / count steps, rounded up or down. If there
+ * are more than 2^24 items, only 2^24 evenly spaced ones can be chosen. Returns 0 if count is 0. */
 BN_DEVICE_INLINE uint32_t bn_choose_u32(uint32_t count, float *u);
 
 /* Returns item i with a probability proportional to cdf[i] - cdf[i - 1]: the first item for which *u * sum <
- * cdf[i]. The cumulative weights must ascend to a sum from 1e-30 to 1e30. They are rounded up to steps of
+ * cdf[i]. The cumulative weights must ascend to a sum between 1e-30 and 1e30. They are rounded up to steps of
  * 2^-24 of the sum; if they are whole steps, the probabilities are exact. An item whose limits round to the
- * same step is never chosen. Any table is safe: even if it is out of order, contains a NaN or has another
- * sum, the function returns an item. Returns 0 if count is 0.
+ * same step is never chosen. Any table is safe: even if it is out of order, contains a NaN or has a sum
+ * outside that range, the function returns an item. Returns 0 if count is 0.
  *
- * For a 2-D map, choose the row with one number of a pair and the column with the other, from one table per
- * row. A single search over all texels would break the stratification of the pair. */
+ * For a 2-D map, use one number of a pair to choose the row, and the other to choose the column from that
+ * row's table. A single search over all texels would break the pair's stratification. */
 BN_DEVICE_INLINE uint32_t bn_choose_cdf(const float *cdf, uint32_t count, float *u);
 
-/* ---- The code that shaders share */
+/* ---- Code shared with shaders */
 
 /* Whether v > 0, tested on its bits, because -ffast-math assumes that no operand of a comparison is NaN. */
 BN_DEVICE_INLINE int bn_choose_positive(float v) {
@@ -65,9 +65,9 @@ BN_DEVICE_INLINE int bn_choose_positive(float v) {
     return u.bits - 1u < 0x7f800000u;
 }
 
-#ifndef BN_DEVICE_TOO /* GPUs are slow at double, and divide integers as shaders do */
-/* The quotient in double. It is an integer or at least 2^-24 away from the next one, so rounding cannot reach
- * another integer, even where -ffast-math multiplies by the reciprocal. */
+#ifndef BN_DEVICE_TOO /* double is slow on GPUs, so they divide integers as shaders do */
+/* The quotient, computed in double. It is an integer or at least 2^-24 away from the next one, so rounding
+ * cannot reach another integer, even where -ffast-math multiplies by the reciprocal. */
 BN_HOST_INLINE uint32_t bn_choose_stretched(uint32_t place, uint32_t width) {
     const double middle = 2.0 * BN_CAST(double, BN_CAST(int32_t, place)) + 1.0;
     const double steps = BN_CAST(double, BN_CAST(int32_t, width));

@@ -22,7 +22,7 @@ fn bn_choose_step(u: f32) -> u32 {
     return select(BN_CHOOSE_STEPS - 1u, u32(u * 16777216.0f), u < 1.0f);
 }
 
-/* The number of steps below a limit: exactly those for which u < limit. */
+/* The number of steps below a limit, that is, of steps for which u < limit. */
 fn bn_choose_steps_below(limit: f32) -> u32 {
     if (!bn_choose_positive(limit)) {
         return 0u;
@@ -32,7 +32,8 @@ fn bn_choose_steps_below(limit: f32) -> u32 {
     return select(whole, whole + 1u, f32(whole) < steps);
 }
 
-/* (place + 1/2) / width in steps, rounded down, for place < width <= 2^24: long division. */
+/* (place + 1/2) / width in steps, rounded down, by long division. Requires place < width <=
+ * 2^24. */
 fn bn_choose_stretch(place: u32, width: u32) -> u32 {
     var rest = 2u * place + 1u;
     var quotient = rest / width;
@@ -44,7 +45,7 @@ fn bn_choose_stretch(place: u32, width: u32) -> u32 {
     return (quotient << 7u) | (rest / width);
 }
 
-/* The upper half of the 64-bit product, from products of half-words. */
+/* The upper half of the 64-bit product, computed from half-word products. */
 fn bn_multiply_high(a: u32, b: u32) -> u32 {
     let low = (a & 0xffffu) * (b & 0xffffu);
     let left = (a >> 16u) * (b & 0xffffu) + (low >> 16u);
@@ -65,7 +66,8 @@ fn bn_choose(probability: f32, u: ptr<function, f32>) -> bool {
     return place < limit;
 }
 
-/* The centre of the step times count: the integer part chooses, the fraction is the remainder. */
+/* Multiplies the step's centre by count: the integer part is the choice, and the fraction is the
+ * remainder. */
 fn bn_choose_u32(count: u32, u: ptr<function, f32>) -> u32 {
     let n = select(1u, count, count > 0u);
     let middle = 2u * bn_choose_step(*u) + 1u;
@@ -74,7 +76,7 @@ fn bn_choose_u32(count: u32, u: ptr<function, f32>) -> u32 {
     return (bn_multiply_high(middle, n) << 7u) | (low >> 25u);
 }
 
-/* Whether a step, in the units of a table, lies below a limit. */
+/* Whether a step, in a table's units, lies below a limit. */
 fn bn_choose_is_below(place: u32, unit: f32, limit: f32) -> bool {
     if (!bn_choose_positive(limit)) {
         return false;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * bn_choose_cdf() in WGSL, for shaders that also contain bn_choose.wgsl and declare their tables.
- * `first` is where a table begins. Translated from bn_choose.glsl by libbn/tools/make_wgsl.py.
+ * `first` is the index of a table's first entry. Translated from bn_choose.glsl by
+ * libbn/tools/make_wgsl.py.
  *
  *     @group(0) @binding(1) var<storage, read> bn_cdf: array<f32>;
  *

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Portability macros for the code that C, GPUs and shaders share: bn_draw.glsl, bn_path.glsl and
- * bn_choose.glsl, which bn_draw.h, bn_path.h and bn_choose.h include. Each of these headers
- * includes this one twice: before the shared code to define the macros, and after it to remove
+ * bn_choose.glsl, which bn_draw.h, bn_path.h and bn_choose.h include. Each of those headers
+ * includes this one twice: before the shared code to define the macros, and after it to undefine
  * them. In CUDA and HIP the functions are `__host__ __device__`. NVRTC and hipRTC compile for the
  * GPU only and have no system headers, so bn.h is left out. */
 #ifndef BN_BN_DEVICE_H
@@ -52,7 +52,7 @@ typedef unsigned int uint32_t;
 #define BN_PASS_TABLE bn_words,
 #define BN_WORD(i) bn_words[i]
 
-/* Converts through signed integers, for which CPUs have instructions. */
+/* Converts via signed integers, because CPUs have instructions for those. */
 #define BN_TO_UINT(v) BN_CAST(uint32_t, BN_CAST(int32_t, v))
 #define BN_TO_FLOAT(v) BN_CAST(float, BN_CAST(int32_t, v))
 #define BN_MULTIPLY_HIGH(a, b) BN_CAST(uint32_t, BN_CAST(unsigned long long, a) * (b) >> 32)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of BLUE, SOBOL and WHITE in the common subset of GLSL, HLSL, Metal, CUDA and C. They are
- * bit-equal to bn_sample_4d(). bn_draw.h, bn_draw.hlsl and bn_draw.metal include this file;
- * libbn/tools/make_wgsl.py translates it to bn_draw.wgsl. See docs/shaders.md.
+ * BLUE, SOBOL and WHITE draws in the common subset of GLSL, HLSL, Metal, CUDA and C. They are
+ * bit-identical to those of bn_sample_4d(). bn_draw.h, bn_draw.hlsl and bn_draw.metal include this
+ * file; libbn/tools/make_wgsl.py translates it to bn_draw.wgsl. See docs/shaders.md.
  *
  * In a shader (GLSL 3.30 or GLSL ES 3.00, no extensions), define BN_WORD(i) to read word i of
  * bn_tables(), then include this file. The seed comes from bn_sampler_seed():
@@ -25,7 +25,7 @@
 #define BN_DRAW_GLSL
 
 #ifndef BN_ANY
-/* Whether v, or any lane of a vector v, is not zero. */
+/* Whether v, or any lane of a vector v, is nonzero. */
 #define BN_ANY(v) ((v) != 0u)
 #endif
 
@@ -46,7 +46,7 @@ precision highp int;
 #define BN_TABLE
 #define BN_PASS_TABLE
 #define bn_draw_domain_child bn_domain_child
-/* Newer versions have a built-in for this. */
+/* Newer versions have a built-in function for this. */
 #if __VERSION__ >= 400 || (defined(GL_ES) && __VERSION__ >= 310)
 #define BN_REVERSE_BITS(v) bitfieldReverse(v)
 #endif
@@ -54,14 +54,14 @@ precision highp int;
 
 /* THE TABLES
  *
- * One flat buffer of BN_WORD_COUNT 32-bit words (46.5 KiB), the same for every seed. Only BLUE reads
- * it. An entry of two words holds the upper 16 digits of the four coordinates, one half-word each,
- * lowest first. An entry of four words holds all 32 digits of each. `member` is the domain's number
- * within its family, 0 to 3. */
+ * One flat buffer of BN_WORD_COUNT 32-bit words (46.5 KiB). It is the same for every seed, and only
+ * BLUE reads it. A two-word entry holds the upper 16 digits of the four coordinates, packed into one
+ * half-word each, lowest first. A four-word entry holds all 32 digits of each coordinate. `member` is
+ * the domain's number within its family, 0 to 3. */
 /* One word per pixel of the 64 x 64 tile, row-major. Byte m is the pixel's place in its 4 x 4 block for
  * member m. */
 #define BN_PIXELS_AT 0u
-#define BN_BLOCKS_AT 4096u /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
+#define BN_BLOCKS_AT 4096u /* [16 x 16][member][2]: digits of a 4 x 4 pixel block */
 #define BN_PLACES_AT 6144u /* [member][16][2]: digits of a place in a block */
 #define BN_POINTS_AT 6272u /* [256][member][4]: the first 256 points, by reversed index */
 #define BN_LATER_AT 10368u /* [6][16][member][4]: digits for index bits 8 to 31, four at a time */
@@ -76,7 +76,7 @@ struct bn_uint2 {
 };
 #endif
 
-/* Four consecutive words. When an entry of two words is read, the two words after it are not used. */
+/* Four consecutive words. When a two-word entry is read, the two words after it are not used. */
 #ifndef BN_ROW
 #define BN_ROW(at) bn_draw_row(BN_PASS_TABLE at)
 BN_FUNCTION bn_uint4 bn_draw_row(BN_TABLE BN_UINT at) {
@@ -121,20 +121,20 @@ BN_FUNCTION BN_UINT bn_hash32(BN_UINT v) {
     return v ^ (v >> 15u);
 }
 
-/* bn_domain_child(): a hash of the parent and of key / 4, which all members of a family share, with the
- * member number in the upper two bits. The draws hash the result once more. Families of one parent
- * differ by multiples of the golden ratio before the last step, which leaves the upper half unchanged.
- * So of any thirty consecutive families, no two have the same upper six bits, from which BLUE takes
- * their shift. */
+/* bn_domain_child(): a hash of the parent and key / 4, which all members of a family share. The upper
+ * two bits hold the member number. The draws hash the result once more. Before the last step, which
+ * leaves the upper half unchanged, families of one parent differ by multiples of the golden ratio. As
+ * a result, no two of any thirty consecutive families have the same upper six bits, from which BLUE
+ * takes a family's shift. */
 BN_FUNCTION BN_UINT bn_draw_domain_child(BN_UINT domain, BN_UINT key) {
     BN_UINT v = (domain + (key >> 2u) * 0x121658bdu + 0x9e3779b9u) * 0x21f0aaadu;
     v = ((v ^ (v >> 16u)) & 0xfffffffcu) | (key & 3u);
     return v >> 2u | v << 30u;
 }
 
-/* Nested uniform (Owen) scrambling of bit-reversed digits: each output bit is the input bit,
- * flipped by a hash of the bits below it (Laine and Karras, "Stratified Sampling for Stochastic
- * Transparency", 2011; mixing constants of Vegdahl, "Building a Better LK Hash", 2021). */
+/* Nested uniform (Owen) scrambling of bit-reversed digits: each output bit is the input bit, flipped
+ * according to a hash of the bits below it (Laine and Karras, "Stratified Sampling for Stochastic
+ * Transparency", 2011; mixing constants from Vegdahl, "Building a Better LK Hash", 2021). */
 BN_FUNCTION BN_UINT bn_owen_reversed(BN_UINT v, BN_UINT seed) {
     v ^= v * 0x3d20adeau;
     v += seed;
@@ -165,11 +165,11 @@ BN_FUNCTION BN_UINT bn_sobol_second(BN_UINT digits) {
 /* ---- BLUE: a pixel in a domain, then its samples */
 
 struct bn_blue_pixel {
-    BN_UINT at;           /* the pixel in the tile: 64 row + column */
+    BN_UINT at;           /* the pixel's position in the tile: 64 row + column */
     BN_UINT place, block; /* its upper 16 digits: indices of two-word entries */
-    BN_UINT keys;         /* random digits of this copy of the tile, for pair 0 */
+    BN_UINT keys;         /* random digits of this tile copy, for pair 0 */
     BN_UINT low;          /* the lower 16 digits of pair 0, random, one half-word each */
-    BN_UINT shuffle;      /* for the index: the same for all members of a family */
+    BN_UINT shuffle;      /* for the index; the same for all members of a family */
     BN_UINT member;       /* number within the family */
 };
 
@@ -190,12 +190,12 @@ BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE bn_uint2 seed, BN_UINT x, 
     BN_UINT start = (turned & 0xfffffffcu) ^ seed.x;
     BN_UINT family = start * 0x21f0aaadu;
     family = (family ^ (family >> 16u)) * 0xd35a2d97u + seed.y;
-    /* Reflect and shift the tile. Only the lower six bits of the shift along y move it; the others
+    /* Reflect and shift the tile. Only the lower six bits of the y shift move it; the other bits
      * renumber the copies. */
     BN_UINT column = (x ^ (0u - (family >> 31u))) + (start >> 26u);
     BN_UINT row = (y ^ (0u - (family >> 19u & 1u))) + (family >> 20u);
-    /* Each copy of the tile has its own random digits and sample order, shared by all its pixels, so
-     * samples in the middle of an octave are as blue as the first ones. */
+    /* Each copy of the tile has its own random digits and sample order, which all its pixels share.
+     * Samples in the middle of an octave are therefore as blue as the first samples. */
     BN_UINT copy = (column >> 6u) + (row >> 6u) * 0x9e3779b1u + family;
     copy = (copy ^ (copy >> 16u)) * 0x21f0aaadu;
     copy ^= copy >> 15u;
@@ -212,15 +212,15 @@ BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE bn_uint2 seed, BN_UINT x, 
     return pixel;
 }
 
-/* The keys for pair 1, rotated so that the first eight digits of the four coordinates use different
- * bits of the hash. The low digits for pair 1 are low ^ keys. */
+/* The keys for pair 1, rotated so that the four coordinates' first eight digits use different bits of
+ * the hash. The low digits for pair 1 are low ^ keys. */
 BN_FUNCTION BN_UINT bn_draw_second_keys(BN_UINT keys) {
     return keys << 8u | keys >> 24u;
 }
 
-/* A factor for the shuffle: bit 31 of the product decides whether the first digit of this index and of
- * its neighbour is flipped. That bit is one of the shuffle's lower bits, or a sum of several. The
- * factor depends only on the lowest eight bits of the index. */
+/* A factor for the shuffle: bit 31 of the product decides whether to flip the first digit of this
+ * index and its neighbour. That bit is one of the shuffle's lower bits, or a sum of several. The
+ * factor depends only on the index's lowest eight bits. */
 BN_FUNCTION BN_UINT bn_draw_flip(BN_UINT index) {
     BN_UINT t = ((index & 255u) >> 1u) - 1u;
     BN_UINT flip = 2u << (t & 15u);
@@ -231,9 +231,9 @@ BN_FUNCTION BN_UINT bn_draw_flip(BN_UINT index) {
 }
 
 /* The digits of an index, reversed and shuffled. The product flips each digit depending on the digits
- * after it, that is, on the higher bits of the index. The first digit is also flipped by random bits of
- * its own; otherwise one in eight pairs of families would flip it identically over the first 16 samples
- * of a pixel. Zero maps to zero, so every power-of-two prefix maps to itself. */
+ * after it, that is, on the higher bits of the index. Separate random bits also flip the first digit;
+ * otherwise one in eight pairs of families would flip it identically over a pixel's first 16 samples.
+ * Zero maps to zero, so every power-of-two prefix maps to itself. */
 BN_FUNCTION BN_UINT bn_draw_blue_digits(BN_UINT shuffle, BN_UINT reversed, BN_UINT flip) {
     return reversed ^ reversed * (shuffle << 1u) ^ ((shuffle * flip) & 0x80000000u);
 }
@@ -262,7 +262,7 @@ BN_FUNCTION bn_uint4 bn_draw_blue_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index
     return v;
 }
 
-/* Only pair 0 or 1 of the dimensions: the sample for these digits, before bits 8 to 31 of the index are
+/* The sample for these digits in one pair of dimensions, 0 or 1, before bits 8 to 31 of the index are
  * added. */
 BN_FUNCTION bn_uint2 bn_draw_blue_pair_first(BN_TABLE bn_blue_pixel pixel, BN_UINT digits,
                                              BN_UINT pair) {
@@ -349,9 +349,10 @@ BN_FUNCTION bn_uint4 bn_draw_sobol_bits(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_
     return v;
 }
 
-/* WHITE: pcg4d, a hash of four words to four (Jarzynski and Olano, "Hash Functions for GPU Rendering",
- * 2020, after O'Neill's generators). Pixel, index and domain form the counter, to which the seed is
- * added. The domain is mixed first, because the members of a family differ only in two bits. */
+/* WHITE: pcg4d, which hashes four words to four (Jarzynski and Olano, "Hash Functions for GPU
+ * Rendering", 2020, after O'Neill's generators). The pixel, index and domain form the counter, to
+ * which the seed is added. The domain is mixed first, because the members of a family differ in only
+ * two bits. */
 BN_FUNCTION bn_uint4 bn_draw_white_hash(bn_uint4 v) {
     v.w = (v.w ^ (v.w >> 16u)) * 0x21f0aaadu;
     v.x = v.x * 1664525u + 1013904223u;
@@ -398,7 +399,7 @@ BN_FUNCTION bn_uint2 bn_draw_white_pair_bits(bn_uint2 seed, BN_UINT x, BN_UINT y
     return two;
 }
 
-/* ---- The draws of shaders */
+/* ---- Draws for shaders */
 
 #ifdef BN_FLOAT4
 BN_FUNCTION BN_FLOAT4 bn_draw_floats(bn_uint4 v) {

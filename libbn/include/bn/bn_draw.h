@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Inline versions of the draws of bn.h: bn_draw_1d(), bn_draw_2d(), bn_draw_4d() and bn_draw_4d_u32() return
+ * Inline versions of the draws in bn.h: bn_draw_1d(), bn_draw_2d(), bn_draw_4d() and bn_draw_4d_u32() return
  * the same bits as bn_sample_1d() and its relatives. BLUE is inlined; the other sampler types call the
- * library. bn_path.h and bn.hpp use these functions. Linking fails if the library has another table version.
+ * library. bn_path.h and bn.hpp use these functions. Linking fails if the library has a different table
+ * version.
  *
  * ON A GPU
  *
@@ -12,19 +13,20 @@
  *
  * HOW BLUE WORKS
  *
- * The samples of a pixel form a digital sequence: each bit of the sample index, and each bit of the pixel's
- * label, adds (XOR) a vector of digits to each of the four coordinates. A search
- * (libbn/tools/bn_bake_sampler.c) arranged the labels in a tile of 64 x 64 pixels so that errors of
- * neighbours cancel. Each copy of the tile adds random digits and has its own sample order. Each family
- * shifts and reflects the tile, and its four members use different vectors. See docs/blue.md.
+ * A pixel's samples form a digital sequence: each bit of the sample index and each bit of the pixel's label
+ * XORs a vector of digits into each of the four coordinates. A search (libbn/tools/bn_bake_sampler.c)
+ * arranged the labels in a tile of 64 x 64 pixels so that the errors of neighbouring pixels cancel. Each copy
+ * of the tile adds random digits and has its own sample order. Each family shifts and reflects the tile, and
+ * its four members use different vectors. See docs/blue.md.
  *
  * COST
  *
- * A 4-D draw takes about 115 instructions on x86-64 and four loads of 8 to 16 bytes from 47 KiB of tables, of
- * which each member of a family uses half. A draw of one pair or one dimension takes slightly fewer. Inlined
- * into a loop, draws of many domains or indices in one pixel share their common work. From index 256 on,
- * every four bits of the index cost one more XOR. With SSE2, the last step handles all four dimensions at
- * once. Define BN_DRAW_PLAIN to disable SSE2, as in CUDA and HIP; the bits are the same. */
+ * On x86-64, a 4-D draw takes about 115 instructions and four loads of 8 to 16 bytes from 47 KiB of tables;
+ * each member of a family uses half of the tables. Drawing one pair or one dimension takes slightly fewer
+ * instructions. When inlined into a loop, draws for many domains or indices in one pixel share their common
+ * work. For indices of 256 and above, every four bits of the index cost one more XOR. With SSE2, the last
+ * step handles all four dimensions at once. Define BN_DRAW_PLAIN to disable SSE2, as in CUDA and HIP; the
+ * results are bit-identical. */
 #ifndef BN_BN_DRAW_H
 #define BN_BN_DRAW_H
 
@@ -40,7 +42,7 @@
 extern "C" {
 #endif
 
-/* ---- The code that shaders share */
+/* ---- Code shared with shaders */
 
 typedef struct bn_uint4 bn_uint4;
 typedef struct bn_uint2 bn_uint2;
@@ -75,8 +77,8 @@ BN_DEVICE_INLINE void bn_draw_pair_floats(bn_uint2 v, float out[2]) {
 
 /* ---- Draws from words and a seed, as in shaders */
 
-/* Same as bn_sample_4d() for a BLUE sampler whose bn_sampler_seed() is `seed`. `words` is the table that
- * bn_tables() returns. */
+/* Same as bn_sample_4d() for a BLUE sampler whose bn_sampler_seed() is `seed`. `words` is the table returned
+ * by bn_tables(). */
 BN_DEVICE_INLINE void bn_draw_blue_4d(const uint32_t *words, bn_uint2 seed, int32_t x, int32_t y,
                                       uint32_t index, uint32_t domain, float out[4]) {
     bn_draw_floats(bn_draw_blue_bits(words, seed, (uint32_t)x, (uint32_t)y, index, domain), out);
@@ -117,12 +119,12 @@ BN_DEVICE_INLINE void bn_draw_white_2d(bn_uint2 seed, int32_t x, int32_t y, uint
 
 #ifndef BN_DEVICE_ONLY
 
-/* ---- The tables of the library, constant. Their names carry BN_DRAW_TABLE_VERSION. */
+/* ---- The library's constant tables. Their names include BN_DRAW_TABLE_VERSION. */
 
-/* The tables that bn_tables() returns. */
+/* The tables returned by bn_tables(). */
 BN_API extern const uint32_t bn_tables_7[BN_WORD_COUNT];
 
-/* The lowest eight bits of an index, bit-reversed, and their bn_draw_flip(). */
+/* The lowest eight bits of an index, bit-reversed, and bn_draw_flip() of these bits. */
 typedef struct bn_index_digits {
     uint32_t reversed, flip;
 } bn_index_digits;
@@ -139,7 +141,7 @@ BN_HOST_INLINE bn_uint2 bn_draw_seed(const bn_sampler *sampler) {
 
 /* ---- BLUE, faster */
 
-/* The digits of an index: bn_draw_blue_digits(), from a table. */
+/* The digits of an index, as in bn_draw_blue_digits(), but looked up in a table. */
 BN_HOST_INLINE uint32_t bn_draw_blue_shuffled(uint32_t shuffle, uint32_t index) {
     const bn_index_digits low = bn_index_digits_7[index & 255u];
     uint32_t reversed = low.reversed;
@@ -221,7 +223,7 @@ BN_HOST_INLINE void bn_draw_blue_pair_floats(const bn_blue_pixel *pixel, uint32_
 #endif
 }
 
-/* ---- The draws of bn.h */
+/* ---- The draws in bn.h */
 
 BN_HOST_INLINE void bn_draw_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                                    uint32_t domain, uint32_t out[4]) {

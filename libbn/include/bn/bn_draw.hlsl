@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of BLUE, SOBOL and WHITE in HLSL (shader model 5.0 and later), from bn_draw.glsl, which must be
- * in the same folder. Define BN_WORD(i) to read word i of bn_tables(), then include this file. The seed comes
- * from bn_sampler_seed():
+ * BLUE, SOBOL and WHITE draws in HLSL (shader model 5.0 and later), from bn_draw.glsl, which must be in the
+ * same folder. Define BN_WORD(i) to read word i of bn_tables(), then include this file. The seed comes from
+ * bn_sampler_seed():
  *
  *     StructuredBuffer<uint> bn_words : register(t0);
  *     #define BN_WORD(i) bn_words[i]

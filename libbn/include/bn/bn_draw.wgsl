@@ -1,32 +1,32 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of BLUE, SOBOL and WHITE in WGSL, translated from bn_draw.glsl by libbn/tools/make_wgsl.py.
- * Concatenate this file with your shader, and declare the words of bn_tables() in a group and binding
- * of your choice. The seed comes from bn_sampler_seed():
+ * BLUE, SOBOL and WHITE draws in WGSL, translated from bn_draw.glsl by libbn/tools/make_wgsl.py.
+ * Concatenate this file with your shader, and declare the words of bn_tables() in a group and
+ * binding of your choice. The seed comes from bn_sampler_seed():
  *
  *     @group(0) @binding(0) var<storage, read> bn_words: array<u32>;
  *
  *     let u: vec4f = bn_draw_blue_4d(seed, u32(pixel.x), u32(pixel.y), index, bn_domain_child(0u, ray));
  *
  * Coordinates are signed integers reinterpreted as unsigned: u32(-1i) is the column left of zero.
- * bn_draw_blue_bits() and its relatives return all 32 bits of each number. Names that begin with bn_
- * and BN_ are reserved. bn_draw.h explains how BLUE works. */
+ * bn_draw_blue_bits() and its relatives return all 32 bits of each number. Names that begin with
+ * bn_ or BN_ are reserved. bn_draw.h explains how BLUE works. */
 
 /* THE TABLES
  *
- * One flat buffer of BN_WORD_COUNT 32-bit words (46.5 KiB), the same for every seed. Only BLUE reads
- * it. An entry of two words holds the upper 16 digits of the four coordinates, one half-word each,
- * lowest first. An entry of four words holds all 32 digits of each. `member` is the domain's number
- * within its family, 0 to 3. */
+ * One flat buffer of BN_WORD_COUNT 32-bit words (46.5 KiB). It is the same for every seed, and only
+ * BLUE reads it. A two-word entry holds the upper 16 digits of the four coordinates, packed into one
+ * half-word each, lowest first. A four-word entry holds all 32 digits of each coordinate. `member` is
+ * the domain's number within its family, 0 to 3. */
 /* One word per pixel of the 64 x 64 tile, row-major. Byte m is the pixel's place in its 4 x 4 block for
  * member m. */
 const BN_PIXELS_AT = 0u;
-const BN_BLOCKS_AT = 4096u; /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
+const BN_BLOCKS_AT = 4096u; /* [16 x 16][member][2]: digits of a 4 x 4 pixel block */
 const BN_PLACES_AT = 6144u; /* [member][16][2]: digits of a place in a block */
 const BN_POINTS_AT = 6272u; /* [256][member][4]: the first 256 points, by reversed index */
 const BN_LATER_AT = 10368u; /* [6][16][member][4]: digits for index bits 8 to 31, four at a time */
 const BN_WORD_COUNT = 11904u;
 
-/* Four consecutive words. When an entry of two words is read, the two words after it are not used. */
+/* Four consecutive words. When a two-word entry is read, the two words after it are not used. */
 fn bn_draw_row(at: u32) -> vec4u {
     var row: vec4u;
     row.x = bn_words[at];
@@ -55,20 +55,20 @@ fn bn_hash32(v_in: u32) -> u32 {
     return v ^ (v >> 15u);
 }
 
-/* bn_domain_child(): a hash of the parent and of key / 4, which all members of a family share, with the
- * member number in the upper two bits. The draws hash the result once more. Families of one parent
- * differ by multiples of the golden ratio before the last step, which leaves the upper half unchanged.
- * So of any thirty consecutive families, no two have the same upper six bits, from which BLUE takes
- * their shift. */
+/* bn_domain_child(): a hash of the parent and key / 4, which all members of a family share. The upper
+ * two bits hold the member number. The draws hash the result once more. Before the last step, which
+ * leaves the upper half unchanged, families of one parent differ by multiples of the golden ratio. As
+ * a result, no two of any thirty consecutive families have the same upper six bits, from which BLUE
+ * takes a family's shift. */
 fn bn_domain_child(domain: u32, key: u32) -> u32 {
     var v = (domain + (key >> 2u) * 0x121658bdu + 0x9e3779b9u) * 0x21f0aaadu;
     v = ((v ^ (v >> 16u)) & 0xfffffffcu) | (key & 3u);
     return (v >> 2u) | (v << 30u);
 }
 
-/* Nested uniform (Owen) scrambling of bit-reversed digits: each output bit is the input bit,
- * flipped by a hash of the bits below it (Laine and Karras, "Stratified Sampling for Stochastic
- * Transparency", 2011; mixing constants of Vegdahl, "Building a Better LK Hash", 2021). */
+/* Nested uniform (Owen) scrambling of bit-reversed digits: each output bit is the input bit, flipped
+ * according to a hash of the bits below it (Laine and Karras, "Stratified Sampling for Stochastic
+ * Transparency", 2011; mixing constants from Vegdahl, "Building a Better LK Hash", 2021). */
 fn bn_owen_reversed(v_in: u32, seed: u32) -> u32 {
     var v = v_in;
     v ^= v * 0x3d20adeau;
@@ -101,12 +101,12 @@ fn bn_sobol_second(digits_in: u32) -> u32 {
 /* ---- BLUE: a pixel in a domain, then its samples */
 
 struct bn_blue_pixel {
-    at: u32, /* the pixel in the tile: 64 row + column */
+    at: u32, /* the pixel's position in the tile: 64 row + column */
     place: u32,
     block: u32, /* its upper 16 digits: indices of two-word entries */
-    keys: u32, /* random digits of this copy of the tile, for pair 0 */
+    keys: u32, /* random digits of this tile copy, for pair 0 */
     low: u32, /* the lower 16 digits of pair 0, random, one half-word each */
-    shuffle: u32, /* for the index: the same for all members of a family */
+    shuffle: u32, /* for the index; the same for all members of a family */
     member: u32, /* number within the family */
 }
 
@@ -124,12 +124,12 @@ fn bn_draw_blue_pixel(seed: vec2u, x: u32, y: u32, domain: u32) -> bn_blue_pixel
     let start = (turned & 0xfffffffcu) ^ seed.x;
     var family = start * 0x21f0aaadu;
     family = (family ^ (family >> 16u)) * 0xd35a2d97u + seed.y;
-    /* Reflect and shift the tile. Only the lower six bits of the shift along y move it; the others
+    /* Reflect and shift the tile. Only the lower six bits of the y shift move it; the other bits
      * renumber the copies. */
     let column = (x ^ (0u - (family >> 31u))) + (start >> 26u);
     let row = (y ^ (0u - ((family >> 19u) & 1u))) + (family >> 20u);
-    /* Each copy of the tile has its own random digits and sample order, shared by all its pixels, so
-     * samples in the middle of an octave are as blue as the first ones. */
+    /* Each copy of the tile has its own random digits and sample order, which all its pixels share.
+     * Samples in the middle of an octave are therefore as blue as the first samples. */
     var copy = (column >> 6u) + (row >> 6u) * 0x9e3779b1u + family;
     copy = (copy ^ (copy >> 16u)) * 0x21f0aaadu;
     copy ^= copy >> 15u;
@@ -146,15 +146,15 @@ fn bn_draw_blue_pixel(seed: vec2u, x: u32, y: u32, domain: u32) -> bn_blue_pixel
     return pixel;
 }
 
-/* The keys for pair 1, rotated so that the first eight digits of the four coordinates use different
- * bits of the hash. The low digits for pair 1 are low ^ keys. */
+/* The keys for pair 1, rotated so that the four coordinates' first eight digits use different bits of
+ * the hash. The low digits for pair 1 are low ^ keys. */
 fn bn_draw_second_keys(keys: u32) -> u32 {
     return (keys << 8u) | (keys >> 24u);
 }
 
-/* A factor for the shuffle: bit 31 of the product decides whether the first digit of this index and of
- * its neighbour is flipped. That bit is one of the shuffle's lower bits, or a sum of several. The
- * factor depends only on the lowest eight bits of the index. */
+/* A factor for the shuffle: bit 31 of the product decides whether to flip the first digit of this
+ * index and its neighbour. That bit is one of the shuffle's lower bits, or a sum of several. The
+ * factor depends only on the index's lowest eight bits. */
 fn bn_draw_flip(index: u32) -> u32 {
     let t = ((index & 255u) >> 1u) - 1u;
     var flip = 2u << (t & 15u);
@@ -165,9 +165,9 @@ fn bn_draw_flip(index: u32) -> u32 {
 }
 
 /* The digits of an index, reversed and shuffled. The product flips each digit depending on the digits
- * after it, that is, on the higher bits of the index. The first digit is also flipped by random bits of
- * its own; otherwise one in eight pairs of families would flip it identically over the first 16 samples
- * of a pixel. Zero maps to zero, so every power-of-two prefix maps to itself. */
+ * after it, that is, on the higher bits of the index. Separate random bits also flip the first digit;
+ * otherwise one in eight pairs of families would flip it identically over a pixel's first 16 samples.
+ * Zero maps to zero, so every power-of-two prefix maps to itself. */
 fn bn_draw_blue_digits(shuffle: u32, reversed: u32, flip: u32) -> u32 {
     return reversed ^ (reversed * (shuffle << 1u)) ^ ((shuffle * flip) & 0x80000000u);
 }
@@ -197,7 +197,7 @@ fn bn_draw_blue_at(pixel: bn_blue_pixel, index: u32) -> vec4u {
     return v;
 }
 
-/* Only pair 0 or 1 of the dimensions: the sample for these digits, before bits 8 to 31 of the index are
+/* The sample for these digits in one pair of dimensions, 0 or 1, before bits 8 to 31 of the index are
  * added. */
 fn bn_draw_blue_pair_first(pixel: bn_blue_pixel, digits: u32, pair_in: u32) -> vec2u {
     var pair = pair_in;
@@ -280,9 +280,10 @@ fn bn_draw_sobol_bits(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> v
     return v;
 }
 
-/* WHITE: pcg4d, a hash of four words to four (Jarzynski and Olano, "Hash Functions for GPU Rendering",
- * 2020, after O'Neill's generators). Pixel, index and domain form the counter, to which the seed is
- * added. The domain is mixed first, because the members of a family differ only in two bits. */
+/* WHITE: pcg4d, which hashes four words to four (Jarzynski and Olano, "Hash Functions for GPU
+ * Rendering", 2020, after O'Neill's generators). The pixel, index and domain form the counter, to
+ * which the seed is added. The domain is mixed first, because the members of a family differ in only
+ * two bits. */
 fn bn_draw_white_hash(v_in: vec4u) -> vec4u {
     var v = v_in;
     v.w = (v.w ^ (v.w >> 16u)) * 0x21f0aaadu;
@@ -328,7 +329,7 @@ fn bn_draw_white_pair_bits(seed: vec2u, x: u32, y: u32, index: u32, domain: u32,
     return two;
 }
 
-/* ---- The draws of shaders */
+/* ---- Draws for shaders */
 
 fn bn_draw_floats(v: vec4u) -> vec4f {
     let scale = 1.0f / 16777216.0f;

@@ -1,32 +1,32 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The decisions of a path in the common subset of GLSL, HLSL, Metal, CUDA and C. bn_path.h explains them
- * and uses the first part of this file in C and CUDA. bn_path.hlsl and bn_path.metal use all of it, and
+ * A path's decisions in the common subset of GLSL, HLSL, Metal, CUDA and C. bn_path.h explains them and
+ * uses the first part of this file in C and CUDA. bn_path.hlsl and bn_path.metal use all of it, and
  * libbn/tools/make_wgsl.py translates it to bn_path.wgsl.
  *
- * Include this file after bn_draw.glsl. Names and bits are the same as in C, except that a shader keeps no
- * counters: it numbers the splits, loops and further decisions of a ray itself, from 0u on.
+ * Include this file after bn_draw.glsl. Names and results are the same as in C, except that there are
+ * no counters: the shader itself numbers a ray's splits, loops and further decisions, starting at 0u.
  *
  *     bn_path path = bn_path_start(uint(pixel.x), uint(pixel.y), index, 0u);
  *     bn_ray ray = bn_path_ray(path, depth);
  *     vec4 u = bn_ray_draw(seed, ray);
  *     vec2 probe = bn_ray_draw_2d(seed, ray, 0u);
  *
- * The draws are BLUE. For SOBOL and WHITE, pass the domains below to bn_draw_sobol_4d() and its
+ * All draws use BLUE. For SOBOL and WHITE, pass the domains below to bn_draw_sobol_4d() and its
  * relatives. */
 #ifndef BN_PATH_GLSL
 #define BN_PATH_GLSL
 
-/* Keys that ray numbers, decisions and counts never reach. */
+/* Keys that ray numbers, decision numbers and counts never reach. */
 #define BN_PATH_CAMERA_KEY 3u /* numbers drawn once per path; ray 3 and later use key ray + 1 */
 #define BN_PATH_STREAMS_KEY 0x80000000u  /* below the root: the parent of streams 1, 2 ... */
 #define BN_PATH_CHILDREN_KEY 0x80000000u /* below a ray: the parent of its children */
 #define BN_PATH_LOOPS_KEY 0x40000000u    /* below a ray: added to the keys of loops */
 #define BN_PATH_MORE_KEY 0x40000000u     /* below a split: branches beyond their count */
 
-/* One sample of a pixel, or a branch of it. */
+/* One sample of a pixel, or a branch of that sample. */
 struct bn_path {
     BN_UINT x, y;   /* the pixel, in two's complement */
-    BN_UINT index;  /* of the sample */
+    BN_UINT index;  /* the sample index */
     BN_UINT domain; /* the parent of the path's domains */
 };
 
@@ -49,23 +49,23 @@ BN_FUNCTION bn_path bn_path_start(BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT s
 }
 #endif
 
-/* Four numbers: the direction of ray `ray`, and the light sample at its end. */
+/* The domain of ray `ray`. Its four numbers are the ray's direction and the light sample at its end. */
 BN_FUNCTION BN_UINT bn_path_ray_domain(bn_path path, BN_UINT ray) {
     BN_UINT key = ray;
     if (ray >= BN_PATH_CAMERA_KEY) key += 1u;
     return bn_draw_domain_child(path.domain, key);
 }
 
-/* Numbers drawn once per path: dimensions (0, 1) for the first light with a lens or a split, (2, 3) for time
- * and wavelength. */
+/* The domain of numbers drawn once per path. Dimensions (0, 1) are for the first light with a lens or a
+ * split; dimensions (2, 3) are for time and wavelength. */
 BN_FUNCTION BN_UINT bn_path_camera_domain(bn_path path) {
     return bn_draw_domain_child(path.domain, BN_PATH_CAMERA_KEY);
 }
 
-/* ---- Further numbers of a ray, from its domain. Each type of decision has its own endless sequence. */
+/* ---- A ray's further numbers, from its domain. Each type of decision has its own endless sequence. */
 
-/* The domain of single number k, and its pair, 0 or 1. The number is the first of that pair, or the second
- * if k is odd. */
+/* The domain of single number k, and the pair that holds it, 0 or 1. The number is the first of that
+ * pair, or the second if k is odd. */
 BN_FUNCTION BN_UINT bn_ray_1d_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, k & 0xfffffffcu);
 }
@@ -83,7 +83,7 @@ BN_FUNCTION BN_UINT bn_ray_2d_pair(BN_UINT k) {
     return k & 1u;
 }
 
-/* The domain of four numbers, for the k-th 4-D decision. */
+/* The domain of the k-th 4-D decision. */
 BN_FUNCTION BN_UINT bn_ray_4d_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, k * 4u + 2u);
 }
@@ -98,16 +98,15 @@ BN_FUNCTION BN_UINT bn_ray_loop_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, (k * 4u + 3u) ^ BN_PATH_LOOPS_KEY);
 }
 
-/* The domain of a ray's child for a key. Draw from it as from the domain of a ray. */
+/* The domain of a ray's child for a key. Draw from it as from a ray's domain. */
 BN_FUNCTION BN_UINT bn_ray_child_domain(BN_UINT ray, BN_UINT key) {
     return bn_draw_domain_child(bn_draw_domain_child(ray, BN_PATH_CHILDREN_KEY), key);
 }
 
 /* ---- Splits */
 
-/* Branch k of `count` of a path, below the domain of a split. Each count has its own domain, because values
- * of index * count + k would collide otherwise. If count is 0, path.index is the number of the first
- * branch. */
+/* Branch k of `count`, below a split's domain. Each count has its own domain, because values of index *
+ * count + k would collide otherwise. If count is 0, path.index is the number of the first branch. */
 BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, BN_UINT k) {
     bn_path branch = path;
     branch.domain = bn_draw_domain_child(split, count);
@@ -125,8 +124,8 @@ BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, B
 
 /* ---- Loops */
 
-/* Number k of a loop, 32 bits, from the loop's domain, for k of 4 or more: WHITE, with four numbers per
- * step of its counter. The sampler supplies numbers 0 to 3. */
+/* The 32 bits of a loop's number k, for k of 4 or more, from the loop's domain. WHITE supplies four
+ * numbers per step of its counter. The sampler supplies numbers 0 to 3. */
 BN_FUNCTION BN_UINT bn_loop_later_bits(bn_uint2 seed, bn_path path, BN_UINT domain, BN_UINT k) {
     bn_uint4 v =
         bn_draw_white_bits(seed, path.x, path.y, path.index, domain + (k >> 2u) * 0x9e3779b9u);
@@ -135,7 +134,7 @@ BN_FUNCTION BN_UINT bn_loop_later_bits(bn_uint2 seed, bn_path path, BN_UINT doma
     return low ^ ((low ^ v.z ^ ((v.z ^ v.w) & odd)) & upper);
 }
 
-/* ---- The objects of bn_path.h for shaders, with draws of BLUE */
+/* ---- The objects of bn_path.h for shaders. They draw from BLUE. */
 
 #ifdef BN_FLOAT4
 BN_FUNCTION BN_FLOAT4 bn_path_draw_4d(BN_TABLE bn_uint2 seed, bn_path path, BN_UINT domain) {
@@ -147,7 +146,7 @@ BN_FUNCTION BN_FLOAT2 bn_path_draw_2d(BN_TABLE bn_uint2 seed, bn_path path, BN_U
     return bn_draw_blue_2d(BN_PASS_TABLE seed, path.x, path.y, path.index, domain, pair);
 }
 
-/* The light sample at the end of ray 0 with a lens, or light sample k of `count`. */
+/* The light sample at the end of ray 0 if there is a lens, or light sample k of `count`. */
 BN_FUNCTION BN_FLOAT2 bn_path_first_light(BN_TABLE bn_uint2 seed, bn_path path, BN_UINT count,
                                           BN_UINT k) {
     bn_path one = path;
@@ -156,7 +155,7 @@ BN_FUNCTION BN_FLOAT2 bn_path_first_light(BN_TABLE bn_uint2 seed, bn_path path, 
     return bn_path_draw_2d(BN_PASS_TABLE seed, one, bn_path_camera_domain(path), 0u);
 }
 
-/* x: time as a fraction of the shutter interval, y: position in the spectrum. */
+/* x: time as a fraction of the shutter interval. y: position in the spectrum. */
 BN_FUNCTION BN_FLOAT2 bn_path_time_wavelength(BN_TABLE bn_uint2 seed, bn_path path) {
     return bn_path_draw_2d(BN_PASS_TABLE seed, path, bn_path_camera_domain(path), 1u);
 }
@@ -180,7 +179,7 @@ BN_FUNCTION bn_ray bn_ray_child(bn_ray ray, BN_UINT key) {
     return child;
 }
 
-/* xy: direction of the ray, zw: light sample at its end. */
+/* xy: the ray's direction. zw: the light sample at its end. */
 BN_FUNCTION BN_FLOAT4 bn_ray_draw(BN_TABLE bn_uint2 seed, bn_ray ray) {
     return bn_path_draw_4d(BN_PASS_TABLE seed, ray.path, ray.domain);
 }
@@ -193,7 +192,7 @@ BN_FUNCTION BN_FLOAT2 bn_ray_draw_end_light(BN_TABLE bn_uint2 seed, bn_ray ray) 
     return bn_path_draw_2d(BN_PASS_TABLE seed, ray.path, ray.domain, 1u);
 }
 
-/* Further decisions: single number k, pair k and the k-th four. */
+/* Further decisions: single number k, pair k and the k-th group of four. */
 BN_FUNCTION float bn_ray_draw_1d(BN_TABLE bn_uint2 seed, bn_ray ray, BN_UINT k) {
     BN_UINT domain = bn_ray_1d_domain(ray.domain, k);
     BN_FLOAT2 pair = bn_path_draw_2d(BN_PASS_TABLE seed, ray.path, domain, bn_ray_1d_pair(k));
@@ -215,7 +214,7 @@ struct bn_split {
     BN_UINT domain, count;
 };
 
-/* Split k of a ray, into `count` branches; 0 counts as 1. */
+/* Split k of a ray, into `count` branches; a count of 0 means 1. */
 BN_FUNCTION bn_split bn_ray_draw_split(bn_ray ray, BN_UINT k, BN_UINT count) {
     bn_split split;
     split.path = ray.path;
@@ -225,7 +224,8 @@ BN_FUNCTION bn_split bn_ray_draw_split(bn_ray ray, BN_UINT k, BN_UINT count) {
     return split;
 }
 
-/* Split k of a ray, into any number of branches; earlier samples of the pixel took `first`. */
+/* Split k of a ray, into any number of branches. The pixel's earlier samples took `first` branches
+ * here. */
 BN_FUNCTION bn_split bn_ray_draw_split_from(bn_ray ray, BN_UINT k, BN_UINT first) {
     bn_split split = bn_ray_draw_split(ray, k, 1u);
     split.path.index = first;
@@ -233,7 +233,7 @@ BN_FUNCTION bn_split bn_ray_draw_split_from(bn_ray ray, BN_UINT k, BN_UINT first
     return split;
 }
 
-/* Branch k, itself a path. */
+/* Branch k, which is itself a path. */
 BN_FUNCTION bn_path bn_split_path(bn_split split, BN_UINT k) {
     return bn_path_branch(split.path, split.domain, split.count, k);
 }
@@ -251,7 +251,7 @@ BN_FUNCTION bn_loop bn_ray_draw_loop(bn_ray ray, BN_UINT k) {
     return walk;
 }
 
-/* Number k of a loop, as call k + 1 of bn_loop_next_1d() returns it in C. */
+/* Number k of a loop: the result of call k + 1 of bn_loop_next_1d() in C. */
 BN_FUNCTION float bn_loop_draw_1d(BN_TABLE bn_uint2 seed, bn_loop walk, BN_UINT k) {
     float scale = 1.0f / 16777216.0f;
     if (k > 3u) return float(bn_loop_later_bits(seed, walk.path, walk.domain, k) >> 8u) * scale;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Random numbers for a path, requested by purpose, so that no two decisions share one. Inline over bn_draw.h:
+ * Random numbers for a path. You request them by purpose, so that no two decisions share a number. All
+ * functions are inline and draw through bn_draw.h:
  *
  *     bn_path path = bn_path_start(x, y, index, 0);
  *     for (uint32_t depth = 0; depth < max_depth; ++depth) {
@@ -10,28 +11,28 @@
  *         bn_ray_next_2d(sampler, &ray, probe);
  *     }
  *
- * docs/paths.md goes through the decisions of a renderer one by one. The functions allocate nothing, take no
- * locks and cannot fail. Only functions with next_ in their name modify their argument.
+ * docs/paths.md goes through a renderer's decisions one by one. The functions allocate nothing, take no locks
+ * and cannot fail. Only functions with next_ in their names modify their arguments.
  *
  * RAYS
  *
  * Ray 0 leaves the camera; ray d leaves the d-th surface or other event. Each ray has four numbers:
  *
- *     u[0], u[1]   its direction; for ray 0 the position in the pixel
+ *     u[0], u[1]   its direction; for ray 0, the position in the pixel
  *     u[2], u[3]   the light sample at its end
  *
  * The two pairs multiply in the integrand, so they are stratified together. If the lens takes u[2] and u[3]
- * of ray 0, or if you take several light samples there, draw the light from bn_path_first_light(). Draw time
- * and wavelength from bn_path_time_wavelength(), once for all branches of the path.
+ * of ray 0, or if you take several light samples there, call bn_path_first_light() for the light. Call
+ * bn_path_time_wavelength() for time and wavelength, once for all branches of the path.
  *
- * For all further decisions, call bn_ray_next_1d(), bn_ray_next_2d() and bn_ray_next_4d(). Each has its own
- * sequence within the ray, so two pixels that drew different counts at one ray are in step again at the next.
- * For a discrete choice followed by a pair, such as a light and the point on it, use u[2] and then (u[0],
- * u[1]) of bn_ray_next_4d().
+ * For all further decisions, call bn_ray_next_1d(), bn_ray_next_2d() and bn_ray_next_4d(). Each function has
+ * its own sequence within the ray, so two pixels that drew different numbers of samples at one ray are back
+ * in step at the next ray. For a discrete choice followed by a pair, such as a light and a point on it, call
+ * bn_ray_next_4d() and use u[2], then (u[0], u[1]).
  *
  * Make one bn_ray for each ray and pass it by pointer. It is stateful, and a second bn_ray for the same ray
- * returns the same numbers again. To number the draws yourself, call bn_ray_draw_1d(sampler, &ray, k), which
- * returns the result of call k + 1 of bn_ray_next_1d(), and its relatives.
+ * returns the same numbers again. To number the draws yourself, call bn_ray_draw_1d(sampler, &ray, k) and its
+ * relatives. It returns the same result as call k + 1 of bn_ray_next_1d().
  *
  * SPLITS, LOOPS, KEYS
  *
@@ -42,9 +43,10 @@
  *         bn_path branch = bn_split_path(&split, k); // its rays begin at 0
  *     }
  *
- * `count` must be the same for all samples of the pixel. If it varies, pass the number of branches that the
- * pixel's earlier samples took to bn_ray_next_split_from(). If you do not have that number, pass a count near
- * the mean; a sample may then use fewer branches, or more (k = count, count + 1, ...).
+ * `count` must be the same for all samples of the pixel. If it varies, call bn_ray_next_split_from() and pass
+ * the number of branches the pixel's earlier samples took. If you do not have that number, pass
+ * bn_ray_next_split() a count near the mean; a sample may then use fewer branches, or more (k = count, count
+ * + 1, ...).
  *
  * For a loop of unknown length, such as delta tracking or a random walk, draw from bn_ray_next_loop().
  * Decisions that neighbouring pixels reach in a different order, such as stochastic transparency, need a key:
@@ -62,7 +64,7 @@
 extern "C" {
 #endif
 
-/* The state of a path, 16 bytes. A wavefront keeps one per lane. */
+/* A path's 16-byte state. A wavefront keeps one per lane. */
 typedef struct bn_path bn_path;
 
 #define BN_PATH_IN_C
@@ -72,7 +74,7 @@ typedef struct bn_path bn_path;
 /* ---- Paths */
 
 /* Sample `index` of pixel (x, y). Streams are independent: use them for frames of an animation, or for light
- * paths beside camera paths. If you average frames, keep stream 0 and continue the index across frames. */
+ * paths alongside camera paths. If you average frames, keep stream 0 and continue the index across frames. */
 BN_DEVICE_INLINE bn_path bn_path_start(int32_t x, int32_t y, uint32_t index, uint32_t stream) {
     bn_path path = {(uint32_t)x, (uint32_t)y, index, bn_path_stream_domain(stream)};
     return path;
@@ -83,7 +85,7 @@ typedef struct bn_ray {
     bn_path path;
     uint32_t domain;
     uint32_t drawn_1d, drawn_2d, drawn_4d, splits, loops;
-    float kept_1d; /* drawn with the single number before it */
+    float kept_1d; /* drawn together with the single number before it */
 } bn_ray;
 
 BN_DEVICE_INLINE bn_ray bn_path_ray(const bn_path *path, uint32_t ray) {
@@ -91,8 +93,8 @@ BN_DEVICE_INLINE bn_ray bn_path_ray(const bn_path *path, uint32_t ray) {
     return result;
 }
 
-/* A sub-sampler of a ray, selected by a key such as the index of a primitive. Draw from it as from a ray. It
- * does not depend on earlier draws. A second child with the same key returns the same numbers again. */
+/* A sub-sampler of a ray, selected by a key such as a primitive's index. Draw from it as from a ray. It does
+ * not depend on earlier draws. A second child with the same key returns the same numbers again. */
 BN_DEVICE_INLINE bn_ray bn_ray_child(const bn_ray *ray, uint32_t key) {
     bn_ray result = bn_path_ray(&ray->path, 0);
     result.domain = bn_ray_child_domain(ray->domain, key);
@@ -101,10 +103,10 @@ BN_DEVICE_INLINE bn_ray bn_ray_child(const bn_ray *ray, uint32_t key) {
 
 typedef struct bn_split {
     bn_path path;
-    uint32_t domain, count; /* a count of 0: path.index is the number of the first branch */
+    uint32_t domain, count; /* if count is 0, path.index is the number of the first branch */
 } bn_split;
 
-/* Split k of a ray, into `count` branches; 0 counts as 1. */
+/* Split k of a ray, into `count` branches; a count of 0 means 1. */
 BN_DEVICE_INLINE bn_split bn_ray_draw_split(const bn_ray *ray, uint32_t k, uint32_t count) {
     bn_split split = {ray->path, bn_ray_split_domain(ray->domain, k), count > 0 ? count : 1};
     return split;
@@ -114,7 +116,8 @@ BN_DEVICE_INLINE bn_split bn_ray_next_split(bn_ray *ray, uint32_t count) {
     return bn_ray_draw_split(ray, ray->splits++, count);
 }
 
-/* Splits into any number of branches. `first` is the number that earlier samples of the pixel took here. */
+/* Splits into any number of branches. `first` is the number of branches the pixel's earlier samples took
+ * here. */
 BN_DEVICE_INLINE bn_split bn_ray_next_split_from(bn_ray *ray, uint32_t first) {
     bn_split split = bn_ray_next_split(ray, 1);
     split.path.index = first;
@@ -122,14 +125,14 @@ BN_DEVICE_INLINE bn_split bn_ray_next_split_from(bn_ray *ray, uint32_t first) {
     return split;
 }
 
-/* Branch k, itself a path. */
+/* Branch k, which is itself a path. */
 BN_DEVICE_INLINE bn_path bn_split_path(const bn_split *split, uint32_t k) {
     return bn_path_branch(split->path, split->domain, split->count, k);
 }
 
 #ifndef BN_DEVICE_ONLY
 
-/* ---- The numbers of a ray, in [0, 1) */
+/* ---- A ray's numbers, in [0, 1) */
 
 BN_HOST_INLINE void bn_path_draw_4d(const bn_sampler *s, const bn_path *path, uint32_t domain,
                                     float out[4]) {
@@ -146,7 +149,7 @@ BN_HOST_INLINE void bn_ray_draw(const bn_sampler *s, const bn_ray *ray, float ou
     bn_path_draw_4d(s, &ray->path, ray->domain, out);
 }
 
-/* One of the two pairs. */
+/* One of the two pairs of bn_ray_draw(). */
 BN_HOST_INLINE void bn_ray_draw_direction(const bn_sampler *s, const bn_ray *ray, float out[2]) {
     bn_path_draw_2d(s, &ray->path, ray->domain, 0, out);
 }
@@ -155,7 +158,7 @@ BN_HOST_INLINE void bn_ray_draw_end_light(const bn_sampler *s, const bn_ray *ray
     bn_path_draw_2d(s, &ray->path, ray->domain, 1, out);
 }
 
-/* Return the result of call k + 1 of the matching bn_ray_next_...(), without advancing the ray. */
+/* Return the same result as call k + 1 of the matching bn_ray_next_...(), without advancing the ray. */
 BN_HOST_INLINE float bn_ray_draw_1d(const bn_sampler *s, const bn_ray *ray, uint32_t k) {
     float pair[2];
     bn_path_draw_2d(s, &ray->path, bn_ray_1d_domain(ray->domain, k), bn_ray_1d_pair(k), pair);
@@ -187,22 +190,24 @@ BN_HOST_INLINE void bn_ray_next_2d(const bn_sampler *s, bn_ray *ray, float out[2
     bn_ray_draw_2d(s, ray, ray->drawn_2d++, out);
 }
 
-/* The next four: for two pairs that multiply, or a choice (out[2]) followed by a pair (out[0], out[1]). */
+/* The next four numbers: for two pairs that multiply, or a choice (out[2]) followed by a pair (out[0],
+ * out[1]). */
 BN_HOST_INLINE void bn_ray_next_4d(const bn_sampler *s, bn_ray *ray, float out[4]) {
     bn_ray_draw_4d(s, ray, ray->drawn_4d++, out);
 }
 
 /* ---- Once per path */
 
-/* The light sample at the end of ray 0, if a lens uses that ray's second pair; or light sample k of `count`,
- * which must be the same for all samples of the pixel. A count of 0 means 1. */
+/* The light sample at the end of ray 0, for use if a lens takes that ray's second pair; or light sample k of
+ * `count`. The count must be the same for all samples of the pixel; 0 means 1. */
 BN_HOST_INLINE void bn_path_first_light(const bn_sampler *s, const bn_path *path, uint32_t count,
                                         uint32_t k, float out[2]) {
     bn_draw_2d(s, (int32_t)path->x, (int32_t)path->y, path->index * (count == 0 ? 1 : count) + k,
                bn_path_camera_domain(*path), 0, out);
 }
 
-/* Both in [0, 1). out[0]: time as a fraction of the shutter interval. out[1]: position in the spectrum. */
+/* Both are in [0, 1). out[0]: time as a fraction of the shutter interval. out[1]: position in the
+ * spectrum. */
 BN_HOST_INLINE void bn_path_time_wavelength(const bn_sampler *s, const bn_path *path,
                                             float out[2]) {
     bn_path_draw_2d(s, path, bn_path_camera_domain(*path), 1, out);
@@ -210,11 +215,11 @@ BN_HOST_INLINE void bn_path_time_wavelength(const bn_sampler *s, const bn_path *
 
 typedef struct bn_loop {
     float next[4];
-    bn_uint4 counter; /* of WHITE, for numbers after the first four */
+    bn_uint4 counter; /* WHITE's counter, for numbers after the first four */
     uint32_t drawn;
 } bn_loop;
 
-/* Start loop k of a ray, or its next loop. */
+/* Start loop k of a ray, or the ray's next loop. */
 BN_HOST_INLINE bn_loop bn_ray_draw_loop(const bn_sampler *s, const bn_ray *ray, uint32_t k) {
     const uint32_t domain = bn_ray_loop_domain(ray->domain, k);
     bn_loop loop;
@@ -229,7 +234,8 @@ BN_HOST_INLINE bn_loop bn_ray_next_loop(const bn_sampler *s, bn_ray *ray) {
     return bn_ray_draw_loop(s, ray, ray->loops++);
 }
 
-/* The next number. The first four are the sampler's, stratified together; the rest are pseudo-random. */
+/* The next number. The sampler supplies the first four, which are stratified together; the rest are
+ * pseudo-random. */
 BN_HOST_INLINE float bn_loop_next_1d(bn_loop *loop) {
     const uint32_t k = loop->drawn++;
     if (k > 3u && (k & 3u) == 0) {

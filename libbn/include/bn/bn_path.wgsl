@@ -1,22 +1,22 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The decisions of a path in WGSL, translated from bn_path.glsl by libbn/tools/make_wgsl.py.
- * Concatenate this file with bn_draw.wgsl and your shader. bn_path.h explains the decisions.
+ * A path's decisions in WGSL, translated from bn_path.glsl by libbn/tools/make_wgsl.py. Concatenate
+ * this file with bn_draw.wgsl and your shader. bn_path.h explains the decisions.
  *
  *     let path = bn_path_start(u32(pixel.x), u32(pixel.y), index, 0u);
  *     let u: vec4f = bn_ray_draw(seed, bn_path_ray(path, depth)); */
 
-/* Keys that ray numbers, decisions and counts never reach. */
+/* Keys that ray numbers, decision numbers and counts never reach. */
 const BN_PATH_CAMERA_KEY = 3u; /* numbers drawn once per path; ray 3 and later use key ray + 1 */
 const BN_PATH_STREAMS_KEY = 0x80000000u;  /* below the root: the parent of streams 1, 2 ... */
 const BN_PATH_CHILDREN_KEY = 0x80000000u; /* below a ray: the parent of its children */
 const BN_PATH_LOOPS_KEY = 0x40000000u;    /* below a ray: added to the keys of loops */
 const BN_PATH_MORE_KEY = 0x40000000u;     /* below a split: branches beyond their count */
 
-/* One sample of a pixel, or a branch of it. */
+/* One sample of a pixel, or a branch of that sample. */
 struct bn_path {
     x: u32,
     y: u32, /* the pixel, in two's complement */
-    index: u32, /* of the sample */
+    index: u32, /* the sample index */
     domain: u32, /* the parent of the path's domains */
 }
 
@@ -39,7 +39,7 @@ fn bn_path_start(x: u32, y: u32, index: u32, stream: u32) -> bn_path {
     return path;
 }
 
-/* Four numbers: the direction of ray `ray`, and the light sample at its end. */
+/* The domain of ray `ray`. Its four numbers are the ray's direction and the light sample at its end. */
 fn bn_path_ray_domain(path: bn_path, ray: u32) -> u32 {
     var key = ray;
     if (ray >= BN_PATH_CAMERA_KEY) {
@@ -48,16 +48,16 @@ fn bn_path_ray_domain(path: bn_path, ray: u32) -> u32 {
     return bn_domain_child(path.domain, key);
 }
 
-/* Numbers drawn once per path: dimensions (0, 1) for the first light with a lens or a split, (2, 3) for time
- * and wavelength. */
+/* The domain of numbers drawn once per path. Dimensions (0, 1) are for the first light with a lens or a
+ * split; dimensions (2, 3) are for time and wavelength. */
 fn bn_path_camera_domain(path: bn_path) -> u32 {
     return bn_domain_child(path.domain, BN_PATH_CAMERA_KEY);
 }
 
-/* ---- Further numbers of a ray, from its domain. Each type of decision has its own endless sequence. */
+/* ---- A ray's further numbers, from its domain. Each type of decision has its own endless sequence. */
 
-/* The domain of single number k, and its pair, 0 or 1. The number is the first of that pair, or the second
- * if k is odd. */
+/* The domain of single number k, and the pair that holds it, 0 or 1. The number is the first of that
+ * pair, or the second if k is odd. */
 fn bn_ray_1d_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, k & 0xfffffffcu);
 }
@@ -75,7 +75,7 @@ fn bn_ray_2d_pair(k: u32) -> u32 {
     return k & 1u;
 }
 
-/* The domain of four numbers, for the k-th 4-D decision. */
+/* The domain of the k-th 4-D decision. */
 fn bn_ray_4d_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, k * 4u + 2u);
 }
@@ -90,16 +90,15 @@ fn bn_ray_loop_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, (k * 4u + 3u) ^ BN_PATH_LOOPS_KEY);
 }
 
-/* The domain of a ray's child for a key. Draw from it as from the domain of a ray. */
+/* The domain of a ray's child for a key. Draw from it as from a ray's domain. */
 fn bn_ray_child_domain(ray: u32, key: u32) -> u32 {
     return bn_domain_child(bn_domain_child(ray, BN_PATH_CHILDREN_KEY), key);
 }
 
 /* ---- Splits */
 
-/* Branch k of `count` of a path, below the domain of a split. Each count has its own domain, because values
- * of index * count + k would collide otherwise. If count is 0, path.index is the number of the first
- * branch. */
+/* Branch k of `count`, below a split's domain. Each count has its own domain, because values of index *
+ * count + k would collide otherwise. If count is 0, path.index is the number of the first branch. */
 fn bn_path_branch(path: bn_path, split: u32, count: u32, k: u32) -> bn_path {
     var branch = path;
     branch.domain = bn_domain_child(split, count);
@@ -117,8 +116,8 @@ fn bn_path_branch(path: bn_path, split: u32, count: u32, k: u32) -> bn_path {
 
 /* ---- Loops */
 
-/* Number k of a loop, 32 bits, from the loop's domain, for k of 4 or more: WHITE, with four numbers per
- * step of its counter. The sampler supplies numbers 0 to 3. */
+/* The 32 bits of a loop's number k, for k of 4 or more, from the loop's domain. WHITE supplies four
+ * numbers per step of its counter. The sampler supplies numbers 0 to 3. */
 fn bn_loop_later_bits(seed: vec2u, path: bn_path, domain: u32, k: u32) -> u32 {
     let v = bn_draw_white_bits(seed, path.x, path.y, path.index, domain + (k >> 2u) * 0x9e3779b9u);
     let odd = 0u - (k & 1u);
@@ -127,7 +126,7 @@ fn bn_loop_later_bits(seed: vec2u, path: bn_path, domain: u32, k: u32) -> u32 {
     return low ^ ((low ^ v.z ^ ((v.z ^ v.w) & odd)) & upper);
 }
 
-/* ---- The objects of bn_path.h for shaders, with draws of BLUE */
+/* ---- The objects of bn_path.h for shaders. They draw from BLUE. */
 
 fn bn_path_draw_4d(seed: vec2u, path: bn_path, domain: u32) -> vec4f {
     return bn_draw_blue_4d(seed, path.x, path.y, path.index, domain);
@@ -137,7 +136,7 @@ fn bn_path_draw_2d(seed: vec2u, path: bn_path, domain: u32, pair: u32) -> vec2f 
     return bn_draw_blue_2d(seed, path.x, path.y, path.index, domain, pair);
 }
 
-/* The light sample at the end of ray 0 with a lens, or light sample k of `count`. */
+/* The light sample at the end of ray 0 if there is a lens, or light sample k of `count`. */
 fn bn_path_first_light(seed: vec2u, path: bn_path, count: u32, k: u32) -> vec2f {
     var one = path;
     if (count > 1u) {
@@ -147,7 +146,7 @@ fn bn_path_first_light(seed: vec2u, path: bn_path, count: u32, k: u32) -> vec2f 
     return bn_path_draw_2d(seed, one, bn_path_camera_domain(path), 0u);
 }
 
-/* x: time as a fraction of the shutter interval, y: position in the spectrum. */
+/* x: time as a fraction of the shutter interval. y: position in the spectrum. */
 fn bn_path_time_wavelength(seed: vec2u, path: bn_path) -> vec2f {
     return bn_path_draw_2d(seed, path, bn_path_camera_domain(path), 1u);
 }
@@ -171,7 +170,7 @@ fn bn_ray_child(ray: bn_ray, key: u32) -> bn_ray {
     return child;
 }
 
-/* xy: direction of the ray, zw: light sample at its end. */
+/* xy: the ray's direction. zw: the light sample at its end. */
 fn bn_ray_draw(seed: vec2u, ray: bn_ray) -> vec4f {
     return bn_path_draw_4d(seed, ray.path, ray.domain);
 }
@@ -184,7 +183,7 @@ fn bn_ray_draw_end_light(seed: vec2u, ray: bn_ray) -> vec2f {
     return bn_path_draw_2d(seed, ray.path, ray.domain, 1u);
 }
 
-/* Further decisions: single number k, pair k and the k-th four. */
+/* Further decisions: single number k, pair k and the k-th group of four. */
 fn bn_ray_draw_1d(seed: vec2u, ray: bn_ray, k: u32) -> f32 {
     let domain = bn_ray_1d_domain(ray.domain, k);
     let pair = bn_path_draw_2d(seed, ray.path, domain, bn_ray_1d_pair(k));
@@ -209,7 +208,7 @@ struct bn_split {
     count: u32,
 }
 
-/* Split k of a ray, into `count` branches; 0 counts as 1. */
+/* Split k of a ray, into `count` branches; a count of 0 means 1. */
 fn bn_ray_draw_split(ray: bn_ray, k: u32, count: u32) -> bn_split {
     var split: bn_split;
     split.path = ray.path;
@@ -221,7 +220,8 @@ fn bn_ray_draw_split(ray: bn_ray, k: u32, count: u32) -> bn_split {
     return split;
 }
 
-/* Split k of a ray, into any number of branches; earlier samples of the pixel took `first`. */
+/* Split k of a ray, into any number of branches. The pixel's earlier samples took `first` branches
+ * here. */
 fn bn_ray_draw_split_from(ray: bn_ray, k: u32, first: u32) -> bn_split {
     var split = bn_ray_draw_split(ray, k, 1u);
     split.path.index = first;
@@ -229,7 +229,7 @@ fn bn_ray_draw_split_from(ray: bn_ray, k: u32, first: u32) -> bn_split {
     return split;
 }
 
-/* Branch k, itself a path. */
+/* Branch k, which is itself a path. */
 fn bn_split_path(split: bn_split, k: u32) -> bn_path {
     return bn_path_branch(split.path, split.domain, split.count, k);
 }
@@ -247,7 +247,7 @@ fn bn_ray_draw_loop(ray: bn_ray, k: u32) -> bn_loop {
     return walk;
 }
 
-/* Number k of a loop, as call k + 1 of bn_loop_next_1d() returns it in C. */
+/* Number k of a loop: the result of call k + 1 of bn_loop_next_1d() in C. */
 fn bn_loop_draw_1d(seed: vec2u, walk: bn_loop, k: u32) -> f32 {
     let scale = 1.0f / 16777216.0f;
     if (k > 3u) {

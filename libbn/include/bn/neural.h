@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Masks from a neural network: whole masks of any size, and windows of an endless plane that never repeats.
+ * Masks from a neural network: whole masks of any size, and windows into an endless plane that never repeats.
  * The conventions of bn.h apply. A library built with BN_NEURAL=OFF lacks these functions.
  *
  *     const bn_mask mask = bn_mask_u32(ranks, 640, 480);
@@ -14,8 +14,8 @@
  *
  * ONNX RUNTIME
  *
- * The network runs in ONNX Runtime 1.17 or later, which is loaded when a network is opened. You do not need it
- * to build or link. bn_neural_open() looks for it
+ * The network runs in ONNX Runtime 1.17 or later, which is loaded when a network is opened. You do not need
+ * ONNX Runtime to build or link. bn_neural_open() looks for it
  *
  *   1. at runtime_path, if that is not NULL;
  *   2. otherwise at the path in the environment variable BN_ONNXRUNTIME, if that is set. Programs that run with
@@ -24,28 +24,29 @@
  *      or onnxruntime.dll.
  *
  * ONNX Runtime prints nothing. Some versions send telemetry unless the environment variable
- * ORT_DISABLE_TELEMETRY is set when they are loaded. If bn_neural_open() loads the library and the variable is
- * not set, it sets it to 1, which is unsafe while another thread reads the environment. In a multi-threaded
- * program, set the variable at startup; libbn then leaves the environment alone.
+ * ORT_DISABLE_TELEMETRY is set when they are loaded. If bn_neural_open() loads the library while the variable
+ * is unset, it sets the variable to 1, which is unsafe while another thread reads the environment. In a
+ * multi-threaded program, set the variable at startup; libbn then leaves the environment alone.
  *
  * GPU
  *
  * With the provider "cuda", the network runs on the first NVIDIA GPU that CUDA finds. This requires an ONNX
- * Runtime with the CUDA execution provider, and the versions of CUDA and cuDNN that it was built for. Noise
- * and ranks are still computed on the CPU, and all arguments are in main memory. Tiles have up to 1024 x 1024
+ * Runtime with the CUDA execution provider, and the versions of CUDA and cuDNN it was built for. Noise and
+ * ranks are still computed on the CPU, and all arguments reside in main memory. Tiles have up to 1024 x 1024
  * texels, so large windows and masks should gain the most (not measured). If the provider or the GPU is
  * missing, or cannot run the whole network, bn_neural_open() fails with RUNTIME. It never falls back to the
  * CPU; to use the CPU, open the network again without a provider.
  *
  * REPRODUCIBILITY
  *
- * Mask quality does not depend on the seed or the machine. Only the input noise is guaranteed to have the same
- * bits everywhere. In practice the built-in one-channel network gives the same bits on any CPU, with any
- * number of threads and for any window, because it uses only additions, subtractions, multiplications and
+ * Mask quality does not depend on the seed or the machine. Only the input noise is guaranteed to have the
+ * same bits everywhere. In practice the built-in single-channel network gives the same bits on any CPU, with
+ * any number of threads and for any window, because it uses only additions, subtractions, multiplications and
  * comparisons (ONNX Runtime 1.17.3 and 1.31.1 agree). The two-channel network also uses divisions and square
- * roots, which these two versions round differently. Bits can change with a version that fuses operations, on
- * a GPU, or with a model that uses other operations. On a CPU, within one process, the number of threads and
- * the extents of a window change values by less than 1e-5; on a GPU this is likely but not guaranteed. */
+ * roots, which these two versions round differently. Bits can change if a version of ONNX Runtime fuses
+ * operations, if a model uses other operations, or on a GPU. On a CPU, within one process, the number of
+ * threads and a window's extents change values by less than 1e-5; on a GPU this is likely but not
+ * guaranteed. */
 #ifndef BN_BN_NEURAL_H
 #define BN_BN_NEURAL_H
 
@@ -71,20 +72,20 @@ typedef struct bn_neural bn_neural;
 
 typedef struct bn_neural_options {
     size_t struct_size; /* sizeof(bn_neural_options) */
-    /* The model: a file, or the bytes of one, which need not outlive the call. If both are NULL (default), the
-     * built-in network; a library built with BN_SMALL_DATA has none. */
+    /* The model: the path of a file, or its contents, which need not outlive the call. If both are NULL
+     * (default), the built-in network is used; a library built with BN_SMALL_DATA does not include it. */
     const char *model_path;
     const void *model;
-    size_t model_size; /* bytes of model; 0 when it is NULL */
+    size_t model_size; /* size of model in bytes; 0 if it is NULL */
     /* The ONNX Runtime library. NULL (default): search for it. */
     const char *runtime_path;
-    /* Threads for each mask or window. 0 (default): one per CPU. With a GPU at most four, which make noise
-     * while the GPU works. */
+    /* Threads for each mask or window. 0 (default): one per CPU, but at most four with a GPU, where they make
+     * noise while the GPU works. */
     uint32_t threads;
     /* "cpu" (same as NULL, the default) or "cuda"; see GPU above. */
     const char *provider;
-    /* Channels of the built-in network: 1 (or 0, the default), or 2 for vector masks, whose channels are
-     * jointly blue. For your own model: 0, or the number of channels that it must have. */
+    /* Number of channels. For the built-in network: 1 (or 0, the default), or 2 for vector masks, whose
+     * channels are jointly blue. For your own model: 0, or the number of channels the model must have. */
     uint32_t channels;
 } bn_neural_options;
 
@@ -93,31 +94,31 @@ BN_INLINE bn_neural_options bn_neural_options_default(void) {
     return options;
 }
 
-/* Opens a network. Takes up to a few tenths of a second, so open it once and keep it. On failure, *neural is
- * NULL. Errors:
+/* Opens a network. Takes up to a few tenths of a second, so open a network once and keep it. On failure,
+ * *neural is set to NULL. Errors:
  *
  *   INVALID_ARGUMENT  neural is NULL, two models are given, a path is empty, the model does not have
  *                     the requested number of channels, or the provider's name is unknown
  *   IO                model_path cannot be read
  *   BAD_DATA          the model is damaged, larger than 64 MiB or not in the format below, or its
  *                     output is not finite
- *   UNSUPPORTED       the model has another bn.version; this library has no built-in network; this
+ *   UNSUPPORTED       the model has a different bn.version; this library has no built-in network; this
  *                     system cannot load libraries
  *   RUNTIME           ONNX Runtime was not found, is too old, lacks the provider, or failed; there
  *                     is no GPU, or it cannot run the whole model
  *   OUT_OF_MEMORY
  *
- * A model is code. ONNX Runtime runs it with the privileges of the process; it can use any amount of memory
- * and time, and refer to other files. Open only models that you trust, or sandbox the process.
+ * A model is code. ONNX Runtime runs it with the process's privileges; a model can use any amount of memory
+ * and time, and can refer to other files. Open only models you trust, or sandbox the process.
  *
  * Model format. An ONNX file of at most 64 MiB with one input, `noise`, and one output, both float32. The
- * input has shape (1, 1, h + 2r, w + 2r) and is uniform in [0, 1). The output has shape (1, C, h, w), with 1
- * to 16 channels. The graph uses no padding. Metadata:
+ * input has shape (1, 1, h + 2r, w + 2r) and is uniform in [0, 1). The output has shape (1, C, h, w), where C
+ * is 1 to 16. The graph uses no padding. Metadata:
  *
  *   bn.version           1
  *   bn.receptive_radius  r, at most 256: the radius of the receptive field
- *   bn.align             h, w and the position of the first texel must be multiples of this number,
- *                        at most 64; 1 for a network without strides. Callers may use any extents
+ *   bn.align             h, w and the first texel's position must be multiples of this number,
+ *                        at most 64; 1 for a network without strides. Callers may request any extents
  *   bn.quantiles         optional, for outputs that are not uniform in [0, 1): 65 integers separated
  *                        by commas. The i-th is 2^24 times the i / 64 quantile of the outputs.
  *                        bn_neural_window() uses them to make values uniform
@@ -135,29 +136,29 @@ BN_API uint32_t bn_neural_channels(const bn_neural *neural);
 
 /* ---- Masks and windows */
 
-/* Makes a 2-D mask of any extents with C channels. Quality is guaranteed from 16 x 16 texels on. Works in
- * tiles: needs up to 24 bytes per texel and channel besides the ranks, and a few megabytes per thread (tens of
- * megabytes with a GPU). Reports progress at the start and before each tile that the calling thread works on;
- * a tile takes a fraction of a second. The final ranking cannot be cancelled. Errors: INVALID_ARGUMENT (a NULL
- * pointer, a zero extent, wrong channels, depth or rank_bits), OUT_OF_MEMORY, BAD_DATA (the network's output
- * is not finite), RUNTIME, CANCELLED. */
+/* Makes a 2-D mask with C channels and any extents. Quality is guaranteed at 16 x 16 texels and above. Works
+ * in tiles: in addition to the ranks, it needs up to 24 bytes per texel and channel, and a few megabytes per
+ * thread (tens of megabytes with a GPU). Reports progress at the start and before each tile that the calling
+ * thread works on; a tile takes a fraction of a second. The final ranking cannot be cancelled. Errors:
+ * INVALID_ARGUMENT (a NULL pointer, a zero extent, or the wrong channels, depth or rank_bits), OUT_OF_MEMORY,
+ * BAD_DATA (the network's output is not finite), RUNTIME, CANCELLED. */
 BN_API bn_result bn_neural_mask(const bn_neural *neural, const bn_mask *mask, uint64_t seed,
                                 bn_progress progress, void *user);
 
-/* Computes a window of a seed's endless plane: width x height texels starting at (x0, y0), written to
- * values[C][height][width] in [0, 1), uniform over the plane. Overlapping windows agree within 1e-5.
- * Coordinates range from -2^40 to 2^40. Progress and errors are as for bn_neural_mask(), plus SIZE_MISMATCH,
- * and INVALID_ARGUMENT for a window that extends past the plane. If it fails after work has begun, the
- * contents of values are undefined. */
+/* Computes a window into a seed's endless plane: width x height texels starting at (x0, y0). Writes them to
+ * values[C][height][width]; they are in [0, 1) and uniformly distributed over the plane. Overlapping windows
+ * agree within 1e-5. Coordinates range from -2^40 to 2^40. For progress and errors, see bn_neural_mask();
+ * also fails with SIZE_MISMATCH, and with INVALID_ARGUMENT for a window that extends past the plane. If the
+ * call fails after work has begun, the contents of values are undefined. */
 BN_API bn_result bn_neural_window(const bn_neural *neural, int64_t x0, int64_t y0, uint32_t width,
                                   uint32_t height, uint64_t seed, float *values, size_t count,
                                   bn_progress progress, void *user);
 
-/* Computes the network's input, for training a network or running it elsewhere: noise[height][width], white
- * noise in [0, 1), a hash of the seed and the coordinates, with the same bits everywhere. A window holds the
- * network's output for the noise around it; a mask uses the noise from (0, 0), repeated with the mask's
- * extents. Errors: INVALID_ARGUMENT (noise is NULL, a zero extent, coordinates beyond +-2^41), SIZE_MISMATCH,
- * OUT_OF_MEMORY (extents exceed the address space). */
+/* Computes the network's input, so that you can train a network or run it elsewhere. noise[height][width] is
+ * white noise in [0, 1): a hash of the seed and the coordinates, whose bits are the same everywhere. A window
+ * holds the network's output for the noise around it; a mask uses the noise that starts at (0, 0) and repeats
+ * at the mask's extents. Errors: INVALID_ARGUMENT (noise is NULL, a zero extent, coordinates beyond +-2^41),
+ * SIZE_MISMATCH, OUT_OF_MEMORY (extents exceed the address space). */
 BN_API bn_result bn_neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t height,
                                  uint64_t seed, float *noise, size_t count);
 
