@@ -276,14 +276,14 @@ _MASK_OPTIONS: dict[str, dict[str, Any]] = {
     "sigma": {"type": float, "help": "standard deviation of the Gaussian in texels"},
     "initial_fraction": {"type": float, "help": "fraction of texels in the initial pattern (default 0.1)"},
     "sweeps": {"type": _integer, "help": "trial swaps per texel (default 1000)"},
-    "channels": {"type": _integer, "metavar": "N", "help": "number of jointly blue channels, 1 to 4; neural: 1, 2 or as in --model (default 1)"},
+    "channels": {"type": _integer, "metavar": "N", "help": "jointly blue channels, 1 to 4; neural: 1, 2 or as in --model (default 1)"},
     "model": {"type": Path, "metavar": "FILE", "help": "an ONNX file (default: a built-in network)"},
     "runtime": {"type": Path, "metavar": "FILE", "help": "the ONNX Runtime library"},
     "threads": {"type": _integer, "help": "number of threads (default: one per core)"},
     "provider": {"choices": get_args(NeuralProvider), "help": "run on the CPU (default) or a GPU"},
 }
 _POINTS_OPTIONS: dict[str, dict[str, Any]] = {
-    "candidates": {"type": _integer, "metavar": "N", "help": "number of candidates: more are slower and better (default 1; poisson-disk: 30)"},
+    "candidates": {"type": _integer, "metavar": "N", "help": "more candidates are slower and better (default 1; poisson-disk: 30)"},
     "mask": {"type": Path, "metavar": "FILE", "help": "a mask whose texels with the lowest ranks become the points"},
 }
 

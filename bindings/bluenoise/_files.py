@@ -369,7 +369,7 @@ def save(path: PathLike, mask: npt.ArrayLike, *, bits: int = 16) -> None:
     OSError
         The file cannot be written.
     ImportError
-                A required package is missing.
+        A required package is missing.
     """
     given = _path(path)
     suffix = given.suffix.lower()

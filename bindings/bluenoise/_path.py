@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random numbers for paths, requested by purpose: bn_path.h on arrays, bit for bit."""
+"""Random numbers for paths, requested by purpose. Works like bn_path.h, but on arrays, and returns the same bits."""
 
 from __future__ import annotations
 
@@ -47,15 +47,15 @@ class _OnceOnly:
 
 
 class PathSampler:
-    """One sample of a pixel as a path, or an array of paths: random numbers for each decision, by purpose.
+    """Random numbers for one path (a sample of a pixel) or for an array of paths, requested by purpose.
 
-    A path consists of rays: ray 0 leaves the camera, ray d leaves the d-th surface or other event. Each ray has four numbers, two for its
-    direction and two for the light sample at its end, and any number of further ones. No two decisions share a number, and paths that
-    drew different counts at one ray are in step again at the next. ``bn_path.h`` describes the layout; the bits are the same as in C, for
-    every sampler type.
+    A path consists of rays: ray 0 leaves the camera, ray d leaves the d-th surface or other event. Each ray has four numbers (two for its
+    direction, and two for the light sample at its end) and as many further ones as you like. No two decisions share a number, and paths
+    that drew different numbers of samples at one ray are back in step at the next ray. ``bn_path.h`` describes the layout; the bits are
+    the same as in C for every sampler type.
 
-    ``x``, ``y``, ``index`` and ``stream`` are integers or integer arrays that broadcast against each other, to ``shape``. Every draw is
-    one call of ``Sampler.sample`` for all paths. It returns float32 in [0, 1), in the shapes given below, where ``...`` stands for
+    ``x``, ``y``, ``index`` and ``stream`` are integers or integer arrays that broadcast against each other to ``shape``. Every draw makes
+    one call to ``Sampler.sample`` for all paths and returns float32 in [0, 1). In the documented result shapes, ``...`` stands for
     ``shape``.
 
     Parameters
@@ -63,12 +63,12 @@ class PathSampler:
     sampler : Sampler
         The sampler that supplies the numbers.
     x, y : array_like of int
-        The pixels, -2**31 to 2**31 - 1.
+        Pixel coordinates, -2**31 to 2**31 - 1.
     index : array_like of int
-        The samples of these pixels, 0 to 2**32 - 1.
+        Sample indices within these pixels, 0 to 2**32 - 1.
     stream : array_like of int, default 0
-        Independent sequences of samples, 0 to 2**32 - 1, such as the frames of an animation, or light paths beside camera paths. If you
-        average frames, keep stream 0 and continue the index across frames.
+        Stream numbers, 0 to 2**32 - 1. Streams are independent: use them for the frames of an animation, or for light paths alongside
+        camera paths. If you average frames, keep stream 0 and continue the index across frames.
 
     Examples
     --------
@@ -115,25 +115,27 @@ class PathSampler:
         Parameters
         ----------
         number : array_like of int
-            From 0 to 2**28 - 1: 0 leaves the camera, d the d-th surface or other event. An array, for paths at different rays, broadcasts
-            with `shape`.
+            From 0 to 2**28 - 1: ray 0 leaves the camera, ray d the d-th surface or other event. For paths at different rays, pass an
+            array, which broadcasts with `shape`.
 
         Returns
         -------
         RaySampler
-            A second one for the same ray returns the same numbers again.
+            A second `RaySampler` for the same ray returns the same numbers again.
         """
         return RaySampler(self, number)
 
     def first_light(self, count: int = 1, k: npt.ArrayLike = 0) -> _Floats:
-        """Draw the light sample at the end of ray 0, if a lens uses that ray's second pair or if there are several. Shape ``(..., 2)``.
+        """Draw the light sample at the end of ray 0. Shape ``(..., 2)``.
+
+        Use this if a lens takes that ray's second pair, or if there are several light samples.
 
         Parameters
         ----------
         count : int, default 1
-            Number of light samples, the same for all samples of a pixel; index * count must be below 2**32.
+            Number of light samples. It must be the same for all samples of a pixel, and index * count must be below 2**32.
         k : array_like of int, default 0
-            Index of the light sample, 0 to ``count - 1``; broadcasts with `shape`.
+            Index of the light sample, 0 to ``count - 1``. Broadcasts with `shape`.
         """
         count = arguments.integer("count", count, 1, arguments.UINT32[1])
         points = arguments.integers("k", k, np.uint32, 0, count - 1)
@@ -152,8 +154,8 @@ class PathSampler:
 
 
 class RaySampler(_OnceOnly):
-    """One ray of a path, from ``PathSampler.ray``. It counts the numbers drawn: make one for each ray, and pass it on. It cannot
-    be copied or pickled. Draws are float32 in [0, 1); in their shapes, ``...`` is ``shape``."""
+    """One ray of a path, made by ``PathSampler.ray``. It counts the numbers drawn, so make one per ray and pass it on. It cannot be
+    copied or pickled. Draws are float32 in [0, 1); in their shapes, ``...`` stands for ``shape``."""
 
     __slots__ = ("_1d", "_2d", "_4d", "_domain", "_kept", "_loops", "_path", "_splits", "shape")
 
@@ -170,7 +172,7 @@ class RaySampler(_OnceOnly):
         self._kept = np.empty(0, np.float32)
 
     def draw(self) -> _Floats:
-        """Draw the direction of the ray, in the first two numbers, and the light sample at its end. Shape ``(..., 4)``.
+        """Draw the ray's direction (the first two numbers) and the light sample at its end (the others). Shape ``(..., 4)``.
 
         Every call returns the same numbers.
         """
@@ -187,7 +189,7 @@ class RaySampler(_OnceOnly):
     def draw_1d(self, k: int) -> _Floats:
         """Draw single number `k` of the ray. Shape ``(...)``.
 
-        Returns the result of call ``k + 1`` of `next_1d`. `draw_2d`, `draw_4d`, `draw_split` and `draw_loop` work in the same way.
+        Returns the result of call ``k + 1`` of `next_1d`. `draw_2d`, `draw_4d`, `draw_split` and `draw_loop` work the same way.
 
         Parameters
         ----------
@@ -201,7 +203,7 @@ class RaySampler(_OnceOnly):
         return self._draw(_core.ray_2d_domain(self._domain, _counter(k)), k & 1)
 
     def draw_4d(self, k: int) -> _Floats:
-        """Draw the `k`-th four numbers of the ray. Shape ``(..., 4)``."""
+        """Draw the ray's `k`-th group of four numbers. Shape ``(..., 4)``."""
         return self._draw(_core.ray_4d_domain(self._domain, _counter(k)))
 
     def draw_split(self, k: int, count: int) -> Split:
@@ -234,18 +236,22 @@ class RaySampler(_OnceOnly):
         return pair
 
     def next_4d(self) -> _Floats:
-        """Draw four numbers, for two pairs that multiply, or a choice (the third) and then a pair (the first two). Shape ``(..., 4)``."""
+        """Draw four numbers. Shape ``(..., 4)``.
+
+        Use them for two pairs that multiply, or for a choice (the third number) followed by a pair (the first two).
+        """
         four = self.draw_4d(self._4d)
         self._4d += 1
         return four
 
     def next_split(self, count: int) -> Split:
-        """Split the path into `count` branches, each a path of its own.
+        """Split the path into `count` branches, each of which is a path.
 
         Parameters
         ----------
         count : int
-            0 (which counts as 1) to 2**32 - 1, the same for all samples of a pixel. If it varies, use `next_split_from`.
+            Number of branches, 0 (which means 1) to 2**32 - 1. It must be the same for all samples of a pixel; if it varies, use
+            `next_split_from`.
         """
         split = self.draw_split(self._splits, count)
         self._splits += 1
@@ -257,7 +263,7 @@ class RaySampler(_OnceOnly):
         Parameters
         ----------
         first : array_like of int
-            The number of branches that earlier samples of the pixel took here, 0 for its first sample. Broadcasts with `shape`.
+            The number of branches the pixel's earlier samples took here; 0 for its first sample. Broadcasts with `shape`.
         """
         taken = _kept("first", first, np.uint32, *arguments.UINT32)
         arguments.together("the ray and first", self.shape, taken.shape)
@@ -277,12 +283,13 @@ class RaySampler(_OnceOnly):
         Parameters
         ----------
         key : array_like of int
-            From 0 to 2**32 - 1; broadcasts with `shape`.
+            From 0 to 2**32 - 1. Broadcasts with `shape`.
 
         Returns
         -------
         RaySampler
-            Draw from it as from a ray. It does not depend on earlier draws. A second one with the same key repeats the numbers.
+            Draw from it as from a ray. It does not depend on earlier draws. A second child with the same key returns the same numbers
+            again.
         """
         keys = arguments.integers("key", key, np.uint32, *arguments.UINT32)
         part = RaySampler.__new__(RaySampler)
@@ -312,9 +319,9 @@ class RaySampler(_OnceOnly):
 
 
 class Split:
-    """A path that continues in several branches. ``split[k]`` is branch k. If it comes from ``RaySampler.next_split``, ``len(split)`` is
-    the number of branches, and iterating over the split gives all of them. If it comes from ``RaySampler.next_split_from``, both raise
-    ``TypeError``."""
+    """A path that continues in several branches. ``split[k]`` is branch k. If the split comes from ``RaySampler.next_split``,
+    ``len(split)`` is the number of branches, and iterating over the split yields all of them. If the split comes from
+    ``RaySampler.next_split_from``, both operations raise ``TypeError``."""
 
     __slots__ = ("_count", "_domain", "_index", "_length", "_path", "_shape")
 
@@ -338,8 +345,8 @@ class Split:
         Parameters
         ----------
         k : array_like of int
-            From 0 to 2**32 - 1; broadcasts with the ray's shape. For all branches along a new first axis, use ``split[np.arange(count)[:,
-            None, None]]``.
+            From 0 to 2**32 - 1. Broadcasts with the ray's shape. To get all branches along a new first axis, use
+            ``split[np.arange(count)[:, None, None]]``.
         """
         branches = arguments.integers("k", k, np.uint32, *arguments.UINT32)
         arguments.together("the ray and k", self._shape, branches.shape)
@@ -356,8 +363,9 @@ class Split:
 
 
 class LoopSampler(_OnceOnly):
-    """The numbers of a loop of unknown length, from ``RaySampler.next_loop``: four stratified ones, then those of a counter-based
-    generator. It cannot be copied or pickled. Draws are float32 in [0, 1); ``...`` is the shape of the ray."""
+    """Numbers for a loop of unknown length, made by ``RaySampler.next_loop``. The first four are stratified; the rest come from a
+    counter-based generator. A ``LoopSampler`` cannot be copied or pickled. Draws are float32 in [0, 1); ``...`` stands for the ray's
+    shape."""
 
     __slots__ = ("_domain", "_drawn", "_four", "_path")
 

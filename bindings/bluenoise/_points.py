@@ -18,12 +18,12 @@ from ._masks import void_and_cluster
 Points = npt.NDArray[np.float64]
 
 _MAX_POINTS = 2**24
-_TEXELS_PER_POINT = 8  # of masks made here; void-and-cluster keeps points even up to about 16
-_MAX_CANDIDATES = 2**16  # of one point
-_RECENT = 16  # points after which the tree is built again
-_CELLS = 12  # per spacing of points, of the grid that sorts out candidates
+_TEXELS_PER_POINT = 8  # in masks made here; void-and-cluster spreads points evenly at up to about 16
+_MAX_CANDIDATES = 2**16  # for one point
+_RECENT = 16  # number of points after which the tree is rebuilt
+_CELLS = 12  # per point spacing, in the grid that filters candidates
 _MAX_CELLS = 2048  # along one side
-_LEAST_THROWN = 16  # points at a time, for Poisson disks
+_LEAST_THROWN = 16  # points tried at a time, for Poisson disks
 
 
 def points(
@@ -38,46 +38,48 @@ def points(
 ) -> Points:
     """Make blue-noise points in the unit square.
 
-    Equal arguments give equal points on one machine. Across machines, ``"mask"`` gives the same bits; the other two methods
-    depend on SciPy's rounding and version.
+    On one machine, the same arguments give the same points. ``"mask"`` gives the same bits on every machine; the other two
+    methods depend on SciPy's rounding and version.
 
     Parameters
     ----------
     n : int
         The number of points, 0 to 2**24.
     method : {"best-candidate", "poisson-disk", "mask"}, optional
-        ``"best-candidate"``: each point is the random candidate that is farthest from the points so far, so every prefix is
-        evenly spread, too. Toroidal: sets tile. Takes about a second for 4000 points, and grows as n**2. Mitchell, "Spectrally
-        optimal sampling for distribution ray tracing", 1991. Needs SciPy.
+        ``"best-candidate"``: each point is the random candidate farthest from all earlier points, so every prefix is evenly
+        spread. Toroidal, so the sets tile. Takes about a second for 4000 points; the time grows as n**2. See Mitchell,
+        "Spectrally optimal sampling for distribution ray tracing", 1991. Needs SciPy.
 
-        ``"poisson-disk"``: no two points are closer than a radius, and few more would fit. Random points are accepted if no other
-        is within the radius, which shrinks slowly until there are n. Toroidal; in no order. Takes a fraction of a second for 4000
-        points. McCool and Fiume, "Hierarchical Poisson disk sampling distributions", 1992. Needs SciPy.
+        ``"poisson-disk"``: no two points are closer than a radius, and few more points would fit. A random point is accepted if
+        no other is within the radius, which shrinks slowly until there are n points. Toroidal. The points are in no particular
+        order. Takes a fraction of a second for 4000 points. See McCool and Fiume, "Hierarchical Poisson disk sampling
+        distributions", 1992. Needs SciPy.
 
-        ``"mask"``: the texels of a mask with the n lowest ranks, in order of rank, so every prefix is evenly spread, too.
-        Toroidal. The fastest method: milliseconds for 1024 points.
+        ``"mask"``: the n texels with the lowest ranks in a mask, in rank order, so every prefix is evenly spread. Toroidal. The
+        fastest method: 1024 points take milliseconds.
     seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
-        As for `mask`.
+        See `mask`.
     progress : callable, optional
-        Called with the fraction done, ending with 1. A true return value stops the work with ``CancelledError``.
+        Called with the fraction done; the last call passes 1. A true return value stops the work with ``CancelledError``.
     candidates : int, optional
     mask : array_like of int, optional
     jitter : bool, optional
-        Options of single methods. None means the default, given below in parentheses. Other methods reject them.
+        Options of individual methods; the other methods reject them. None selects the default, given in parentheses below.
 
-        ``"best-candidate"``: ``candidates`` (1), the number of candidates per existing point, 1 to 64, at most 65536 for a point.
+        ``"best-candidate"``: ``candidates`` (1) is the number of candidates per existing point, from 1 to 64. A point has at most
+        65536 candidates.
 
-        ``"poisson-disk"``: ``candidates`` (30), 1 to 1000. With more, the radius shrinks more slowly, so the final radius is
-        larger and the points are packed more densely.
+        ``"poisson-disk"``: ``candidates`` (30) ranges from 1 to 1000. Larger values shrink the radius more slowly, so the final
+        radius is larger and the points are packed more densely.
 
-        ``"mask"``: ``mask``, ranks of shape (height, width) with at least n texels, stretched over the square; by default
-        void-and-cluster with eight texels per point. ``jitter`` (True): place points at random in their texels instead of at the
-        centres.
+        ``"mask"``: ``mask`` contains ranks of shape (height, width) with at least n texels and is stretched over the square. The
+        default is a void-and-cluster mask with eight texels per point. ``jitter`` (True) places points at random within their
+        texels instead of at the centres.
 
     Returns
     -------
     ndarray of float64
-        x and y in [0, 1), of shape ``(n, 2)``.
+        The coordinates x and y in [0, 1), as an array of shape ``(n, 2)``.
 
     Raises
     ------
@@ -116,8 +118,8 @@ def _scipy(method: str) -> None:
 
 
 def _white(seed: int, most: int) -> Callable[[int, int], npt.NDArray[np.float32]]:
-    """A function of x and count that returns up to ``most`` random points, different for each x, from the library's sampler, so
-    that they do not depend on NumPy. The next call overwrites them."""
+    """Returns a function of x and count. That function returns up to ``most`` random points, which differ for each x. They come
+    from the library's sampler, so they do not depend on NumPy. The next call overwrites them."""
     sampler = _core.Sampler(_core.sampler_types["white"], seed, 0, None)
     column, row = np.zeros((2, most), np.int32)
     index, domain = np.arange(most, dtype=np.uint32), np.zeros(most, np.uint32)
@@ -134,7 +136,7 @@ def _white(seed: int, most: int) -> Callable[[int, int], npt.NDArray[np.float32]
 def _best_candidate(
     n: int, seed: int, *, progress: Optional[Progress] = None, candidates: int = 1
 ) -> Points:
-    """A grid stores the distance of each cell's centre to the closest point, which bounds the distance of every candidate in the
+    """A grid stores the distance from each cell's centre to the closest point. This bounds the distance of every candidate in the
     cell. Only candidates that may be the farthest are examined. The grid is updated only around each new point."""
     candidates = arguments.integer("candidates", candidates, 1, 64)
     _scipy("best-candidate")
@@ -167,7 +169,7 @@ class _Distances:
     def __init__(self, side: int) -> None:
         self.side = side
         self.square = np.full((side, side), np.inf, np.float32)
-        self.margin = math.sqrt(2) / max(side, 1) + 1e-6  # twice from the centre of a cell to its corner, and for rounding
+        self.margin = math.sqrt(2) / max(side, 1) + 1e-6  # twice the distance from a cell's centre to its corner, plus rounding
         self.reach = side
 
     def farthest(self, trials: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
@@ -203,7 +205,7 @@ def _poisson_disk(
 
     white = _white(seed, max(n, _LEAST_THROWN))
     found = np.empty((0, 2))
-    radius = math.sqrt(0.8 / max(n, 1))  # about 0.7 points fit into each square of the radius
+    radius = math.sqrt(0.8 / max(n, 1))  # about 0.7 points fit into a square as wide as the radius
     throw = 0
     while len(found) < n:
         trials = white(throw, max(n, _LEAST_THROWN)).astype(np.float64)

@@ -25,8 +25,8 @@ class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
         if seed is not None:
             sampler = Sampler(sampler.type, seed=seed, samples_per_pixel=sampler.samples_per_pixel, mask=sampler.mask)
         self._sampler = sampler
-        # scipy.integrate.qmc_quad() makes engines with these arguments and with seeds derived from this one. They are reproducible
-        # only if the generator is created again: before NumPy 2, a copy of a generator loses its seed.
+        # scipy.integrate.qmc_quad() makes engines with these arguments and with seeds derived from this engine's generator. They
+        # are reproducible only if the generator is created again: before NumPy 2, a copy of a generator loses its seed.
         self._init_quad = {"sampler": sampler, "d": d, "pixel": pixel}
         self.rng_seed = self.rng = np.random.default_rng(sampler.seed)
         self._x = arguments.integer("pixel", x, *arguments.INT32)

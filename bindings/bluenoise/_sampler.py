@@ -17,29 +17,29 @@ if TYPE_CHECKING:
 
 
 class Sampler:
-    """Samples in [0, 1) for every pixel, index and domain. Within a pixel, samples are well distributed. With the types ``"blue"``,
+    """Samples in [0, 1) for every pixel, index and domain. Within a pixel, samples are well distributed. For the types ``"blue"``,
     ``"zorder"`` and ``"mask"``, the error is also blue noise across the image.
 
-    A sample depends only on the arguments of the sampler and of the call, not on the order of draws, tiles, threads or restarts.
-    Samplers are immutable and hashable, compare equal if their arguments are equal, and can be pickled.
+    A sample depends only on the arguments of the sampler and of the call, so draw order, tiling, threading and restarts cannot
+    change it. Samplers are immutable and hashable, compare equal if their arguments are equal, and can be pickled.
 
     Parameters
     ----------
     type : {"blue", "sobol", "white", "zorder", "mask"}, optional
-        ``"blue"``: the recommended type, progressive, with blue-noise error across the image. ``"sobol"``: padded Owen-scrambled
-        Sobol', one sequence per pair of dimensions, independent in each pixel. ``"white"``: independent uniform numbers.
-        ``"zorder"``: one Sobol' sequence along a Morton curve (Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo
-        Sampling Error via Hierarchical Ordering of Pixels", 2020), tuned for ``samples_per_pixel`` samples. ``"mask"``: a blue-noise
-        mask supplies the first sample of each pixel, and a Sobol' sequence the others.
+        ``"blue"``: the recommended type, which is progressive and has blue-noise error across the image. ``"sobol"``: padded
+        Owen-scrambled Sobol'; each pair of dimensions in each pixel has its own independent sequence. ``"white"``: independent
+        uniform numbers. ``"zorder"``: one Sobol' sequence along a Morton curve (Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion
+        of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels", 2020), tuned for ``samples_per_pixel`` samples.
+        ``"mask"``: a blue-noise mask supplies each pixel's first sample, and a Sobol' sequence supplies the others.
     seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
         An integer from 0 to 2**64 - 1, a NumPy generator or seed sequence, or None for fresh entropy. Different seeds give
         independent images.
     samples_per_pixel : int, default 0
         The sample count that type ``"zorder"`` is tuned for: up to 2**32 - 1, rounded up to a power of two (at most 2**16); 0 means
-        256. Larger indices are valid. The other types are progressive and ignore it.
+        256. Indices beyond it are valid. The other types are progressive and ignore it.
     mask : array_like of int, optional
-        The mask for type ``"mask"``: ranks of shape (height, width), or (n,) for a row, with each of 0 .. n - 1 exactly once.
-        Defaults to the built-in 64 x 64 mask.
+        The mask for type ``"mask"``: ranks of shape (height, width), or (n,) for a row, in which each of 0 .. n - 1 occurs exactly
+        once. Defaults to the built-in 64 x 64 mask.
 
     Examples
     --------
@@ -84,13 +84,13 @@ class Sampler:
 
         @property
         def type(self) -> SamplerType:
-            """The type of the sampler."""
+            """The sampler type."""
             ...
     else:  # jedi, which completes names in IPython, fails on Literal here
 
         @property
         def type(self) -> str:
-            """The type of the sampler."""
+            """The sampler type."""
             return self._type
 
     @property
@@ -126,13 +126,13 @@ class Sampler:
         x, y : array_like of int
             Pixel coordinates, -2**31 to 2**31 - 1.
         index : array_like of int
-            Sample of the pixel, 0 to 2**32 - 1.
+            Sample index within the pixel, 0 to 2**32 - 1.
         domain : array_like of int, default 0
-            The decision, 0 to 2**32 - 1; see `domain`. All four broadcast against each other.
+            The decision, 0 to 2**32 - 1; see `domain`. `x`, `y`, `index` and `domain` broadcast against each other.
         dims : int, default 4
             Number of dimensions, 1 to 4. Use (0, 1) and (2, 3) for two-dimensional decisions.
         pair : {0, 1}, optional
-            Draw only dimensions (0, 1) or (2, 3), in about three quarters of the time. Do not give `dims` as well.
+            Draw only dimensions (0, 1) or (2, 3), which takes about three quarters of the time. Do not pass `dims` as well.
         out : ndarray of float32, optional
             A C-ordered array of the result's shape, which is filled and returned.
 
@@ -150,7 +150,7 @@ class Sampler:
 
         Notes
         -----
-        Takes about ten nanoseconds per sample of ``"blue"`` in large arrays.
+        In large arrays, a sample of ``"blue"`` takes about ten nanoseconds.
         """
         dims = arguments.integer("dims", dims, 1, 4)
         if pair is not None:
@@ -175,11 +175,11 @@ class Sampler:
         return result
 
     def _draw(self, given: Sequence[npt.NDArray[Any]], out: npt.NDArray[np.float32], pair: int) -> None:
-        """Draws at x, y, index and domain, which broadcast, in parts; Ctrl-C is checked between them."""
+        """Draws at x, y, index and domain, which broadcast. Works in parts and checks for Ctrl-C between them."""
         if out.size == 0:
             return
         lanes, first = out.reshape(-1, out.shape[-1]), 0
-        if len(lanes) == 1:  # in a fraction of the time
+        if len(lanes) == 1:  # takes a fraction of the time
             x, y, index, domain = (array.reshape(1) for array in given)
             self._core.sample(x, y, index, domain, lanes, pair)
             return
@@ -204,7 +204,7 @@ class Sampler:
         *,
         out: Optional[npt.NDArray[np.float32]] = None,
     ) -> npt.NDArray[np.float32]:
-        """Draw all samples of a rectangle of pixels, faster than `sample` and with the same bits.
+        """Draw all samples in a rectangle of pixels. This is faster than `sample` and gives identical bits.
 
         Parameters
         ----------
@@ -246,7 +246,7 @@ class Sampler:
         result = arguments.output(out, (height, width, index_count, dims), np.float32)
         if dims == 4:
             rows = max(1, 4 * _LANES // (width * index_count))
-            for row in range(0, height, rows):  # between which Ctrl-C is noticed
+            for row in range(0, height, rows):  # checks for Ctrl-C after each part
                 self._core.block(x0, y0 + row, first_index, domain, result[row : row + rows])
             return result
         x = np.arange(x0, x0 + width, dtype=np.int64).astype(np.int32)[:, None]
@@ -256,7 +256,7 @@ class Sampler:
         return result
 
     def seed_words(self) -> npt.NDArray[np.uint32]:
-        """Return the seed for shaders, uint32 of shape (2,). Use it with ``tables``."""
+        """Return the seed for shaders as uint32 of shape (2,). Use it with ``tables``."""
         return self._core.seed_words()
 
     def qmc(self, d: int, *, pixel: tuple[int, int] = (0, 0)) -> SamplerEngine:
@@ -265,16 +265,16 @@ class Sampler:
         Parameters
         ----------
         d : int
-            Number of dimensions. Dimensions 4k to 4k + 3 come from ``bluenoise.domain(k)``, so each group of sixteen belongs to one
-            family.
+            Number of dimensions. Dimensions 4k to 4k + 3 come from ``bluenoise.domain(k)``, so each group of sixteen dimensions
+            belongs to one family.
         pixel : tuple of int, default (0, 0)
             x and y.
 
         Returns
         -------
         scipy.stats.qmc.QMCEngine
-            It returns float64 in (0, 1), with all 32 bits, at the centres of their intervals, so that integrals are unbiased. After
-            2**32 points it raises ``ValueError``.
+            It returns float64 numbers in (0, 1). They have all 32 bits and lie at the centres of their intervals, so that integrals
+            are unbiased. After 2**32 points, the engine raises ``ValueError``.
 
         Raises
         ------
@@ -325,7 +325,7 @@ def domain(*keys: npt.ArrayLike) -> Union[int, npt.NDArray[np.uint32]]: ...
 
 
 def domain(*keys: Any) -> Any:
-    """Return the domain of a decision, from a path of keys that starts at the root.
+    """Return the domain of a decision, given the path of keys that leads to it from the root.
 
     Samples of different domains are independent. Domains that differ only in their last key, within an aligned group of four (0 to 3,
     4 to 7, ...), form a family, which ``"blue"`` stratifies together. `PathSampler` chooses the domains of a path for you.
@@ -354,18 +354,18 @@ def domain(*keys: Any) -> Any:
 
 
 def tables() -> npt.NDArray[np.uint32]:
-    """Return the table that shaders need to draw ``"blue"``, the same for every seed.
+    """Return the table that shaders need to draw ``"blue"``. It is the same for every seed.
 
     Returns
     -------
     ndarray of uint32
-        One-dimensional, 46.5 KiB. ``bn/bn_draw.glsl`` describes the contents; docs/shaders.md shows how to use them.
+        A one-dimensional array of 46.5 KiB. ``bn/bn_draw.glsl`` describes the contents; docs/shaders.md shows how to use them.
     """
     return _core.tables()
 
 
-_LANES = 2**16  # of a part
-_MOST_AXES = 31  # of the 32 of NumPy before 2, as the result has one more
+_LANES = 2**16  # lanes per part
+_MOST_AXES = 31  # NumPy before 2 supports 32, and the result has one more
 
 
 def _restore(

@@ -7,10 +7,11 @@
     mitsuba.set_variant("llvm_ad_rgb")
     scene["sensor"]["sampler"] = {"type": "bluenoise", "sample_count": 16, "seed": 0}
 
-Samples have the same bits as ``bluenoise.Sampler("blue", seed=seed)`` at the film's pixels, including its crop offset. ``seed`` is
-from 0 to 2**31 - 1. The seed passed to ``mitsuba.render`` becomes the stream of a ``bluenoise.PathSampler``, so you can pass a frame
-number. Two-dimensional draws 2 r and 2 r + 1 are ``draw_direction`` and ``draw_end_light`` of ray r: position in the pixel and first
-light, then direction and next light. One-dimensional draws are ``next_1d`` of the ray whose direction or light is drawn next.
+Samples are bit-identical to those of ``bluenoise.Sampler("blue", seed=seed)`` at the film's pixels, including its crop offset.
+``seed`` ranges from 0 to 2**31 - 1. The seed passed to ``mitsuba.render`` becomes the stream of a ``bluenoise.PathSampler``, so you
+can pass a frame number. Two-dimensional draws 2 r and 2 r + 1 are ``draw_direction`` and ``draw_end_light`` of ray r: for the
+camera ray, the position in the pixel and the first light; for later rays, the direction and the next light. One-dimensional draws
+are ``next_1d`` of the ray whose direction or light is drawn next.
 
 Draws run in Dr.Jit, even inside recorded loops. Scalar variants are not supported.
 """
@@ -49,7 +50,7 @@ class _Lanes:
         self.stream = _drjit.stream_domain(frame)
 
     def at_index(self, index: Any, last: int) -> _Lanes:
-        """The same lanes at other indices, of which `last` is the largest."""
+        """The same lanes at other indices, the largest of which is `last`."""
         self = copy.copy(self)
         self.index, self.rounds = index, max(0, -(-(last.bit_length() - 8) // 4))
         return self
@@ -61,7 +62,7 @@ class _Lanes:
 
 
 class _Film:
-    """The film of the sensor that uses a sampler, hidden from Dr.Jit in the same way."""
+    """The film of the sensor that uses a sampler. It is hidden from Dr.Jit in the same way as `_Lanes`."""
 
     def __init__(self, sampler: Any) -> None:
         self.sampler = weakref.ref(sampler)
@@ -76,13 +77,13 @@ class _Film:
 
 
 def _sensor(number: int) -> Any:
-    """The sensor with this number in Dr.Jit's registry, or None.
+    """The sensor that has this number in Dr.Jit's registry, or None.
 
-    Dr.Jit numbers the existing sensors from 1, and an array of sensors is an array of these numbers. Mitsuba does not
-    pass the sensor to a sampler, and has no list of sensors without a scene, so an array with one number is used instead."""
+    Dr.Jit numbers the existing sensors from 1, and an array of sensors is an array of these numbers. Mitsuba does not pass the
+    sensor to a sampler, and has no list of sensors without a scene, so this function uses an array with one number instead."""
     try:
         return dr.reinterpret_array(mi.SensorPtr, mi.UInt32(number))[0]
-    except RuntimeError:  # nothing has the number
+    except RuntimeError:  # no sensor has this number
         return None
 
 
@@ -113,10 +114,11 @@ def _create_class() -> Any:
             base.__init__(self, props)
             self._sampler = Sampler("blue", seed=int(props.get("seed", 0)))
             self._film = _Film(self)
-            self._per_wavefront = 1  # samples of a pixel in a wavefront
+            self._per_wavefront = 1  # samples per pixel in a wavefront
             self._advances = 0
             self._lanes: Optional[_Lanes] = None
-            # The counts of pairs, and of single numbers of this ray. Dr.Jit finds these two and carries them through loops.
+            # How many pairs have been drawn, and how many single numbers at this ray. Dr.Jit finds both counts and carries them
+            # through loops.
             self._pairs = mi.UInt32(0)
             self._singles = mi.UInt32(0)
 

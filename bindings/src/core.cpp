@@ -6,7 +6,7 @@ namespace bluenoise {
 
 namespace {
 
-/* Created once and kept for the life of the process, like extension modules. */
+/* Created once and kept for the process's lifetime, like extension modules. */
 PyObject *cancelled_error = nullptr;
 PyObject *runtime_missing_error = nullptr;
 

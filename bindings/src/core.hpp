@@ -39,7 +39,7 @@ bn_result unlocked(Work work) {
     return work();
 }
 
-/* A 2-D array of ranks as a mask that borrows it; adds its shape to `arguments`. */
+/* A mask that borrows a 2-D array of ranks. Adds the array's shape to `arguments`. */
 inline bn_mask mask_of(const Ranks &ranks, std::string &arguments) {
     const auto height = static_cast<uint32_t>(ranks.shape(0));
     const auto width = static_cast<uint32_t>(ranks.shape(1));

@@ -10,8 +10,8 @@ py::ssize_t extent(uint32_t value) {
     return static_cast<py::ssize_t>(value);
 }
 
-/* A function that fills an array with a mask. `first` is the meaning of the first of three axes. If
- * options.start_from_ranks is set, it starts from the ranks in the array. */
+/* A function that fills an array with a mask. `first` is the field of bn_mask that the first of the
+ * three axes stands for. If options.start_from_ranks is set, it starts from the ranks in the array. */
 template <auto make, typename Options>
 auto generator(const char *name, uint32_t bn_mask::*first) {
     return [name, first](Ranks &ranks, const Options &options, const py::object &callback) {
@@ -101,7 +101,7 @@ Floats dither(const Floats &image, uint32_t levels, bool srgb, bool channel_offs
 } // namespace
 
 void bind_masks(py::module_ &module) {
-    /* The options of the header, with its defaults. */
+    /* The header's options and their defaults. */
     py::class_<bn_void_and_cluster_options>(module, "VoidAndClusterOptions")
         .def(py::init(&bn_void_and_cluster_options_default))
         .def_readwrite("sigma", &bn_void_and_cluster_options::sigma)

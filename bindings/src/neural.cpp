@@ -13,7 +13,7 @@ namespace bluenoise {
 
 namespace {
 
-/* A window, for error messages. */
+/* Describes a window for error messages. */
 std::string place(int64_t x0, int64_t y0, uint32_t width, uint32_t height) {
     return "x0 " + std::to_string(x0) + ", y0 " + std::to_string(y0) + ", width " +
            std::to_string(width) + ", height " + std::to_string(height);
@@ -47,7 +47,8 @@ class NeuralGenerator {
 
     uint32_t channels() const { return bn_neural_channels(neural_.get()); }
 
-    /* `out` has shape (height, width), or (channels, height, width) with more than one channel. */
+    /* `out` has shape (height, width), or (channels, height, width) if there is more than one
+     * channel. */
     void mask(Ranks &out, uint64_t seed, const py::object &callback) const {
         bn_mask mask = bn_mask_u32(out.mutable_data(), extent(out, 1), extent(out, 2));
         mask.channels = channels();

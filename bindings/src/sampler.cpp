@@ -39,7 +39,7 @@ class Sampler {
         for (const py::array &lanes :
              {py::array(x), py::array(y), py::array(index), py::array(domain)}) {
             if (out.ndim() != 2 || lanes.ndim() != 1 || lanes.shape(0) != out.shape(0)) {
-                throw py::value_error("x, y, index, domain and out must have equally many lanes");
+                throw py::value_error("x, y, index, domain and out must have equal lane counts");
             }
         }
         const auto dims = static_cast<uint32_t>(out.shape(1));
@@ -102,7 +102,7 @@ UInt32s tables() {
     return UInt32s(static_cast<py::ssize_t>(count), words);
 }
 
-/* The choice in the upper half, and the bits of the remainder in the lower half. */
+/* The upper half holds the choice; the lower half holds the remainder's bits. */
 uint64_t packed(uint32_t chosen, float rest) {
     uint32_t bits;
     std::memcpy(&bits, &rest, sizeof bits);
@@ -141,7 +141,7 @@ void bind_sampler(py::module_ &module) {
              py::arg("domain"), py::arg("out").noconvert())
         .def("seed_words", &Sampler::seed_words);
     module.def("tables", &tables);
-    /* These take numbers or arrays, which broadcast. */
+    /* These functions take numbers or arrays, which broadcast. */
     module.def("choose", py::vectorize([](float probability, float u) {
                    const auto chosen = static_cast<uint32_t>(bn_choose(probability, &u));
                    return packed(chosen, u);
