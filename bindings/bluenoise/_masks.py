@@ -16,7 +16,7 @@ from ._arguments import NeuralProvider, Progress, Ranks, Seed, Shape
 from ._neural import NeuralGenerator, PathLike, builtin_generator
 
 _BUILTIN_SIZES = (16, 32, 64, 128, 256)
-_MEMORY = 12  # bytes per texel and channel; measured, the least that any generator needs
+_MEMORY = 12  # bytes per texel and channel that even the leanest generator needs, measured
 # For mask(): the largest number of texels for void-and-cluster, and the number of annealing sweeps if no other method applies.
 _LARGE, _SWEEPS = 512 * 512, 100
 

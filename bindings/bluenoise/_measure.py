@@ -228,8 +228,8 @@ def radial_power(mask: npt.ArrayLike) -> tuple[npt.NDArray[np.float64], npt.NDAr
     Returns
     -------
     frequency : ndarray of float64
-        Centres of the rings, from one ring width to at most sqrt(1/2). Each ring is 1 / max(height, width) cycles per texel wide.
-        Frequency 0 and empty rings are omitted.
+        Centres of the rings in cycles per texel, from one ring width to at most sqrt(1/2). Each ring is 1 / max(height, width)
+        wide. Frequency 0 and empty rings are omitted.
     power : ndarray of float64
         The mean power on each ring. If there are several channels or slices, each has its own row.
 
