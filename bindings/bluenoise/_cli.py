@@ -191,7 +191,7 @@ def _parser() -> argparse.ArgumentParser:
         "Measures a mask; smaller values are better. Low-frequency power is measured after thresholding at a grey level. "
         "help(bluenoise.MaskMeasures) in Python defines each measure.",
     )
-    command.add_argument("mask", type=Path, help="a mask: .npy, .exr (needs OpenEXR), another image (needs Pillow), or -")
+    command.add_argument("mask", type=Path, help="a mask: .npy, .exr (needs OpenEXR) or another image (needs Pillow), or -")
     command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel to use, counted from 1 (default: all)")
     _add_report(command, "print one JSON object")
 
@@ -203,7 +203,7 @@ def _parser() -> argparse.ArgumentParser:
                          "several channels, one per image channel")
     command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the mask channel to use, counted from 1")
     command.add_argument("--rank", action="store_true", help="accept a mask with repeated values, such as an 8-bit "
-                         "texture, and order equal values at random")
+                         "texture, and break ties at random")
     command.add_argument("--srgb", action="store_true", help="preserve means in linear light")
 
     command = add(

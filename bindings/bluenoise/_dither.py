@@ -88,7 +88,7 @@ def dither(
     Returns
     -------
     ndarray or PIL.Image.Image
-        The dithered image, with the type, dtype and shape of the input.
+        The dithered image. Its type, dtype and shape are the same as the input's.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def _dither_array(image: Any, levels: int, srgb: bool, channel_offset: bool, mas
 
 
 def _positions(full: int, ends: npt.NDArray[np.float64], srgb: bool) -> _Floats:
-    """The position of each integer up to `full` between the levels, which are integers, too: level k is at k / (levels - 1). Preserves
+    """The position of each integer up to `full` between the levels, which are also integers: level k is at k / (levels - 1). Preserves
     means even though the levels are not evenly spaced."""
     values = np.arange(full + 1, dtype=np.float64)
     low = np.minimum(np.searchsorted(ends, values, side="right") - 1, len(ends) - 2)

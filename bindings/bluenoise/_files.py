@@ -314,7 +314,7 @@ def ranked(path: Path, values: npt.NDArray[Any], rank: bool, option: str) -> arg
 
 
 def load(path: PathLike, *, rank: bool = False) -> arguments.Ranks:
-    """Read a mask from a PNG or another image (needs Pillow), an EXR file (needs OpenEXR) or an NPY file.
+    """Read a mask from a PNG or other image (needs Pillow), an EXR file (needs OpenEXR) or an NPY file.
 
     Values other than ranks, such as grey levels, are replaced by their ranks, which restores the saved ranks if all texels are distinct.
     Constant channels, such as an opaque alpha channel, are left out.

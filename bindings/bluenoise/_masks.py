@@ -267,7 +267,7 @@ def builtin(shape: Shape, *, out: Optional[Ranks] = None) -> Ranks:
     Returns
     -------
     ndarray of uint32
-        Ranks of shape `shape`, each once.
+        Ranks of shape `shape`. Each rank occurs exactly once.
     """
     extents = arguments.shape(shape, 3)
     sizes = [size for size in _BUILTIN_SIZES if _core.builtin_mask_exists(size)]

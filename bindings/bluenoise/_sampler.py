@@ -229,7 +229,7 @@ class Sampler:
         Raises
         ------
         ValueError
-            An extent is zero, a range runs past the last coordinate or index, or `out` has another shape.
+            An extent is zero, a range runs past the last coordinate or index, or `out` has the wrong shape.
         MemoryError
             The array is too large.
         """

@@ -184,7 +184,7 @@ enum {
     /* Padded Owen-scrambled Sobol' (0, 2)-sequences, independent in each pixel: the usual baseline.
      * Dimensions (0, 1) and (2, 3) are each well stratified, but not stratified together. */
     BN_SAMPLER_SOBOL = 1,
-    /* Independent random numbers: pcg4d hashes the pixel, index and domain (Jarzynski and Olano, 2020). */
+    /* Independent random numbers: pcg4d (Jarzynski and Olano, 2020) hashes the pixel, index and domain. */
     BN_SAMPLER_WHITE = 2,
     /* One Sobol' sequence along a scrambled Morton curve over the pixels (Ahmed and Wonka, "Screen-Space
      * Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels", 2020). Tuned
@@ -198,7 +198,7 @@ enum {
 };
 
 /* A sampler is a plain value of at most 48 bytes. Copy it, store it and share it between threads; there is
- * nothing to destroy. Initialise it with one of the functions below. Its fields are private. */
+ * nothing to destroy. Initialise a sampler with one of the functions below. Its fields are private. */
 typedef struct bn_sampler {
     bn_sampler_type type;
     uint32_t log2_samples;    /* ZORDER: log2 of the sample count of each pixel's block */
