@@ -312,11 +312,11 @@ BN_INLINE void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
 /* ---- Making masks */
 
 /* Three algorithms make masks. Void-and-cluster makes good masks in milliseconds on one core. Relaxation is
- * nearly as good, runs faster and uses all cores. Annealing is slow: compared with void-and-cluster, 10,000
- * sweeps lower E_1 (bn_mask_error) by about 4 %. All three call `progress` in C's default floating-point
- * environment. Errors: INVALID_ARGUMENT (a NULL pointer, a zero extent, an option out of range, rank_bits too
- * small or other than 16 or 32, a depth or channel count the algorithm does not support), OUT_OF_MEMORY,
- * CANCELLED, UNSUPPORTED. */
+ * nearly as good, runs faster and uses all cores. Annealing is slow, but compared with void-and-cluster,
+ * 10,000 sweeps lower E_1 (bn_mask_error) by about 4 %. All three call `progress` in C's default
+ * floating-point environment. Errors: INVALID_ARGUMENT (a NULL pointer, a zero extent, an option out of
+ * range, rank_bits too small or other than 16 or 32, a depth or channel count the algorithm does not
+ * support), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
 
 typedef struct bn_void_and_cluster_options {
     size_t struct_size; /* sizeof(bn_void_and_cluster_options) */

@@ -58,7 +58,7 @@ BN_FUNCTION BN_UINT bn_choose_step(float u) {
     return u < 1.0f ? BN_TO_UINT(u * 16777216.0f) : BN_CHOOSE_STEPS - 1u;
 }
 
-/* The number of steps below a limit, that is, of steps for which u < limit. */
+/* The number of steps below a limit: those for which u < limit. */
 BN_FUNCTION BN_UINT bn_choose_steps_below(float limit) {
     if (!BN_CHOOSE_POSITIVE(limit)) return 0u;
     float steps = (limit < 1.0f ? limit : 1.0f) * 16777216.0f;

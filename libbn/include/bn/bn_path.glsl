@@ -56,8 +56,8 @@ BN_FUNCTION BN_UINT bn_path_ray_domain(bn_path path, BN_UINT ray) {
     return bn_draw_domain_child(path.domain, key);
 }
 
-/* The domain of numbers drawn once per path. Dimensions (0, 1) are for the first light with a lens or a
- * split; dimensions (2, 3) are for time and wavelength. */
+/* The domain of numbers drawn once per path. Dimensions (0, 1) are for the first light if there is a
+ * lens or a split; dimensions (2, 3) are for time and wavelength. */
 BN_FUNCTION BN_UINT bn_path_camera_domain(bn_path path) {
     return bn_draw_domain_child(path.domain, BN_PATH_CAMERA_KEY);
 }
