@@ -22,7 +22,7 @@ fn bn_choose_step(u: f32) -> u32 {
     return select(BN_CHOOSE_STEPS - 1u, u32(u * 16777216.0f), u < 1.0f);
 }
 
-/* The number of steps below a limit, that is, of steps for which u < limit. */
+/* The number of steps below a limit: those for which u < limit. */
 fn bn_choose_steps_below(limit: f32) -> u32 {
     if (!bn_choose_positive(limit)) {
         return 0u;

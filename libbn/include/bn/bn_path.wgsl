@@ -48,8 +48,8 @@ fn bn_path_ray_domain(path: bn_path, ray: u32) -> u32 {
     return bn_domain_child(path.domain, key);
 }
 
-/* The domain of numbers drawn once per path. Dimensions (0, 1) are for the first light with a lens or a
- * split; dimensions (2, 3) are for time and wavelength. */
+/* The domain of numbers drawn once per path. Dimensions (0, 1) are for the first light if there is a
+ * lens or a split; dimensions (2, 3) are for time and wavelength. */
 fn bn_path_camera_domain(path: bn_path) -> u32 {
     return bn_domain_child(path.domain, BN_PATH_CAMERA_KEY);
 }
