@@ -92,7 +92,7 @@ SCENES = {
     "penumbra": Scene("ours: soft shadows of three lamps", PENUMBRA),
     "lens": Scene("ours: depth of field, glossy spheres", LENS),
     "caustics": Scene("Cycles': glass, a point light"),
-    "cube_surface": Scene("Cycles': a diffuse cube under an even sky"),
+    "cube_surface": Scene("Cycles': a diffuse cube under a uniform sky"),
     "cube_volume": Scene("Cycles': a cube of varying density"),
     "monkey": Scene("Cycles': rough glass and metal under a sky"),
     "sphere_bump": Scene("Cycles': a bumpy diffuse sphere"),
@@ -215,21 +215,21 @@ class CyclesRun(other_renderer.OtherRun):
 
 class Report(other_renderer.OtherReport):
     TITLE, SCENES, SPREAD = "# In Cycles", SCENES, ("tabulated_sobol", "blue_noise_pure")
-    INTRO = f"""Errors on this page are relative to `blue`, the pattern of [examples/cycles](../../examples/cycles/README.md), at the same number of
-samples per pixel: 1.20 means that Cycles' pattern has 1.20 times the error of `blue`. They are geometric means over scenes and seeds.
+    INTRO = f"""Errors on this page are relative to `blue`, the pattern from [examples/cycles](../../examples/cycles/README.md), at the same number
+of samples per pixel: 1.20 means that Cycles' pattern has 1.20 times the error of `blue`. They are geometric means over scenes and seeds.
 
-Each error is a root mean square over pixels and channels, with or without a Gaussian blur. Images have {SIZE[0]}x{SIZE[1]} pixels, the middle
-of images {ZOOM} times as wide. *As displayed* clips the image to 0..1 before the blur. *Exposed and displayed* first scales it so that the
+Each error is a root mean square over pixels and channels, with or without a Gaussian blur. Images have {SIZE[0]}x{SIZE[1]} pixels and show
+the middle of frames {ZOOM} times as wide. *As displayed* clips the image to 0..1 before the blur. *Exposed and displayed* first scales it so that the
 mean luminance of the reference is {EXPOSED}. *Raw* does neither.
 """
     METHOD = """Cycles is at {version}. Its patterns are the values `tabulated_sobol`, `sobol_burley`, `blue_noise_first` and `blue_noise_pure` of
-`sampling_pattern`. They are tuned for the number of samples of each image (`aa_samples`) unless a table says otherwise; `blue` does not need
-to know the number. Indirect light is clamped as Cycles does by default, and the pixel filter is the box of the stand-alone program. Cycles
-puts sample 0 in the middle of the pixel with every pattern. We used `penumbra` and `lens` to decide which effect draws which numbers.
+`sampling_pattern`. They are tuned for each image's sample count (`aa_samples`) unless a table says otherwise; `blue` does not need to know
+the sample count. Indirect light is clamped to Cycles' default, and the pixel filter is the stand-alone program's box filter. With every
+pattern, Cycles places sample 0 at the centre of the pixel. We used `penumbra` and `lens` to decide which effect draws which numbers.
 
-Each reference is the mean of two images rendered by `sobol_burley` with seeds of their own, so its error is independent of all others. Half
+Each reference is the mean of two images rendered by `sobol_burley` with their own seeds, so its error is independent of all others. Half
 the difference of the two images estimates the reference's own error. A scene counts only if the error of `blue` is at least three times
-that. Cells are empty where the reference is too noisy."""
+this error. Cells are empty where the reference is too noisy."""
 
     def adaptive_ratio(self, name, than):
         """Mean and interval, as text, of a figure of adaptive images, relative to `blue`."""
@@ -243,7 +243,7 @@ that. Cells are empty where the reference is too noisy."""
     def sections(self):
         early = [spp for spp in self.counts if spp < PREVIEW_SPP]
         found = {"Stopped early": [
-            f"As in a preview, these patterns are tuned for {PREVIEW_SPP} samples but stopped at the count above the column. `blue` does not need to know the count.", "",
+            f"As in a preview, these patterns are tuned for {PREVIEW_SPP} samples but stopped earlier, at the sample count above each column. `blue` does not need to know the sample count.", "",
             *(line for measure in HEADLINE for line in (f"{name_of(measure).capitalize()}:", "", self.ratios(self.compared, measure, early, TOLD), ""))]}
         samples = {label: [np.mean(own) for view in self.compared.views if (own := self.cells.get(view, f"{label} {ADAPTIVE}", ADAPTIVE_SPP, "samples"))]
                    for label in self.samplers}
@@ -269,7 +269,7 @@ that. Cells are empty where the reference is too noisy."""
         last = (f"With adaptive sampling and a threshold of {ADAPTIVE}, Tabulated Sobol takes {samples} times the samples of `blue` and ends "
                 f"with {error} times its error. " if samples and error else "")
         rows = [[name, *(cell(than, spp) for spp in counts)] for than, name in {**NAMES, **TOLD}.items()]
-        return (f"Errors relative to `blue` after a blur of 2.1 pixels, as displayed and in brackets raw:\n\n{md_table(['pattern, at spp', *map(str, counts)], rows)}\n\n"
+        return (f"Errors relative to `blue` after a blur of 2.1 pixels, as displayed (raw errors in brackets):\n\n{md_table(['pattern, at spp', *map(str, counts)], rows)}\n\n"
                 f"{last}Tabulated Sobol is the default of Cycles' stand-alone program. The [times](#time) show no clear difference.")
 
 

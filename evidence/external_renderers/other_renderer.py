@@ -236,12 +236,12 @@ class OtherReport:
                     parts += [f"{name_of(measure).capitalize()}:", "", self.ratios(own, measure), ""]
         for heading, lines in self.sections().items():
             parts += [f"## {heading}", "", *lines, ""]
-        parts += ["## Scene by scene", "", f"{name_of(HEADLINE[0]).capitalize()}. Brackets show the range over the crops of a scene that has several.", ""]
+        parts += ["## Scene by scene", "", f"{name_of(HEADLINE[0]).capitalize()}. Brackets show the range over a scene's crops if there are several.", ""]
         for own in self.sets.values():
             for than in self.SPREAD:
                 parts += [self.scenes_table(own, HEADLINE[0], than), ""]
         return "\n".join([
-            *parts, "## Time", "", "CPU time of one thread, without the start of the program. The machine may have had other work, so ignore differences of a few "
+            *parts, "## Time", "", "CPU time of one thread, excluding program start-up. The machine may have had other load, so ignore differences of a few "
             "per cent.", "", self.times_table(), "",
             "## How it was measured", "", f"`{self.options.command}`, {self.options.seeds} seeds. {self.METHOD}"]) + "\n"
 

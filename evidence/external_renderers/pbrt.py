@@ -80,28 +80,28 @@ def make_picture(work, path):
 
 class Report(other_renderer.OtherReport):
     TITLE, SCENES, SPREAD = "# In pbrt-v4", SCENES, ("zsobol", "sobol")
-    INTRO = f"""Errors on this page are relative to `blue`, the sampler of [examples/pbrt](../../examples/pbrt/README.md), at the same `--spp`, so
+    INTRO = f"""Errors on this page are relative to `blue`, the sampler from [examples/pbrt](../../examples/pbrt/README.md), at the same `--spp`, so
 **values above 1 mean that `blue` is better**. They are geometric means over scenes, crops and seeds.
 
 Each error is a root mean square over pixels and channels, with or without a Gaussian blur, in crops of {CROP[0]}x{CROP[1]} pixels from
-images of {WIDTH}x{HEIGHT}. *As displayed* clips the image to 0..1 before the blur. *Exposed and displayed* first scales it so that the
-mean luminance of a crop's reference is {EXPOSED}. *Raw* does neither. Hashes of the scenes' names place the crops. These scenes were not
+images of {WIDTH}x{HEIGHT} pixels. *As displayed* clips the image to 0..1 before the blur. *Exposed and displayed* first scales it so that the
+mean luminance of a crop's reference is {EXPOSED}. *Raw* does neither. Hashes of the scenes' names placed the crops. These scenes were not
 used to choose or tune anything.
 
-With *fixed wavelengths* (pbrt's option `disablewavelengthjitter`), all samples of an image have the same four wavelengths, so only the
-sampler differs. By default, each path has four random wavelengths. `blue` spreads them evenly; in evenly lit areas, they are the only
+With *fixed wavelengths* (pbrt's option `disablewavelengthjitter`), all samples of an image use the same four wavelengths, so only the
+sampler differs. By default, each path uses four random wavelengths. `blue` spreads them evenly; in evenly lit areas, they are the only
 source of noise.
 
 `zsobol` rounds sample counts down to powers of two: at 3 and 6, it renders 2 and 4 samples. `sobol` is one sequence over the whole image.
 """
     METHOD = f"""pbrt-v4 is at commit `{PBRT_COMMIT[:8]}`. Images use its neutral sensor (`cie1931`), a box filter one pixel wide, and the integrator
-`volpath`. `--spp` and `--seed` set sample counts and seeds; all other sampler options are pbrt's defaults. `sobol` uses the same positions
-in the pixel for all seeds. The scenes have the meshes, cameras, lamps, plain colours and images of LuxCoreRender's. An image of our own
-replaces skies and suns, and simple materials replace layered and procedural ones. Objects that are missing from the checkout are left out.
+`volpath`. `--spp` and `--seed` set sample counts and seeds; all other sampler options keep pbrt's defaults. `sobol` uses the same
+pixel positions for all seeds. The scenes take their meshes, cameras, lamps, plain colours and images from LuxCoreRender. An image of our
+own replaces skies and suns, and simple materials replace layered and procedural ones. Objects missing from the checkout are left out.
 
-Each reference is the mean of two images by `paddedsobol`, which hashes pixel, dimension and seed. References have seeds of their own, so
-their errors are independent of all others. Half the difference of the two images estimates a reference's own error. A crop counts only if
-the error of `blue` is at least three times that."""
+Each reference is the mean of two images rendered by `paddedsobol`, which hashes pixel, dimension and seed. References have their own
+seeds, so their errors are independent of all others. Half the difference of the two images estimates a reference's own error. A crop counts
+only if the error of `blue` is at least three times this error."""
 
     def __init__(self, options, cells, references):
         thans = {name: f"`{name}`" for name in SAMPLERS if name != "blue"}

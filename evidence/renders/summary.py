@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Updates the table of the README, and the answers and the table of evidence/README.md, from the CSV files of the benches: `scripts/bench summary`"""
+"""Updates the README's table, and the answers and table in evidence/README.md, from the benches' CSV files: `scripts/bench summary`"""
 
 from ..base.command import CommandError, Parser
 from ..base.files import read_numbers
@@ -13,7 +13,7 @@ from .times import over
 COMMAND = "scripts/bench summary"
 COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
 RESULTS = "renders.csv"
-# Rows of the README: sampler, name, whether it must know the sample count, whether it shows patterns.
+# Rows of the README's table: sampler, name, whether it must know the sample count, whether it shows patterns.
 SHORT = (("blue", "**`blue`**", "no", "no"), ("sobol-global", "global Sobol': one sequence over the image", "no", "[yes](docs/blue.md#visible-patterns)"),
          ("zorder", "Z-order, as in pbrt-v4 and Cycles", "yes", "no"), ("sobol", "padded Sobol', in each pixel", "no", "no"))
 LONG = ("white", "mask", "blue", "sobol-global", "zorder", "openqmc-sobolbn", "openqmc-pmjbn", "openqmc-latticebn")
@@ -45,7 +45,7 @@ def table(found):
     return md_table(["error over padded Sobol'", *map(str, COUNTS)], [row for row in rows if any(row[1:])])
 
 
-# ---- Answers, each from the CSV of one bench if there is one
+# ---- Answers, each from one bench's CSV file if it exists
 
 EFFECTS = {"cornell": "indirect light in a box", "penumbra": "soft shadows", "glossy": "glossy reflections", "lens": "depth of field", "glass": "clear glass",
            "interior": "many bounces", "motion": "motion blur", "fog": "fog"}
@@ -68,20 +68,20 @@ def less_at(found, label, measure, counts, scene=""):
 def of_renders(found):
     white = {label: f"{16 * own.value:.1f} ({16 * own.low:.1f} to {16 * own.high:.1f})" for (measure, _, label, _), own in found.items() if measure == TO_WHITE}
     yield "How many samples do I save?", (
-        f"to match the visible error of 16 independent random samples, `blue` needs {white['blue']} samples, global Sobol' {white['sobol-global']}, Z-order tuned for "
-        f"the count {white['zorder']}, and padded Sobol' {white['sobol']}. The 95 % intervals in brackets are wide because scenes differ"), "renders.md#samples-needed"
+        f"to match the visible error of 16 independent random samples, you need {white['blue']} samples with `blue`; {white['sobol-global']} with global Sobol'; "
+        f"{white['zorder']} with Z-order, tuned for the sample count; and {white['sobol']} with padded Sobol'. The 95 % intervals in brackets are wide because scenes differ"), "renders.md#samples-needed"
     sharp = [own for spp in COUNTS if (own := found.get(("displayed", "", "blue", spp)))]
-    ends = " to ".join(f"{end(own.value for own in sharp):.2f}" for end in (min, max)) + " times the error" + " (not significant)" * (not any(own.significant for own in sharp))
+    ends = " to ".join(f"{end(own.value for own in sharp):.2f}" for end in (min, max)) + " times that of padded Sobol'" + " (not significant)" * (not any(own.significant for own in sharp))
     yield "How much depends on the blur?", (
-        f"after sigma 2.1, `blue` has {less_at(found, 'blue', 'displayed_2.1', (1, 4, 16, 64))} less error than padded Sobol' at 1, 4, 16 and 64 samples; after sigma 1.0, "
-        f"it has {less_at(found, 'blue', 'displayed_1.0', (1, 4, 16, 64))} less. Without a blur, it has {ends}"), "renders.md"
+        f"after a blur of sigma 2.1 pixels, `blue` has {less_at(found, 'blue', 'displayed_2.1', (1, 4, 16, 64))} less error than padded Sobol' at 1, 4, 16 and 64 samples; after sigma 1.0, "
+        f"it has {less_at(found, 'blue', 'displayed_1.0', (1, 4, 16, 64))} less. Without a blur, its error is {ends}"), "renders.md"
     scenes = {scene: own for (measure, scene, label, spp), own in found.items() if (measure, label, spp) == (HEADLINE, "blue", 16) and scene}
     order = sorted(scenes, key=lambda scene: scenes[scene].value)
     most, least = (series([f"{EFFECTS.get(name, f'the model `{name}`')} ({less(scenes[name].value)}{', not significant' * (not scenes[name].significant)})" for name in names])
                    for names in (order[:3], order[:-4:-1]))
     yield ("Which effects gain most, and which least?", f"the gain over padded Sobol' at 16 samples is largest for {most}, and smallest for {least}",
            "renders.md#scene-by-scene")
-    yield "Adaptive sampling, time limits?", (
+    yield "Adaptive sampling or time limits?", (
         f"`blue` need not know the sample count. At 3 and 6 samples, it has {less_at(found, 'blue', HEADLINE, (3, 6))} less error than padded Sobol'. Z-order has only "
         f"{less_at(found, 'zorder', HEADLINE, (3, 6))} less, even when it is tuned for these counts"), "renders.md"
     wins = []
@@ -91,32 +91,32 @@ def of_renders(found):
                       if (own := found.get((measure, "", label, spp))) and (blue := found.get((measure, "", "blue", spp))) and own.value < 0.995 * blue.value]
             if better:
                 _, spp, own, blue = min(better)
-                wins.append(f"{NAMES[label]} {after} at {spp} sample{'s' * (spp > 1)} ({own:.2f}, `blue` {blue:.2f})")
+                wins.append(f"{NAMES[label]} {after} at {spp} sample{'s' * (spp > 1)} ({own:.2f}, `blue`: {blue:.2f})")
     yield "Where do others win?", (
-        "averaged over scenes, the largest leads over `blue` are, as errors over padded Sobol': " + ("; ".join(wins) or "none") + ". Leads are larger for [single frames]"
-        "(results/realtime.md), single numbers, and choices between lights or lobes by u[3] ([list](results/samplers.md#where-others-win)). Beyond 64 samples, Z-order "
-        "has less error on products of four numbers"), "renders.md"
+        "averaged over scenes, other samplers lead `blue` by most in these cases (errors over padded Sobol' in brackets): " + ("; ".join(wins) or "none") + ". Leads are larger in [single frames]"
+        "(results/realtime.md), for single numbers, and where u[3] selects a light or lobe ([list](results/samplers.md#where-others-win)). Beyond 64 samples, Z-order "
+        "has less error for products over four numbers"), "renders.md"
 
 
 def of_denoise(found):
     own = [found["plain:displayed", "", "blue", spp] for spp in (1, 4, 16)]
     yield "What about a denoiser?", (
-        f"after Open Image Denoise, `blue` has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples (only the first is "
-        f"significant; the references are accurate enough in only {series([str(each.crops) for each in own])} of {own[0].crops + own[0].left_out} crops of the built-in scenes). After a further blur of 2.1 pixels, it has {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))} less"), "denoise.md"
+        f"after Open Image Denoise, `blue` has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples (only the first gain is "
+        f"significant; the references are accurate enough in only {series([str(each.crops) for each in own])} of the {own[0].crops + own[0].left_out} crops of built-in scenes). After a further blur of 2.1 pixels, it has {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))} less"), "denoise.md"
 
 
 def of_pbrt(rows):
     found = {(scene, label, spp): own.value for (measure, scene, label, spp), own in rows.items() if measure == HEADLINE}
     fixed, random = ([f"{found[scene, 'zsobol', spp]:.2f}" for spp in (2, 4, 16)] for scene in ("Fixed wavelengths", "Four random wavelengths"))
-    yield "In pbrt-v4?", (f"with four random wavelengths per path, pbrt's default, `zsobol` has {series(random)} times the error of `blue` at 2, 4 and 16 samples after sigma 2.1 (the last is "
-                          f"not significant). With fixed wavelengths, it has {series(fixed)} times, which is not significant"), "pbrt.md"
+    yield "In pbrt-v4?", (f"with four random wavelengths per path (pbrt's default), `zsobol` has {series(random)} times the error of `blue` at 2, 4 and 16 samples after sigma 2.1 (the last is "
+                          f"not significant). With fixed wavelengths, the factors are {series(fixed)} (not significant)"), "pbrt.md"
 
 
 def of_cycles(rows):
     found = {(label, spp): own.value for (measure, scene, label, spp), own in rows.items() if (measure, scene) == (HEADLINE, "Scenes")}
     tabulated, pure = ([f"{found[label, spp]:.2f}" for spp in (4, 16, 64)] for label in ("tabulated_sobol", "blue_noise_pure"))
-    yield "In Cycles?", (f"at 4, 16 and 64 samples, Tabulated Sobol has {series(tabulated)} times the error of `blue` after sigma 2.1, and blue noise *pure*, tuned for the count, "
-                         f"{series(pure)} times (not significant)"), "cycles.md"
+    yield "In Cycles?", (f"at 4, 16 and 64 samples, Tabulated Sobol has {series(tabulated)} times the error of `blue` after sigma 2.1. For blue noise (*pure*), tuned for the sample count, "
+                         f"the factors are {series(pure)} (not significant)"), "cycles.md"
 
 
 def of_realtime(rows):
@@ -127,19 +127,20 @@ def of_realtime(rows):
                  **({"interleaved gradient noise": "interleaved gradient noise"} if outcome == "one frame" else {})}
         return ", ".join(f"{name} {own[way]['half-plane', outcome, 'sigma 1.0']:.2f}" for way, name in names.items() if way in own)
 
-    yield "Real time?", (f"use `blue` if frames are averaged and a decision takes two or four numbers; use interleaved gradient noise, FAST or a mask for single frames. Errors over padded Sobol' with two numbers, after "
-                         f"sigma 1.0: in averaged frames, {at('average, 0.1')}; in single frames, {at('one frame')}"), "realtime.md"
+    yield "Real time?", (f"use `blue` if frames are averaged and a decision takes two or four numbers; use interleaved gradient noise, FAST or a mask for single frames. With two numbers per decision, the errors over padded Sobol' "
+                         f"after sigma 1.0 are: in averaged frames, {at('average, 0.1')}; in single frames, {at('one frame')}"), "realtime.md"
 
 
 def of_cost(found, draws, samples):
     times = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in draws}
-    peers = ", ".join(f"{NAMES.get(name, name)} {value:.0f}" for (name, form), value in times.items() if form == "peer")
-    text = f"drawing four numbers takes {times['blue', 'inline']:.0f} ns inline, and {times['sobol', 'inline']:.0f} ns with libbn's padded Sobol'" + f" ({peers})" * bool(peers)
+    inline = {"`blue`": times["blue", "inline"], "libbn's padded Sobol'": times["sobol", "inline"],
+              **{NAMES.get(name, name): value for (name, form), value in times.items() if form == "peer"}}
+    text = f"drawing four numbers inline takes {series([f'{value:.0f} ns with {name}' for name, value in inline.items()])}"
     if samples:
         cost = over(samples, "white")
         share = {label: f"{100 * time * found[TO_WHITE, '', label, 16].value:.0f}" for label, time in cost.items() if (TO_WHITE, "", label, 16) in found}
-        text += (f". `blue` reaches the visible error of 16 independent random samples in {share['blue']} % of their CPU time, OpenQMC latticebn in "
-                 f"{share['openqmc-latticebn']} %, Z-order in {share['zorder']} %, padded Sobol' in {share['sobol']} % and global Sobol' in {share['sobol-global']} % "
+        text += (f". `blue` reaches the visible error of 16 independent random samples in {share['blue']} % of their CPU time. The others take: OpenQMC latticebn "
+                 f"{share['openqmc-latticebn']} %, Z-order {share['zorder']} %, padded Sobol' {share['sobol']} % and global Sobol' {share['sobol-global']} % "
                  "([times](results/times.csv) in eight scenes)")
     yield "What does it cost?", text, "samplers.md#time-per-draw"
 
@@ -149,15 +150,15 @@ def of_samplers(rows):
     for row in rows:
         if row["row"] == PEAKS:
             peaks[row["sampler"]] = max(peaks.get(row["sampler"], 0), row["value"])
-    yield "Does it show patterns?", (f"no. Its largest spectral peaks are {peaks['blue']:.1f} times the mean power, compared to {peaks['white']:.1f} for white noise, {peaks['zorder']:.1f} for "
+    yield "Does it show patterns?", (f"no. Its largest spectral peaks are {peaks['blue']:.1f} times the mean power, compared with {peaks['white']:.1f} for white noise, {peaks['zorder']:.1f} for "
                                      f"Z-order, {peaks['mask']:.1f} for a mask and {peaks['sobol-global']:.1f} for global Sobol'"), "samplers.md#spectral-peaks"
 
 
 def of_worst(rows):
     blue, sobol = (sorted(row[name] for row in rows) for name in ("blue", "sobol"))
     worse = sum(row["blue"] > row["sobol"] for row in rows)
-    yield "How bad can a seed be?", (f"in a crop of `penumbra`, the scene that gains most, at 4 samples (`scripts/bench picture`), {worse} of {len(rows)} seeds give `blue` more error than padded Sobol'. The worst seed of `blue` has "
-                                       f"{blue[-1] / sobol[len(sobol) // 2]:.2f} times the median error of padded Sobol', and the worst seed of padded Sobol' {sobol[-1] / sobol[len(sobol) // 2]:.2f} times"), "worst.csv"
+    yield "How bad can a seed be?", (f"in a crop of `penumbra`, the scene that gains most, rendered at 4 samples (`scripts/bench picture`), {worse} of {len(rows)} seeds give `blue` more error than padded Sobol'. The worst seed of `blue` has "
+                                       f"{blue[-1] / sobol[len(sobol) // 2]:.2f} times the median error of padded Sobol', and the worst seed of padded Sobol' has {sobol[-1] / sobol[len(sobol) // 2]:.2f} times this median"), "worst.csv"
 
 
 def answers(folder):
