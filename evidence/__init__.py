@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures the samplers: how, what came out (results), and pages made from it. scripts/bench runs it."""
+"""Measures the samplers: the benches, their results, and the pages made from these. Run by scripts/bench."""

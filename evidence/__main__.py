@@ -10,7 +10,7 @@ import sys
 
 from .base.command import run_or_say_why
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # benches do several things at a time
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # benches run several jobs at a time
 
 PARTS = {
     "samplers": ("samplers",),

@@ -9,8 +9,8 @@ from pathlib import Path
 
 @contextlib.contextmanager
 def written_beside(path):
-    """Yields a path in a private folder next to `path`. If the block succeeds, that file replaces `path`, complete and
-    flushed to disk; otherwise `path` is untouched. The folder has a random name, and other users cannot put links into it."""
+    """Yields a path in a private folder next to `path`. If the block succeeds, that file replaces `path` after it has been
+    written and flushed to disk; otherwise `path` is untouched. The folder has a random name, and other users cannot put links into it."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".libbn-", dir=path.parent) as folder:
@@ -21,7 +21,7 @@ def written_beside(path):
                 os.fsync(file.fileno())
             os.replace(beside, path)
         except OSError as error:
-            # Where a disk is full, the error of a write names no file.
+            # If the disk is full, the write error names no file.
             error.filename = error.filename or str(path)
             raise
 

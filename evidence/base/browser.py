@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A page in Chromium without a window, on its software renderer, driven through the DevTools protocol over a pipe."""
+"""A page in headless Chromium with its software renderer, driven through the DevTools protocol over a pipe."""
 
 import json
 import os
@@ -15,7 +15,7 @@ FLAGS = ("--headless=new", "--disable-dev-shm-usage", "--remote-debugging-pipe",
 
 
 def chromium():
-    """The path of a Chromium, or None; BN_CHROMIUM names one."""
+    """The path of Chromium, or None if there is none; BN_CHROMIUM overrides it."""
     names = [os.environ.get("BN_CHROMIUM"), "chromium", "chromium-browser", "google-chrome", "google-chrome-stable"]
     return next((path for name in names if name for path in [shutil.which(name)] if path), None)
 
@@ -32,7 +32,7 @@ class Browser:
         their_in, self.out = os.pipe()
         self.into, their_out = os.pipe()
         flags = [*FLAGS, *(["--no-sandbox"] if os.geteuid() == 0 else [])]  # Chromium has no sandbox for root
-        # Descriptors 3 and 4 are the protocol's. Other shells know descriptors of one digit only.
+        # The protocol uses descriptors 3 and 4. Shells other than bash support only single-digit descriptors.
         command = ["bash", "-c", f'exec 3<&{their_in} 4>&{their_out} && exec "$@"', "bash", program, *flags,
                    f"--user-data-dir={folder}", "about:blank"]
         self.log = open(folder / "log", "wb")  # noqa: SIM115
@@ -61,7 +61,7 @@ class Browser:
         end = time.monotonic() + self.seconds
         while b"\0" not in self.text:
             if not self.selector.select(max(0, end - time.monotonic())):
-                raise TimeoutError(f"the browser said nothing for {self.seconds} s")
+                raise TimeoutError(f"the browser did not respond for {self.seconds} s")
             read = os.read(self.into, 1 << 16)
             if not read:
                 raise ConnectionError(f"the browser ended; see {self.log.name}")
@@ -83,7 +83,7 @@ class Browser:
             self.events.append(message)
 
     def happened(self, name):
-        """The parameters of the events of a name since open()."""
+        """The parameters of all events with this name since open()."""
         return [event["params"] for event in self.events if event.get("method") == name]
 
     def open(self, address, width, height, ratio=1, dark=False):
@@ -96,7 +96,7 @@ class Browser:
             self.events.append(self.message())
 
     def value(self, expression):
-        """The value of an expression, or of its promise."""
+        """The value of an expression, or the value its promise resolves to."""
         result = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in result, result["exceptionDetails"]
         return result["result"].get("value")

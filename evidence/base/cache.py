@@ -20,7 +20,7 @@ def cache_folder():
 
 
 class Store:
-    """Results in a folder, in files named by a hash of everything they depend on."""
+    """Results stored in a folder. Each file is named after a hash of everything its result depends on."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -45,7 +45,7 @@ class Store:
             np.savez(beside, rows=json.dumps(rows), **arrays)
 
     def get(self, key, make):
-        """The result of load(), or else of make(), which is then saved."""
+        """Returns what load() finds, or else saves and returns the result of make()."""
         found = self.load(key)
         if not found:
             found = make()

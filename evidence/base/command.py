@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shared by all commands: argument types, options for paths of files, and errors that end a command with one line."""
+"""Shared by all commands: argument types, path options, and errors that end a command with a one-line message."""
 
 import argparse
 import importlib
@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 class CommandError(Exception):
-    """An error that the user can fix. The message is one line that includes the remedy."""
+    """An error that the user can fix. The one-line message includes the remedy."""
 
 
 def package(name, install):
@@ -21,7 +21,7 @@ def package(name, install):
 
 
 def run_or_say_why(run, arguments, program):
-    """Runs a command; errors end the program with one line."""
+    """Runs a command; errors end the program with a one-line message."""
     try:
         return run(list(arguments))
     except (CommandError, OSError) as error:
@@ -30,7 +30,7 @@ def run_or_say_why(run, arguments, program):
         sys.exit(f"{program}: interrupted; finished renders are kept, run the command again to resume")
 
 
-# ---- Kinds of arguments, for argparse
+# ---- Argument types for argparse
 
 def positive(text):
     if not re.fullmatch(r"[1-9][0-9]{0,7}", text):
@@ -46,7 +46,7 @@ def parse_size(text):
 
 
 def names_of(what, known):
-    """An argument type: names from `known`, separated by commas, as a tuple in the order of `known`."""
+    """An argument type: comma-separated names from `known`, returned as a tuple in the order of `known`."""
     def parse(text):
         names = [name for name in text.split(",") if name]
         unknown = [name for name in names if name not in known]
@@ -58,7 +58,7 @@ def names_of(what, known):
 
 
 def split_more(arguments):
-    """(arguments before --, those after it, which go to the path tracer)."""
+    """(arguments before --, arguments after it). The latter go to the path tracer."""
     arguments = list(arguments)
     end = arguments.index("--") if "--" in arguments else len(arguments)
     return arguments[:end], tuple(arguments[end + 1:])
@@ -67,17 +67,17 @@ def split_more(arguments):
 # ---- Options
 
 class Parser(argparse.ArgumentParser):
-    """The options of one part of scripts/bench, whose description is the first line of a text."""
+    """The options of one part of scripts/bench. The first line of `text` is its description."""
 
     def __init__(self, part, text, **more):
         super().__init__(prog=f"scripts/bench {part}", description=text.splitlines()[0], **more)
 
     def number(self, name, default, text, said=""):
-        """A positive integer; said: the default in words."""
+        """Adds a positive integer; said: the default in words."""
         self.add_argument(name, type=positive, default=default, metavar="N", help=f"{text} (default{said or f' {default}'})")
 
     def hidden(self, name, default=None):
-        """A path, for tests."""
+        """Adds a path option for tests, not listed in the help."""
         self.add_argument(name, type=Path, default=default and Path(default), help=argparse.SUPPRESS)
 
     def out(self):
@@ -85,7 +85,7 @@ class Parser(argparse.ArgumentParser):
 
     def pathtracer(self):
         self.hidden("--pathtracer", "build/examples/pathtracer/pathtracer")
-        self.add_argument("--openqmc", metavar="DIR", help="build with the checkout of OpenQMC in DIR and include its samplers")
+        self.add_argument("--openqmc", metavar="DIR", help="build with the OpenQMC checkout in DIR and include its samplers")
 
     def table(self, guide):
         """The options that tables.write_or_print() needs."""
@@ -95,13 +95,13 @@ class Parser(argparse.ArgumentParser):
 
 # ---- The command line in a report
 
-# Options that say where to read and write, or how often, not what to measure.
+# Options that say where to read and write, or how many jobs to run, but not what to measure.
 PLACES = ("--out", "--pathtracer", "--jobs")
-FOLDERS = ("--openqmc", "--program", "--luxcore", "--cycles")  # whose name a report does not show
+FOLDERS = ("--openqmc", "--program", "--luxcore", "--cycles")  # reports do not show these paths
 
 
 def command_shown(command, arguments):
-    """The command line that a report quotes, without options for paths."""
+    """The command line as quoted in a report, without paths."""
     words, result = iter(arguments), [f"scripts/bench {command}"]
     for word in words:
         name, equals, _ = word.partition("=")

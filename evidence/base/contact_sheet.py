@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contact sheets: images side by side, enlarged only by whole factors, because resampling would change the noise."""
+"""Contact sheets: images side by side, enlarged only by integer factors because resampling would change the noise."""
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 BACKGROUND, INK = (255, 255, 255), (20, 20, 20)
 GAP = 4  # pixels between the images in a cell; cells are 4 gaps apart
-BAR = 40  # pixels for labels of two lines
+BAR = 40  # pixels for two-line labels
 
 
 def enlarged_part(image, box, factor):
-    """The part (left, top, width, height) of an image, each pixel repeated factor x factor times."""
+    """The part (left, top, width, height) of an image, with each pixel repeated factor x factor times."""
     left, top, width, height = box
     part = image.crop((left, top, left + width, top + height))
     return part.resize((width * factor, height * factor), Image.Resampling.NEAREST)
@@ -30,8 +30,8 @@ def preview(rgb, exposure=0.0):
 
 
 def before_and_after(columns, part, *after):
-    """A column for each picture of {label of two lines: linear radiance}, pixel by pixel: its part (left, top, width, height), and below the
-    same of each after(picture)."""
+    """A sheet with one column for each image in {two-line label: linear radiance}. It shows the part (left, top, width, height) of the
+    image and, below it, the same part of each after(image)."""
     left, top, width, height = part
     figure = Image.new("RGB", (len(columns) * (width + GAP) - GAP, BAR + (1 + len(after)) * (height + GAP) - GAP), BACKGROUND)
     draw, font = ImageDraw.Draw(figure), ImageFont.load_default(14)
@@ -44,7 +44,7 @@ def before_and_after(columns, part, *after):
 
 
 def sheet(cells, row_names, column_names, title=""):
-    """A grid of cells. cells[row][column] is a list of images of one size, shown from left to right."""
+    """A grid of cells. cells[row][column] is a list of same-sized images, shown from left to right."""
     count, (width, height) = len(cells[0][0]), cells[0][0][0].size
     cell_width = count * width + (count - 1) * GAP
     font = ImageFont.load_default(max(13, height // 13))

@@ -39,7 +39,7 @@ def write_exr(path, rgb, attributes):
 
 
 def read_numbers(path):
-    """A CSV file as dicts, with numeric texts as numbers."""
+    """The rows of a CSV file as dicts; numeric strings become numbers."""
     def number(text):
         for kind in (int, float):
             with contextlib.suppress(ValueError):
@@ -60,7 +60,7 @@ def write_rows(path, fields, rows):
 
 
 def kept(path, again, make):
-    """The rows of make(), saved to a CSV file and read by read_numbers(). With `again`, the rows of an existing file."""
+    """Saves the rows of make() to a CSV file and returns them as read by read_numbers(). With `again`, reads an existing file instead."""
     if not again or not path.is_file():
         rows = list(make())
         write_rows(path, list(rows[0]), rows)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samplers of other libraries that a build can include, with `scripts/bench PART --openqmc DIR`, for comparison in the same tables."""
+"""Other libraries' samplers, which `scripts/bench PART --openqmc DIR` adds to a build and its tables for comparison."""
 
 import subprocess
 import sys
@@ -23,7 +23,7 @@ def listed(program):
 
 
 def commit(openqmc):
-    """Commit and date of a checkout, for a report; "unknown" if git does not know it, empty without one."""
+    """A checkout's commit and date, for a report; "unknown" if it is not a git checkout, empty if there is none."""
     if not openqmc:
         return ""
     try:
@@ -34,7 +34,7 @@ def commit(openqmc):
 
 
 def chosen(openqmc, program):
-    """The peers to compare with: all with --openqmc, else none. Exits with a one-line message if the build lacks them."""
+    """The peers to compare with: all of them with --openqmc, otherwise none. Exits with a one-line message if the build lacks them."""
     if not openqmc:
         return ()
     if listed(program) != PEERS:

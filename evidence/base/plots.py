@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plots for evidence/results: Matplotlib without a display, axes with plain numbers, and small PNG files. Each sampler has a colour and a
-marker, so that plots are readable without colour."""
+"""Plots for evidence/results: headless Matplotlib, plain numbers on the axes, and small PNG files. Each sampler has its own colour and
+marker, so plots are readable without colour."""
 
 import io
 
@@ -30,7 +30,7 @@ MORE = (("#9467bd", "p"), ("#bcbd22", "<"), ("#d62728", ">"), ("#2ca02c", "d"), 
 
 
 def style(name, names):
-    """Keyword arguments for a Matplotlib line of one of `names`."""
+    """Keyword arguments for the Matplotlib line of one of `names`."""
     others = [other for other in names if other not in STYLES]
     colour, marker = STYLES.get(name) or MORE[others.index(name) % len(MORE)]
     return {"color": colour, "marker": marker, "markersize": 4, "label": name,
@@ -38,7 +38,7 @@ def style(name, names):
 
 
 def plain_numbers(*axes, minor="3"):
-    """Labels at decades and their middles only; the other lines of a logarithmic axis have no room."""
+    """Labels only decades and their middles; a logarithmic axis has no room for more labels."""
     for axis in axes:
         axis.set_major_formatter(lambda value, _: f"{value:g}")
         axis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] == minor else "")
@@ -54,7 +54,7 @@ def finish(axis, title, label):
 
 
 def save(figure, path, colours=96, laid_out=False):
-    """Writes a PNG with a palette, which is a third of the size of full colour, and closes the figure."""
+    """Writes a palette PNG, a third of the size of a full-colour one, and closes the figure."""
     if not laid_out:
         figure.tight_layout()
     data = io.BytesIO()

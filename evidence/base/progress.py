@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Progress of a long run: one line on a terminal, nothing in a pipe."""
+"""Shows the progress of a long run: one line on a terminal, nothing in a pipe."""
 
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
@@ -18,7 +18,7 @@ class Progress(tqdm):
 
 
 def in_parallel(jobs, make, items):
-    """Yields (item, make(item)) as they finish, running `jobs` at a time. After an error or an interrupt, starts no further item."""
+    """Yields (item, make(item)) pairs as they finish, running `jobs` at a time. After an error or an interrupt, starts no further item."""
     pool = ThreadPoolExecutor(jobs)
     try:
         running = {pool.submit(make, item): item for item in items}

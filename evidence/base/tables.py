@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables that a command keeps up to date inside a guide, between two markers."""
+"""Tables that a command keeps up to date between two markers in a guide."""
 
 from .command import CommandError
 from .files import write_text
@@ -8,7 +8,7 @@ END = "<!-- end of the table -->\n"
 
 
 def md_table(header, rows, texts=0):
-    """A Markdown table from rows of strings. The first column and the last `texts` columns are flush left."""
+    """A Markdown table from rows of strings. The first column and the last `texts` columns are left-aligned."""
     numbers = len(header) - 1 - texts
     lines = ["| " + " | ".join(header) + " |", "| --- |" + " ---: |" * numbers + " --- |" * texts]
     return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)])
@@ -28,7 +28,7 @@ def update_table(path, command, text):
 
 
 def write_or_print(options, command, text):
-    """Updates the table of the guide unless --print was given, and prints it."""
+    """Prints the table, and also updates the guide unless --print was given."""
     if not options.print:
         update_table(options.guide, command, text)
     print(text)

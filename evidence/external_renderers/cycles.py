@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares `blue` with Cycles' own sampling patterns: `scripts/bench cycles --cycles DIR --program FILE` writes evidence/results/cycles.md
 
-FILE is Cycles' stand-alone program with the patch of examples/cycles, and DIR its sources, which contain the objects of the scenes. Renders
-the scenes with every pattern at 1 to 64 samples per pixel and several seeds, and measures them against references. Everything is cached in ~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
+FILE is Cycles' stand-alone program with the patch from examples/cycles, and DIR is its source folder, which contains the scenes' objects.
+Renders the scenes with every pattern at 1 to 64 samples per pixel and several seeds, and measures the images against references. Everything
+is cached in ~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
 """
 
 import argparse
@@ -25,8 +26,8 @@ from ..renders.renderer import REFERENCE_SEED, RenderError
 from . import other_renderer
 from .other_renderer import EXPOSED, HEADLINE, Task, name_of
 
-# ---- Scenes, in the XML of Cycles' stand-alone program. Images are the middle of one that is ZOOM times as wide, because whole small
-# images would show mostly edges.
+# ---- Scenes, in the XML of Cycles' stand-alone program. Images show the middle of frames ZOOM times as wide, because whole scenes at
+# this size would show mostly edges.
 
 SIZE = (192, 144)
 ZOOM = 3
@@ -85,7 +86,7 @@ LENS = "\n".join((
 @dataclasses.dataclass(frozen=True)
 class Scene:
     what: str
-    body: str = ""  # of our own; else examples/scene_NAME.xml
+    body: str = ""  # our own scene; if empty, examples/scene_NAME.xml is used
 
 
 SCENES = {
@@ -114,13 +115,13 @@ LIGHT = re.compile(r'<light\b([^>]*?)\btfm="([^"]*)"([^>]*)/>')
 
 
 def placed(light):
-    """Moves a light into a transform: since v4.5, Cycles ignores the attribute `tfm`. That has three rows; a transform is written by columns."""
+    """Moves a light into a transform: since v4.5, Cycles ignores the attribute `tfm`. It lists three rows, whereas a transform lists columns."""
     rows = [*map(float, light[2].split()), 0, 0, 0, 1]
     return f'<transform matrix="{" ".join(f"{rows[i]:g}" for j in range(4) for i in range(j, 16, 4))}"><light{light[1]}{light[3]}/></transform>'
 
 
 def text(scene, checkout, integrator):
-    """The XML of a scene with a zoomed camera and the given integrator attributes. It includes files from a folder `examples` next to it."""
+    """The XML of a scene with a zoomed camera and the given integrator attributes. It includes files from an adjacent folder `examples`."""
     body = SCENES[scene].body
     if not body:
         try:
@@ -139,7 +140,7 @@ def text(scene, checkout, integrator):
 
 # ---- The comparison
 
-# Values of Cycles' `sampling_pattern`: its default, the sequence that this tabulates, two types of blue noise, and the pattern of examples/cycles.
+# Values of Cycles' `sampling_pattern`: its default, the sequence that the default tabulates, two blue-noise types, and the pattern from examples/cycles.
 NAMES = {"tabulated_sobol": "Tabulated Sobol", "sobol_burley": "Sobol-Burley", "blue_noise_first": "blue noise (first)", "blue_noise_pure": "blue noise (pure)"}
 SAMPLERS = (*NAMES, "blue")
 SEEDS = 2
@@ -148,8 +149,8 @@ PICTURE = {"tabulated_sobol": "Tabulated Sobol", "blue": "blue"}
 PICTURE_SCENE, PICTURE_SPP, PICTURE_PART = "monkey", 4, (24, 0, 144, 144)
 REFERENCE_SPP = 1024
 REFERENCE_SAMPLER = "sobol_burley"  # which hashes pixel, dimension and seed
-ADAPTIVE, ADAPTIVE_SPP = 0.05, 128  # threshold, samples at most
-# Patterns that must know the number of samples; tuned for this many, and stopped earlier.
+ADAPTIVE, ADAPTIVE_SPP = 0.05, 128  # threshold, maximum sample count
+# Patterns that must know the sample count; they are tuned for PREVIEW_SPP and stopped earlier.
 PREVIEW, PREVIEW_SPP = ("blue_noise_first", "blue_noise_pure"), 64
 TOLD = {f"{than} {PREVIEW_SPP}": f"{NAMES[than]}, tuned for {PREVIEW_SPP}" for than in PREVIEW}
 
@@ -163,12 +164,12 @@ def integrator(sampler, spp, seed, threshold=None):
 
 
 def render(program, checkout, scene, settings, out, spp, counts=False):
-    """Renders `spp` samples into `out`, or with `counts` the number of samples in each pixel; returns the CPU seconds."""
+    """Renders `spp` samples into `out`, or with `counts` each pixel's sample count; returns the CPU seconds."""
     with tempfile.TemporaryDirectory(prefix="libbn-cycles-") as folder:
         path = Path(folder) / "scene.xml"
         path.write_text(text(scene, checkout, settings), encoding="utf-8")
         (Path(folder) / "examples").symlink_to(Path(checkout).resolve() / "examples")
-        # Cycles finds included files from the folder of a relative path alone.
+        # Cycles finds included files only if the scene is given by a relative path.
         command = ["/usr/bin/env", f"--chdir={folder}", str(Path(program).resolve()), "--quiet", "--threads", "1", "--samples",
                    str(spp), "--width", str(SIZE[0]), "--height", str(SIZE[1]), "--output", str(out), path.name]
         environment = {**os.environ, "BN_TOLD": str(settings["aa_samples"]), **({"BN_COUNTS": "1"} if counts else {})}
@@ -198,7 +199,7 @@ class CyclesRun(other_renderer.OtherRun):
     def more(self, task, spp):
         if not task.threshold:
             return {}
-        # Cycles gives the share of the greatest count.
+        # Cycles writes counts as fractions of the maximum count.
         return {"samples": float(np.mean(self.rendered(task, spp, task.seed, counts=True)[1][..., 0])) * spp}
 
     def reference_key(self, view, spp):
@@ -206,7 +207,7 @@ class CyclesRun(other_renderer.OtherRun):
                 "build": self.build}
 
     def picture(self, path, reference):
-        """Writes PICTURE_SCENE as the patterns of PICTURE render it."""
+        """Writes PICTURE_SCENE as rendered by the patterns in PICTURE."""
         pictures = {name: self.rendered(Task(View(PICTURE_SCENE), sampler, 1, ()), PICTURE_SPP, 1)[1] for sampler, name in PICTURE.items()}
         other_renderer.write_picture(path, pictures, reference.picture, PICTURE_PART)
 
@@ -232,7 +233,7 @@ the difference of the two images estimates the reference's own error. A scene co
 this error. Cells are empty where the reference is too noisy."""
 
     def adaptive_ratio(self, name, than):
-        """Mean and interval, as text, of a figure of adaptive images, relative to `blue`."""
+        """The mean and interval of a figure of adaptive images relative to `blue`, as text."""
         scenes = []
         for view in self.compared.views:
             own, other = (self.cells.get(view, f"{label} {ADAPTIVE}", ADAPTIVE_SPP, name) for label in ("blue", than))
@@ -249,9 +250,9 @@ this error. Cells are empty where the reference is too noisy."""
                    for label in self.samplers}
         if any(samples.values()):
             found["Adaptive sampling"] = [
-                f"A threshold of {ADAPTIVE}, Cycles' default minimum and at most {ADAPTIVE_SPP} samples, which the patterns are tuned for. Cycles splits "
-                "a pixel's samples into two halves by bits of the index and stops where they agree. The halves of a better pattern agree sooner, "
-                "though its error may not be less.", "",
+                f"The threshold is {ADAPTIVE}. Each pixel takes at least Cycles' default minimum and at most {ADAPTIVE_SPP} samples; the patterns are tuned for {ADAPTIVE_SPP}. Cycles splits "
+                "a pixel's samples into two halves by bits of the sample index and stops when these agree. The halves of a better pattern agree sooner, "
+                "even if its error is not smaller.", "",
                 md_table(["pattern", "mean samples", "samples over `blue`'s", *(f"error over `blue`'s, {name_of(measure)}" for measure in HEADLINE)], [
                     [self.name(label), f"{np.mean(samples[label]):.1f}", *(self.adaptive_ratio(name, label) if label != "blue" else ""
                                                                          for name in ("samples", *HEADLINE))] for label in self.samplers])]
@@ -266,7 +267,7 @@ this error. Cells are empty where the reference is too noisy."""
             return f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else ""
 
         samples, error = (self.adaptive_ratio(name, "tabulated_sobol") for name in ("samples", HEADLINE[0]))
-        last = (f"With adaptive sampling and a threshold of {ADAPTIVE}, Tabulated Sobol takes {samples} times the samples of `blue` and ends "
+        last = (f"With adaptive sampling and a threshold of {ADAPTIVE}, Tabulated Sobol takes {samples} times as many samples as `blue` and ends up "
                 f"with {error} times its error. " if samples and error else "")
         rows = [[name, *(cell(than, spp) for spp in counts)] for than, name in {**NAMES, **TOLD}.items()]
         return (f"Errors relative to `blue` after a blur of 2.1 pixels, as displayed (raw errors in brackets):\n\n{md_table(['pattern, at spp', *map(str, counts)], rows)}\n\n"
@@ -277,13 +278,13 @@ this error. Cells are empty where the reference is too noisy."""
 
 def parse_options(arguments):
     parser = Parser("cycles", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter, epilog="""
-examples/cycles/README.md says how to add the pattern. Previews and adaptive sampling need two more changes, for measuring alone: in
-src/app/cycles_standalone.cpp the pass has the type getenv("BN_COUNTS") ? PASS_SAMPLE_COUNT : PASS_COMBINED, and in src/session/session.cpp
+examples/cycles/README.md explains how to add the pattern. Previews and adaptive sampling need two more changes, only for measuring: in
+src/app/cycles_standalone.cpp, the pass gets the type getenv("BN_COUNTS") ? PASS_SAMPLE_COUNT : PASS_COMBINED, and in src/session/session.cpp,
 set_aa_samples() gets getenv("BN_TOLD") ? atoi(getenv("BN_TOLD")) : params.samples. The whole comparison takes an hour and a half on one core.""")
-    parser.add_argument("--cycles", metavar="DIR", required=True, help="the sources of Cycles")
+    parser.add_argument("--cycles", metavar="DIR", required=True, help="folder with the sources of Cycles")
     other_renderer.add_options(parser, "cycles", SCENES, SEEDS)
     parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of references")
-    parser.add_argument("--adaptive", action="store_true", help="also measure adaptive sampling, in half an hour more")
+    parser.add_argument("--adaptive", action="store_true", help="also measure adaptive sampling, which takes another half hour")
     parser.hidden("--pictures", "docs")
     options = parser.parse_args(arguments)
     other_renderer.finish_options(parser, options, "cycles", arguments, ("reference_spp",))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Converts LuxCoreRender's scenes to pbrt: meshes, cameras, lamps, colours and images from its checkout.
 
-The converter reads only the features that these scenes use. An image of our own replaces skies and suns, and plain colours replace
-procedural textures and layers. Objects whose files the checkout lacks are left out.
+The converter reads only the features these scenes use. An image of our own replaces skies and suns, and plain colours replace
+procedural textures and layers. Objects whose files are missing from the checkout are left out.
 """
 
 import dataclasses
@@ -14,7 +14,7 @@ from ..base.files import read_exr, write_exr
 from .pbrt_scenes import SKY_LIGHT, SKY_SIZE, Scene, inside, numbers, sphere_of_square
 
 COMMIT = "d624e0445924c766c32fd9a08df56d3264cbd33f"
-# One of each folder, chosen before any was rendered.
+# One scene from each folder, chosen before any was rendered.
 SCENES = {"kitchen": "kitchen/kitchen", "classroom": "classroom/classroom", "monkey": "bigmonkey/bigmonkey", "luxball": "luxball/luxball-hdr",
           "materials": "simple-mat/simple-mat", "boxes": "simple/simple", "cat": "cat/cat", "lux-cornell": "cornell/cornell",
           "juice": "juice/scene", "pool": "pool/scene", "caustic": "causticcube/scene", "window": "window/scene",
@@ -23,7 +23,7 @@ FIXED = "-fixed"
 
 
 def read(path):
-    """A file of properties as nested dicts; values are lists of words."""
+    """A properties file as nested dicts; values are lists of words."""
     tree = {}
     for line in path.read_text(encoding="utf-8").splitlines():
         name, equals, value = line.partition("=")
@@ -54,11 +54,11 @@ class Converter:
         self.lines = []
 
     def file(self, name):
-        """The path of a file of the scene, or None if the checkout lacks it."""
+        """The path of one of the scene's files, or None if the checkout lacks it."""
         return next((path for path in (self.checkout / name, self.place / name) if path.is_file()), None)
 
     def colour(self, node, name, default):
-        """A parameter for a colour: numbers, or the image of a texture."""
+        """A colour parameter: numbers, or the image of a texture."""
         words = node.get(name, {}).get("", default)
         texture = self.tree.get("textures", {}).get(words[0], {}) if isinstance(words[0], str) else {}
         if texture and word(texture, "type") == "imagemap" and (path := self.file(word(texture, "file"))):
@@ -152,8 +152,8 @@ class Converter:
 
 
 def scenes(checkout, folder):
-    """{name: Scene} of SCENES, and of each with FIXED after its name, where all samples have the same wavelengths. Images that they need
-    are written to a folder."""
+    """{name: Scene} for SCENES, each also with FIXED after its name, where all samples use the same wavelengths. Writes the images they need
+    to a folder."""
     found = {name: Converter(Path(checkout).resolve(), path, Path(folder)).scene(name) for name, path in SCENES.items()}
     option = 'Option "disablewavelengthjitter" true\n'
     return {**found, **{name + FIXED: dataclasses.replace(scene, name=name + FIXED, before=option) for name, scene in found.items()}}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the sampler `bluenoise` with Mitsuba's own: `scripts/bench mitsuba` writes the table in docs/mitsuba.md and its image
+"""Compares the sampler `bluenoise` with Mitsuba's own samplers: `scripts/bench mitsuba` writes the table in docs/mitsuba.md and its image
 
 Renders small scenes in Mitsuba 3 (optional package `mitsuba`, with LLVM) and compares errors after a blur. References use
 independent samples from other seeds.
@@ -34,7 +34,7 @@ print(mitsuba.render(mitsuba.load_dict(mitsuba.cornell_box()), spp=1))
 
 def load_mitsuba():
     mitsuba = package("mitsuba", INSTALL)
-    # An LLVM that is too old kills the process that renders with it.
+    # Rendering with an LLVM that is too old kills the process.
     if subprocess.run([sys.executable, "-c", TRIAL], capture_output=True, check=False).returncode:
         raise CommandError("Mitsuba cannot render with llvm_ad_rgb; run apt-get install libllvm19 or set DRJIT_LIBLLVM_PATH")
     mitsuba.set_variant("llvm_ad_rgb")
@@ -45,7 +45,7 @@ def load_mitsuba():
     return mitsuba
 
 
-# ---- Scenes: dictionaries, nothing to download
+# ---- Scenes: dictionaries, so nothing has to be downloaded
 
 def with_film(scene, size):
     scene["sensor"]["film"] = {"type": "hdrfilm", "width": size, "height": size, "pixel_format": "rgb",
@@ -58,7 +58,7 @@ def grey(value):
 
 
 def balls(mitsuba, size, lights):
-    """Balls of plastic and metal on a floor under a sky, with a row of lamps above, seen from the side."""
+    """Plastic and metal balls on a floor under a sky, with a row of lamps above, seen from the side."""
     transform = mitsuba.ScalarTransform4f
     scene = {
         "type": "scene", "integrator": {"type": "path", "max_depth": 5},
@@ -109,7 +109,7 @@ def reference_of(mitsuba, scene, spp):
 
 
 def measure(mitsuba, size, seeds, reference_spp, progress):
-    """{(scene, spp): {sampler: (error as displayed, raw)}}, both after the blur, root mean squares over seeds."""
+    """{(scene, spp): {sampler: (error as displayed, raw error)}}: root mean squares over seeds, both after the blur."""
     result, done = {}, 0
     for name, make in SCENES.items():
         scene = make(mitsuba, size)
@@ -146,11 +146,11 @@ def table(result):
 
 def run(arguments):
     parser = Parser("mitsuba", __doc__)
-    parser.number("--size", 320, "side of the images")
-    parser.number("--seeds", 8, "images of each sampler")
-    parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of references")
+    parser.number("--size", 320, "side length of the images")
+    parser.number("--seeds", 8, "number of images per sampler")
+    parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of the references")
     parser.add_argument("--picture", metavar="FILE", nargs="?", const=PICTURE,
-                        help=f"only make the image of {PICTURE_SPP} samples per pixel (default {PICTURE})")
+                        help=f"only make the image at {PICTURE_SPP} samples per pixel (default {PICTURE})")
     parser.table("docs/mitsuba.md")
     options = parser.parse_args(arguments)
     if options.picture:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The common part of comparisons in other renderers: runs of their programs, references, options, and the report."""
+"""The common part of the comparisons in other renderers: running their programs, references, options, and the report."""
 
 import dataclasses
 import functools
@@ -20,18 +20,18 @@ from ..measure import compare
 from ..measure.compare import MARKED, Comparison
 from ..measure.image_error import LUMINANCE, SIGMAS, blurred, displayed, displayed_rmse, rmse
 from ..renders.judge import Reference, Run
-from ..renders.renderer import REFERENCE_SEED, processor_seconds  # noqa: F401, of all comparisons
+from ..renders.renderer import REFERENCE_SEED, processor_seconds  # noqa: F401, used by all comparisons
 
 COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
 KINDS = {"displayed": "as displayed", "exposed": "exposed and displayed", "rmse": "raw"}
 MEASURES = tuple(f"{kind}_{sigma}" for kind in KINDS for sigma in reversed(SIGMAS))
-EXPOSED = 0.25  # the mean luminance of the reference of an exposed picture
+EXPOSED = 0.25  # the mean luminance of an exposed image's reference
 HEADLINE = ("displayed_2.1", "rmse_2.1")
 SPREAD_COUNTS = (1, 4, 16, 64)
 
 
 def errors(picture, reference):
-    """{measure: error} for all of MEASURES: as displayed, exposed before, and raw, after each blur."""
+    """{measure: error} for all of MEASURES: as displayed, exposed and displayed, and raw, each after each blur."""
     stops = np.log2(EXPOSED / max(float(np.mean(reference @ LUMINANCE)), 1e-9))
     pictures = {"rmse": (picture, reference), "displayed": (displayed(picture), displayed(reference)),
                 "exposed": (displayed(picture, stops), displayed(reference, stops))}
@@ -39,7 +39,7 @@ def errors(picture, reference):
 
 
 def shown_and_raw(pictures, reference, sigma=2.1):
-    """(error as displayed, raw error) after the blur, root mean squares over images."""
+    """(error as displayed, raw error) after the blur: root mean squares over images."""
     found = [(displayed_rmse(picture, reference, sigma=sigma), rmse(picture, reference, sigma)) for picture in pictures]
     return np.sqrt(np.mean(np.square(found), 0))
 
@@ -51,8 +51,8 @@ def name_of(measure):
 
 @dataclasses.dataclass(frozen=True)
 class Task:
-    """All images of one view, sampler and seed, or with a threshold one adaptive image. The sampler is tuned for the count of each
-    image, or for `told`."""
+    """All images of one view, sampler and seed or, with a threshold, one adaptive image. The sampler is tuned for each image's sample
+    count, or for `told`."""
 
     view: object
     sampler: str
@@ -72,18 +72,18 @@ class Task:
 
 
 class OtherRun(Run):
-    """Renders tasks in another renderer, or finds their results in the cache of a folder. References come from a sampler that hashes pixel,
-    dimension and seed: with seeds of their own, their errors are independent of all others'.
+    """Renders tasks in another renderer, or finds their results in a cache folder. References come from a sampler that hashes pixel, dimension
+    and seed and have their own seeds, so their errors are independent of all others.
 
-    A subclass has key(), render(task, spp, seed, out), which returns CPU seconds, reference_key(view, spp), and `reference`, the
-    sampler of references, whose seeds are REFERENCE_SEED and the next.
+    A subclass implements key(), reference_key(view, spp), and render(task, spp, seed, out), which returns CPU seconds. `reference` names
+    the sampler of references, whose seeds are REFERENCE_SEED and REFERENCE_SEED + 1.
     """
 
     def __init__(self, program, folder, jobs):
         super().__init__(program, f"{folder}/results", jobs)
 
     def more(self, task, spp):
-        """Further figures of a task, for its row."""
+        """Further figures for the row of a task."""
         return {}
 
     def rendered(self, task, spp, seed, **more):
@@ -111,7 +111,7 @@ class OtherRun(Run):
         return Reference((first + second) / 2, {name: error / 2 for name, error in errors(first, second).items()}, spp, row["seconds"])
 
     def references(self, counts):
-        """{view: Reference} with so many samples, {view: count}, `jobs` at a time."""
+        """{view: Reference}, rendered `jobs` at a time with the given sample counts {view: count}."""
         found = {}
         with Progress(sum(counts.values()), "spp") as progress:
             for view, reference in in_parallel(self.jobs, lambda view: self.reference_of(view, counts[view]), counts):
@@ -121,8 +121,8 @@ class OtherRun(Run):
 
 
 def write_picture(path, pictures, reference, part, sigma=2.1):
-    """Writes a part (left, top, width, height) of the pictures {name: array} and of the reference side by side, and below after the blur. The
-    number above each is the error of the whole image, as displayed after the blur, relative to the last."""
+    """Writes a part (left, top, width, height) of the images {name: array} and of the reference side by side, and the same after the blur
+    below. The number above each is the error of the whole image, as displayed after the blur, relative to the last image."""
     errors = [displayed_rmse(picture, reference, sigma=sigma) for picture in pictures.values()]
     columns = {f"{name}\n{error / errors[-1]:.2f}": picture for (name, picture), error in zip(pictures.items(), errors)}
     figure = before_and_after({**columns, "reference\n0": reference}, part, lambda picture: blurred(displayed(picture), sigma))
@@ -133,19 +133,19 @@ def write_picture(path, pictures, reference, part, sigma=2.1):
 
 def add_options(parser, name, scenes, seeds):
     parser.add_argument("--scenes", type=names_of("scene", scenes), default=tuple(scenes), metavar="NAME,...",
-                        help=f"only these: {', '.join(scenes)}")
+                        help=f"scenes to render: {', '.join(scenes)}")
     parser.number("--spp", max(COUNTS), "largest sample count")
-    parser.number("--seeds", seeds, "images of each sampler")
-    parser.add_argument("--quick", action="store_true", help="a trial once it is built: 2 seeds, to 16 samples, poorer references")
-    parser.number("--jobs", os.cpu_count() or 1, "processes at a time, one thread each", ": one per core")
+    parser.number("--seeds", seeds, "number of images per sampler")
+    parser.add_argument("--quick", action="store_true", help="a trial of the setup: 2 seeds, up to 16 samples, noisier references")
+    parser.number("--jobs", os.cpu_count() or 1, "number of parallel processes with one thread each", ": one per core")
     parser.add_argument("--out", type=Path, help="folder for the report (default: evidence/results for the whole comparison, which also updates "
                         f"the table in examples/{name}/README.md, else out/{name})")
     parser.hidden("--guide", f"examples/{name}/README.md")
-    parser.add_argument("--program", metavar="FILE", required=True, help="the renderer, built with the patch of examples/")
+    parser.add_argument("--program", metavar="FILE", required=True, help="the renderer, built with the patch from examples/")
 
 
 def finish_options(parser, options, name, arguments, whole=()):
-    """whole: further options that must have their defaults for a whole comparison. Only this is written to evidence/results."""
+    """whole: further options that must have their defaults in a whole comparison. Only whole comparisons go to evidence/results."""
     is_whole = not options.quick and all(getattr(options, one) == parser.get_default(one) for one in ("scenes", "spp", "seeds", *whole))
     if options.quick:
         options.seeds, options.spp = min(options.seeds, 2), min(options.spp, 16)
@@ -157,11 +157,11 @@ def finish_options(parser, options, name, arguments, whole=()):
 # ---- The report
 
 class OtherReport:
-    """A page about another renderer. A subclass has TITLE, INTRO, METHOD, SCENES ({name: with what it shows}), SPREAD (what its tables of
-    scenes compare with) and answer(), and may have further sections().
+    """A page about another renderer. A subclass defines TITLE, INTRO, METHOD, SCENES ({name: scene with a description `what`}), SPREAD (the
+    samplers that the scene-by-scene tables compare with `blue`) and answer(). It may add further sections().
 
-    options: of finish_options(); references: {view: Reference}; samplers: that were compared, blue the last, after the one that times
-    are relative to, the first. thans: {what blue is compared with: its name}; sets: {title: scenes} over which figures are."""
+    options: from finish_options(); references: {view: Reference}; samplers: the samplers compared: CPU times are relative to the first, and
+    the last is blue; thans: {sampler that blue is compared with: its name}; sets: {title: scenes that the figures cover}."""
 
     def __init__(self, options, cells, references, samplers, thans, sets):
         self.options, self.cells, self.references, self.counts = options, cells, references, options.counts
@@ -176,12 +176,12 @@ class OtherReport:
         return self.thans.get(label, f"`{label}`")
 
     def ratios(self, own, measure, counts=None, thans=None):
-        """One row per sampler: its error over blue's."""
+        """One row per sampler: its error relative to blue."""
         return compare.table("error over `blue`'s, at spp", counts or self.counts, {
             name: functools.partial(own.over, than, measure=measure) for than, name in (thans or self.thans).items()})
 
     def summary(self, thans=None):
-        """The tables of the guide, one for each set: as displayed, and in brackets raw."""
+        """The guide's tables, one for each set: errors as displayed, with raw errors in brackets."""
         parts = []
         for title, own in self.sets.items():
             rows = []
@@ -195,7 +195,7 @@ class OtherReport:
         return "\n\n".join(parts)
 
     def scenes_table(self, own, measure, than):
-        """One row per scene: the ratio at SPREAD_COUNTS, and its smallest and greatest over crops."""
+        """One row per scene: the ratio at SPREAD_COUNTS, and its range over crops."""
         counts, rows = [n for n in SPREAD_COUNTS if n in self.counts], []
         for scene, views in own.by_scene().items():
             row = [f"{scene}: {self.SCENES[scene].what}"]
@@ -208,13 +208,13 @@ class OtherReport:
         return md_table([f"{self.name(than)} over `blue`", *map(str, counts)], rows)
 
     def rate(self, view, label):
-        """CPU seconds per sample of all pixels, without the start of the program."""
+        """CPU seconds per sample of all pixels, excluding program start-up."""
         first, last = self.counts[0], self.counts[-1]
         seconds = [statistics.median(self.cells.get(view, label, spp, "seconds")) for spp in (first, last)]
         return max((seconds[1] - seconds[0]) / max(last - first, 1), 1e-9)
 
     def time(self, label):
-        """CPU time per sample over that of the first sampler, the geometric mean over views."""
+        """CPU time per sample relative to the first sampler: the geometric mean over views."""
         return statistics.geometric_mean(self.rate(view, label) / self.rate(view, self.samplers[0]) for view in self.references)
 
     def times_table(self):
@@ -224,7 +224,7 @@ class OtherReport:
         return md_table(["sampler", f"CPU time over {self.name(self.samplers[0])}'s, mean over images", "median, µs per sample"], rows)
 
     def sections(self):
-        """{heading: lines} of further sections."""
+        """Further sections as {heading: lines}."""
         return {}
 
     def text(self):
@@ -246,7 +246,7 @@ class OtherReport:
             "## How it was measured", "", f"`{self.options.command}`, {self.options.seeds} seeds. {self.METHOD}"]) + "\n"
 
     def write(self, name, guide):
-        """Writes NAME.md and NAME.csv, and prints the report. In evidence/results the guide's table changes, too; returns whether."""
+        """Writes NAME.md and NAME.csv, and prints the report. In evidence/results, also updates the guide's table. Returns whether it did."""
         compare.write(self.options.out / f"{name}.csv", [
             {**row, "scene": title} for title, own in self.sets.items() for row in own.rows(self.counts, MEASURES)])
         text = self.text()

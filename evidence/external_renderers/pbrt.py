@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares `blue` with pbrt-v4's own samplers: `scripts/bench pbrt --program FILE --luxcore DIR` writes evidence/results/pbrt.*
 
-FILE is pbrt with the patch of examples/pbrt, and DIR a checkout of LuxCoreRender at the commit that lux_scenes.py names. Renders crops of its
-scenes with every sampler at 1 to 16 samples per pixel, and measures them against references. Images and references are cached in
+FILE is pbrt with the patch from examples/pbrt, and DIR is a checkout of LuxCoreRender at the commit that lux_scenes.py names. Renders crops
+of its scenes with every sampler at 1 to 16 samples per pixel, and measures them against references. Images and references are cached in
 ~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
 """
 
@@ -18,19 +18,19 @@ from . import lux_scenes, other_renderer
 from .other_renderer import EXPOSED, HEADLINE, Task, name_of
 from .pbrt_scenes import CROP, CROPS, HEIGHT, OWN, WIDTH, View, crops, write_files
 
-# pbrt's samplers, then libbn's. Lines of a scene file; sample counts and seeds are options of pbrt.
+# The scene-file lines of pbrt's samplers, then libbn's. Sample counts and seeds are command-line options of pbrt.
 SAMPLERS = {name: f'Sampler "{name}"' for name in ("independent", "sobol", "zsobol", "pmj02bn", "blue")}
 LINES = {**SAMPLERS, "reference": 'Sampler "paddedsobol"'}  # which hashes pixel, dimension and seed
 COUNTS, SEEDS = (1, 2, 3, 4, 6, 16), 2
 MINUTES = 15  # of CPU time
-PBRT_COMMIT = "5f7a606806a4ac7b939131ded9d7a30ebd02416e"  # which the patch is for
+PBRT_COMMIT = "5f7a606806a4ac7b939131ded9d7a30ebd02416e"  # the commit that the patch applies to
 # zsobol rounds sample counts down to powers of two.
 ROUNDED = {("zsobol", 3): 2, ("zsobol", 6): 4}
-# What --picture shows: a part of a scene's middle, its samplers, and where in it the part begins.
+# What --picture shows: the scene, the samplers, and the origin of a part of the image's middle.
 PICTURE, PICTURE_SPP = "docs/pbrt.jpg", 6
 PICTURE_VIEW, PICTURE_PART = View("penumbra", "picture", 512, 302, (216, 206)), (8, 8, 200, 190)
 PICTURE_SAMPLERS = ("independent", "zsobol", "blue")
-SCENES = {**OWN}  # and those of lux_scenes.scenes()
+SCENES = {**OWN}  # the scenes of lux_scenes.scenes() are added
 SETS = {"Fixed wavelengths": tuple(name + lux_scenes.FIXED for name in lux_scenes.SCENES),
         "Four random wavelengths": tuple(lux_scenes.SCENES)}
 
@@ -118,15 +118,15 @@ only if the error of `blue` is at least three times this error."""
 
 def parse_options(arguments):
     parser = Parser("pbrt", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter, epilog=f"""
-examples/pbrt/README.md says how to add the sampler to pbrt-v4. Get the checkout of LuxCoreRender with:
+examples/pbrt/README.md explains how to add the sampler to pbrt-v4. To get the checkout of LuxCoreRender, run:
   git clone https://github.com/LuxCoreRender/LuxCore DIR && git -C DIR checkout {lux_scenes.COMMIT}
-The comparison takes {MINUTES} minutes of CPU time. References and results are cached in ~/.cache/libbn: a run that was interrupted resumes.""")
+The comparison takes {MINUTES} minutes of CPU time. References and results are cached in ~/.cache/libbn, so an interrupted run resumes.""")
     known = sum(SETS.values(), ())
-    parser.add_argument("--luxcore", metavar="DIR", help="a checkout of LuxCoreRender, for its scenes")
-    parser.number("--crops", CROPS, f"crops of each image, at most {CROPS}")
+    parser.add_argument("--luxcore", metavar="DIR", help="checkout of LuxCoreRender that contains the scenes")
+    parser.number("--crops", CROPS, f"number of crops per image, at most {CROPS}")
     other_renderer.add_options(parser, "pbrt", known, SEEDS)
     parser.add_argument("--picture", metavar="FILE", nargs="?", const=PICTURE,
-                        help=f"only make the image of {PICTURE_SPP} samples per pixel (default {PICTURE})")
+                        help=f"only make the image at {PICTURE_SPP} samples per pixel (default {PICTURE})")
     parser.set_defaults(spp=max(COUNTS))
     options = parser.parse_args(arguments)
     if not options.luxcore and not options.picture:

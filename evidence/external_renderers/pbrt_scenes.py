@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes of `scripts/bench pbrt` in the format of pbrt-v4, and the crops of them that are rendered.
+"""Scenes for `scripts/bench pbrt` in pbrt-v4's format, and the crops of them to render.
 
-Images have 1280x960 pixels. The film has pbrt's neutral sensor (cie1931) and a box filter one pixel wide, so that the
-samples of a pixel contribute only to this pixel. z points up.
+Images have 1280x960 pixels. The film uses pbrt's neutral sensor (cie1931) and a box filter one pixel wide, so that a
+pixel's samples contribute only to this pixel. z points up.
 """
 
 import dataclasses
@@ -36,7 +36,7 @@ SKY_LIGHT = f'LightSource "infinite" "string filename" "{SKY}"'
 
 @dataclasses.dataclass(frozen=True)
 class Scene:
-    """eye, target, fov: of the camera. depth: bounces. more: parameters of the camera, before: lines before it."""
+    """eye, target, fov: camera. depth: bounces. more: further camera parameters. before: lines before the camera."""
 
     name: str
     what: str
@@ -50,7 +50,7 @@ class Scene:
     reference_spp: int = 2048
 
     def text(self, sampler):
-        """The scene for pbrt; `sampler` is a sampler's line."""
+        """The scene for pbrt; `sampler` is the line of a sampler."""
         look = " ".join(f"{value:.6g}" for value in (*self.eye, *self.target, 0, 0, 1))
         return (f"{self.before}LookAt {look}\n"
                 f'Camera "perspective" "float fov" {self.fov}{self.more}\n'
@@ -61,7 +61,7 @@ class Scene:
                 f"{sampler}\nWorldBegin\n{self.world}\n")
 
 
-# ---- Scenes of ours: an image for the guide, and tests
+# ---- Our own scenes: for tests, and for an image in the guide
 
 def of_file(name, *camera, **more):
     return Scene(name, "", (Path(__file__).parent / "scenes" / f"{name}.pbrt").read_text(encoding="utf-8"), *camera, **more)
@@ -73,7 +73,7 @@ OWN = {scene.name: scene for scene in (of_file("penumbra", (0, -5, 3.6), (0, -0.
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """A crop of a scene's picture, [x0, x1) x [y0, y1)."""
+    """A crop of a scene's image: [x0, x1) x [y0, y1)."""
 
     scene: str
     name: str
@@ -92,7 +92,7 @@ class View:
 
 
 def crops(scene):
-    """The CROPS views of a scene. A hash of their names places them."""
+    """The CROPS views of a scene, placed by a hash of their names."""
     views = []
     for k in range(CROPS):
         digest = hashlib.sha256(f"{scene.removesuffix('-fixed')} fresh {k}".encode()).digest()
@@ -104,7 +104,7 @@ def crops(scene):
 # ---- Files
 
 def sphere_of_square(size):
-    """The direction of each pixel of a square image light, (size, size, 3): pbrt's equal-area octahedral mapping."""
+    """The direction of each pixel of a square image light, (size, size, 3), by pbrt's equal-area octahedral mapping."""
     v, u = np.meshgrid(*(2 * (np.arange(size) + 0.5) / size - 1,) * 2, indexing="ij")
     a, b = np.abs(u), np.abs(v)
     signed = 1 - (a + b)
@@ -115,7 +115,7 @@ def sphere_of_square(size):
 
 
 def sky_image():
-    """A pale sky over dark ground, a broad sun and two bright panels."""
+    """A pale sky with a broad sun and two bright panels, over dark ground."""
     d = sphere_of_square(SKY_SIZE)
     up = d[..., 2:]
     sky = np.where(up > 0, np.array([0.25, 0.4, 0.75]) + (1 - up) ** 3 * np.array([0.5, 0.35, 0.1]), np.array([0.12, 0.1, 0.08]))
@@ -127,7 +127,7 @@ def sky_image():
 
 
 def write_files(folder, scene, sampler, line):
-    """Writes a scene with a sampler's line, and the image it may use; returns the path of the scene."""
+    """Writes a scene with the line of a sampler, and the image it may use. Returns the scene's path."""
     if SKY in scene.world and not (Path(folder) / SKY).exists():
         write_exr(Path(folder) / SKY, sky_image(), {})
     path = Path(folder) / f"{scene.name}-{sampler}.pbrt"

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares `blue` in the path tracer of examples/web: `scripts/bench web` writes the table in examples/web/package/README.md and its image
+"""Compares `blue` with other samplers in the path tracer of examples/web: `scripts/bench web` writes the table in examples/web/package/README.md and its image
 
-Opens the page in a Chromium without a window (WebGL 2, its software renderer) and reads the sums of samples that the page's shaders
-make with white noise, padded Sobol' points and `blue`.
+Opens the page in headless Chromium (WebGL 2 on its software renderer) and reads the sample sums that the page's shaders compute with
+white noise, padded Sobol' points and `blue`.
 """
 
 import base64
@@ -22,9 +22,9 @@ COMMAND = "scripts/bench web"
 PAGE = Path(__file__).resolve().parents[2] / "examples" / "web" / "index.html"
 SAMPLERS = {"white": "white noise", "sobol": "padded Sobol'", "blue": "blue"}
 COUNTS = (1, 2, 3, 4, 6, 8, 16)
-REFERENCE_RUN = 1_000_000  # no run of a picture's
+REFERENCE_RUN = 1_000_000  # differs from the run of every image
 PICTURE, PICTURE_SPP, PICTURE_PART = "docs/web.jpg", 3, (20, 30, 200, 190)
-# The sums of a sampler so far, four floats a pixel, as text: JSON would take longer than the samples.
+# A sampler's current sums, four floats per pixel, as text, because encoding them as JSON would take longer than rendering.
 READ = """(kind => {{
   const bytes = new Uint8Array(tracer.read(kind).buffer);
   let text = "";
@@ -52,7 +52,7 @@ class Tracer:
         self.browser.value(f"tracer.restart({run})")
 
     def sample(self, count):
-        """Adds samples to every sampler's images until there are `count`. Reading them waits for each, which gl.finish() does not."""
+        """Adds samples to every sampler's image until it has `count`. Reading pixels waits for each sample, which gl.finish() does not do."""
         while self.browser.value("tracer.count") < count:
             self.browser.value("(tracer.sample(), tracer.read('blue').length)")
 
@@ -62,7 +62,7 @@ class Tracer:
 
 
 def reference_of(tracer, spp, progress):
-    """The mean of the two images with the least noise, which share no random numbers with others."""
+    """The mean of the two images with the least noise, which share no random numbers with the other images."""
     tracer.restart(REFERENCE_RUN)
     tracer.sample(spp)
     progress("reference", spp)
@@ -70,7 +70,7 @@ def reference_of(tracer, spp, progress):
 
 
 def measure(tracer, seeds, reference_spp, progress):
-    """{(sampler, count): (error as displayed, raw error)}, root mean squares over seeds, and the picture's pictures and reference."""
+    """{(sampler, count): (error as displayed, raw error)} as root mean squares over seeds, and the images and reference for the figure."""
     reference, found = reference_of(tracer, reference_spp, progress), {}
     for seed in range(seeds):
         tracer.restart(seed)
@@ -91,15 +91,15 @@ def table(errors):
 
 def run(arguments):
     parser = Parser("web", __doc__)
-    parser.number("--width", 360, "of the images, whose height is two thirds")
-    parser.number("--seeds", 4, "images of each sampler")
-    parser.number("--reference-spp", 64, "samples per pixel of each of the reference's two images")
-    parser.add_argument("--picture", metavar="FILE", help=f"where to put the image (default {PICTURE}, with --print none)")
+    parser.number("--width", 360, "width of the images; their height is two thirds of it")
+    parser.number("--seeds", 4, "number of images per sampler")
+    parser.number("--reference-spp", 64, "samples per pixel of each of the two reference images")
+    parser.add_argument("--picture", metavar="FILE", help=f"path of the image (default {PICTURE}; none with --print)")
     parser.table("examples/web/package/README.md")
     options = parser.parse_args(arguments)
     program = chromium()
     if program is None:
-        raise CommandError("there is no Chromium; run apt-get install chromium, or set BN_CHROMIUM")
+        raise CommandError("Chromium is not installed; run apt-get install chromium, or set BN_CHROMIUM")
     with (Progress(options.reference_spp + options.seeds * COUNTS[-1], "samples") as progress,
           tempfile.TemporaryDirectory(prefix="libbn-chromium-", ignore_cleanup_errors=True) as folder,
           contextlib.closing(Browser(program, Path(folder), seconds=300)) as browser):

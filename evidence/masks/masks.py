@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares the mask generators, time against error: `scripts/bench masks` writes evidence/results/masks.*
 
-Times the library's generators and networks at sizes up to 2048, on one thread and on all, and those of other libraries if given.
+Times the library's generators and networks at side lengths up to 2048, on one thread and on all threads, and other libraries' generators
+if given.
 Writes the tables and the plot of masks.md, and docs/neural.png with masks, spectra and thresholded patterns.
 """
 
@@ -28,11 +29,11 @@ from ..base.tables import md_table
 
 ROOT = Path(__file__).resolve().parents[2]
 SIZES = (64, 128, 256, 512, 1024, 2048)
-PLAIN = 128  # width and height of other libraries' masks, and of those in the plot of error against time
+PLAIN = 128  # width and height of other libraries' masks, and of the masks in the plot of error against time
 ERRORS = ("e_0.75", "e_1", "e_1.5", "e_2")
 FIELDS = ("method", "options", "width", "threads", "repeats", "seconds", "cpu_seconds", *ERRORS)
 NETWORKS = {"network": "neural.onnx", "fast network": "neural_fast.onnx", "vector network": "neural_vector.onnx"}
-#: The methods to choose from: {method: (options of its rows, windows of an endless plane, channels, same bits on every machine)}.
+#: The methods to choose from: {method: (options of its rows, windows of an endless plane, channels, bit-identical on every machine)}.
 CHOICES = {
     "void-and-cluster": ("", "no", "1", "yes"),
     "relax": ("", "no", "1", "yes"),
@@ -56,13 +57,13 @@ class Method:
 
 
 def network(model, channels=1):
-    """make() of a Method: masks of a network, with a generator for each number of threads."""
+    """make() of a Method that runs a network, with one generator per thread count."""
     generator = functools.cache(lambda threads: bluenoise.NeuralGenerator(model, threads=threads, channels=channels))
     return lambda size, seed, threads: generator(threads).mask((size, size), seed=seed)
 
 
 def one_thread(make, **options):
-    """make() of a Method on one thread."""
+    """make() of a Method that uses one thread."""
     return lambda size, seed, threads: make((size, size), seed=seed, **options)
 
 
@@ -88,7 +89,7 @@ def methods():
 # ---- Measuring
 
 def errors_of(masks):
-    """{error: mean over masks and their channels} for ERRORS."""
+    """{error: mean over masks and their channels} for all of ERRORS."""
     channels = [channel for ranks in masks for channel in ranks.reshape(-1, *ranks.shape[-2:])]
     return {key: statistics.mean(bluenoise.dithering_error(ranks, float(key[2:])) for ranks in channels) for key in ERRORS}
 
@@ -100,13 +101,13 @@ def row_of(method, options, width, threads, repeats, seconds, found):
 
 
 def measure(threads):
-    """Yields rows as dicts. The methods for one size are interleaved, so that other load affects all alike."""
+    """Yields rows as dicts. Runs of different methods are interleaved at each size, so that other load affects all of them alike."""
     for size in (16, 32, *SIZES):
         jobs = [(method, count) for method in methods() if size in method.sizes
                 for count in ((1, threads) if method.many_threads and threads > 1 else (1,))]
         repeats = {64: 20, 128: 20, 256: 9, 512: 5, 1024: 3}.get(size, 1)
         times, masks = [[] for _ in jobs], [[] for _ in jobs]
-        # The first run of the fast ones is a warm-up, which makes no difference at the largest sizes.
+        # The first run of the fast methods is a warm-up. It makes no difference at the largest size.
         for seed in range(-1 if size < 2048 else 0, repeats):
             for (method, count), own, made in zip(jobs, times, masks):
                 if seed < 0 and method.most_repeats < 20 or seed >= method.most_repeats:
@@ -115,7 +116,7 @@ def measure(threads):
                 ranks = method.make(size, max(seed, 0), count)
                 if seed >= 0:
                     own.append((time.perf_counter() - wall, time.process_time() - cpu))
-                    # Errors of large masks take longer than the masks, and hardly differ between seeds.
+                    # Measuring the errors of large masks takes longer than generating them, and they hardly differ between seeds.
                     if len(made) < (1 if size >= 512 else repeats):
                         made.append(ranks)
         for (method, count), own, made in zip(jobs, times, masks):
@@ -161,7 +162,7 @@ def choice_rows(rows, method):
 
 
 def choice_table(rows, threads):
-    """A table of the methods' abilities."""
+    """A table of what each method can do."""
     lines = []
     for method, (options, *abilities) in CHOICES.items():
         own = choice_rows(rows, method)
@@ -177,7 +178,7 @@ def choice_table(rows, threads):
 
 
 def plot(rows, path):
-    """Error against time per texel, and time against size, of the methods of CHOICES."""
+    """Plots error against time per texel, and time against size, for the methods in CHOICES."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.6))
     for i, method in enumerate(CHOICES):
         best = {}
@@ -189,7 +190,7 @@ def plot(rows, path):
         right.plot(list(best), list(best.values()), ".-", color=f"C{i}")
     left.set(xscale="log", xlabel="microseconds of CPU time per texel", ylabel="E_1 (lower is better)",
              title=f"error against time, {PLAIN}x{PLAIN}, one thread")
-    right.set(xscale="log", yscale="log", xlabel="width = height in texels", ylabel="milliseconds", title="time of a mask, all cores")
+    right.set(xscale="log", yscale="log", xlabel="width = height in texels", ylabel="milliseconds", title="time per mask, all cores")
     left.legend(fontsize=9)
     for axis in (left, right):
         axis.grid(True, which="both", alpha=0.25)
@@ -197,7 +198,7 @@ def plot(rows, path):
 
 
 def picture(groups, path):
-    """One row per generator: the upper left quarter, the mean spectrum (grey from 0 to 2 times white noise), and three grey levels."""
+    """One row per generator: the top-left quarter, the mean spectrum (grey from 0 to 2 times white noise), and three grey levels."""
     rows = []
     for masks in groups.values():
         values, side = bluenoise.to_float(masks[0]), masks[0].shape[0]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Errors of samplers relative to a base, by default padded Sobol', over scenes, images, crops and seeds, with intervals."""
+"""Errors of samplers relative to a base (by default padded Sobol') over scenes, images, crops and seeds, with intervals."""
 
 import math
 
@@ -11,7 +11,7 @@ from .statistics import estimate, samples_to_error
 
 # A ratio counts only where the smaller error is at least this many times the reference's own error,
 REFERENCE_MARGIN = 3.0
-# and white noise at one sample differs from the reference by this much, as displayed: not in an empty sky.
+# and where one sample of white noise differs from the reference by this much, as displayed. This excludes an empty sky.
 VISIBLE = 1e-3
 FIELDS = ("measure", "scene", "sampler", "spp", "error", "low", "high", "scenes", "crops", "left_out")
 MARKED = "Bold values have a 95 % interval that excludes 1."
@@ -30,7 +30,7 @@ class Comparison:
         return not errors or math.sqrt(np.mean(np.square(errors))) >= VISIBLE
 
     def logs(self, view, label, spp, measure, base):
-        """Log error ratios, one per seed; None if one was not measured or has no error, for example where only lights are visible."""
+        """Log error ratios, one per seed; None if an error was not measured or is zero, for example where only lights are visible."""
         own, other = self.cells.get(view, label, spp, measure), self.cells.get(view, base, spp, measure)
         count = min(len(own or ()), len(other or ()))
         if not count or min(*own[:count], *other[:count]) <= 0:
@@ -43,7 +43,7 @@ class Comparison:
         return least >= REFERENCE_MARGIN * self.references[view].own.get(measure, 0.0)
 
     def logs_of(self, label, spp, measure, views=None, base=None):
-        """({view: logs}, how many views are left out)."""
+        """({view: logs}, number of views left out)."""
         base = base or self.base
         found = {view: self.logs(view, label, spp, measure, base) for view in views or self.views}
         found = {view: logs for view, logs in found.items() if logs is not None}
@@ -64,8 +64,8 @@ class Comparison:
         return {scene: tuple(views) for scene, views in scenes.items()}
 
     def samples_for(self, label, spp, measure, counts):
-        """The number of samples with which a sampler has the error of the base at `spp`, divided by spp: an Estimate over the views in
-        which it is reached."""
+        """The number of samples that a sampler needs for the error of the base at `spp`, divided by spp: an Estimate over the views in
+        which it reaches this error."""
         found = {}
         for view in self.views:
             own = [self.cells.get(view, label, n, measure) for n in counts]
@@ -77,7 +77,7 @@ class Comparison:
         return estimate(found, len(self.views) - len(found))
 
     def rows(self, counts, measures, by_scene=()):
-        """Dicts with FIELDS: over all scenes, and for the measures of by_scene each scene alone."""
+        """Dicts with FIELDS: over all scenes, and for the measures in by_scene also over each scene."""
         found = []
         for measure in measures:
             parts = {"": None, **(self.by_scene() if measure in by_scene else {})}
@@ -97,6 +97,6 @@ def write(path, rows):
 
 
 def table(head, counts, rows):
-    """Markdown from {name: function(count) -> Estimate or None}; names without any are left out."""
+    """A Markdown table from {name: function(count) -> Estimate or None}; names without an Estimate are left out."""
     found = {name: [of(count) for count in counts] for name, of in rows.items()}
     return md_table([head, *map(str, counts)], [[name, *(own.text() if own else "" for own in line)] for name, line in found.items() if any(line)])

@@ -2,8 +2,8 @@
 """Measures the error of an image against its reference.
 
 Blue noise does not reduce the error of single pixels; it moves the error to high frequencies, where the eye and any
-later filter average it away. The error is therefore measured without a blur and after Gaussians of sigma 1.0 and 2.1
-pixels, which model a near and a distant viewer. Images are float arrays (height, width) or (height, width, channels) of
+later filter average it away. The error is therefore measured without a blur and after Gaussian blurs of sigma 1.0 and
+2.1 pixels, which model a near and a distant viewer. Images are float arrays (height, width) or (height, width, channels) of
 linear radiance. MEASURES names the measures, and WHAT_FOR describes them.
 """
 
@@ -27,7 +27,7 @@ WHAT_FOR = {
 
 
 def _difference(image, reference):
-    assert np.shape(image) == np.shape(reference), "pictures of different sizes"
+    assert np.shape(image) == np.shape(reference), "images have different sizes"
     return np.asarray(image, np.float64) - np.asarray(reference, np.float64)
 
 
@@ -46,12 +46,12 @@ def _rms(error, sigma=0.0, edge="mirror"):
 
 
 def rmse(image, reference, sigma=0.0, edge="mirror"):
-    """Root mean square, over pixels and channels, of the blurred difference; equal to the path tracer's."""
+    """Root mean square, over pixels and channels, of the blurred difference; identical to the path tracer's RMSE."""
     return _rms(_difference(image, reference), sigma, edge)
 
 
 def measure_name(name):
-    """The name of a measure, as tables print it."""
+    """The name of a measure as printed in tables."""
     kind, _, sigma = name.partition("_")
     return f"{KINDS[kind]} after sigma {sigma}" if sigma else f"{KINDS[kind]}, unblurred"
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Statistics of error ratios. Errors of different crops vary by factors, so means are of logarithms.
+"""Statistics of error ratios. Errors of different crops differ by large factors, so logarithms are averaged.
 
 The 95 % interval of a mean over scenes comes from a bootstrap that resamples scenes, images within scenes, crops within images and seeds
-within crops. It covers the result for similar scenes, crops and seeds. Tests of one scene pool the variance over its crops.
+within crops. It covers results for similar scenes, crops and seeds. Tests of one scene pool the variance over its crops.
 """
 
 import dataclasses
@@ -12,12 +12,12 @@ import numpy as np
 from scipy import stats
 
 DRAWS, SEED, LEVEL = 2000, 20_231, 0.95
-FALSE_ALARMS = 0.01  # the probability that a set of tests raises any
+FALSE_ALARMS = 0.01  # the probability that a set of tests raises a false alarm
 
 
 @dataclasses.dataclass(frozen=True)
 class Estimate:
-    """A geometric mean with its interval."""
+    """A geometric mean and its interval."""
 
     value: float
     low: float
@@ -41,7 +41,7 @@ def mean_of(group):
 
 
 def _resampled(groups, draws, rng):
-    """`draws` times the mean of groups of groups ... of numbers, resampled at every level."""
+    """`draws` means of groups of groups ... of numbers, resampled at every level."""
     level, chosen, used = [groups], np.zeros(draws, int), []
     while isinstance(level[0], (list, np.ndarray)):
         counts = np.array([len(part) for part in level])
@@ -62,7 +62,7 @@ def bootstrap(groups, draws=DRAWS):
 
 
 def estimate(logs, left_out=0):
-    """The Estimate of {view: log ratios, one per seed}; None of nothing. Views of one picture are its crops."""
+    """The Estimate for {view: log ratios, one per seed}; None if it is empty. Views with the same picture are its crops."""
     if not logs:
         return None
     scenes = {}
@@ -73,7 +73,7 @@ def estimate(logs, left_out=0):
 
 
 def ratio(above, below):
-    """The Estimate of the ratio of two lists of errors, paired by seed: Student's interval, NaN for a single seed."""
+    """The Estimate of the ratio of two lists of errors paired by seed. The interval is Student's, or NaN for a single seed."""
     logs = np.log(above) - np.log(below)
     if len(logs) < 2:
         return Estimate(math.exp(logs[0]), math.nan, math.nan)
@@ -94,7 +94,7 @@ def chance(groups):
 
 
 def holm(chances):
-    """p-values adjusted for their number (Holm, 1979): among values of at most FALSE_ALARMS, any is a false alarm with that probability."""
+    """p-values adjusted for multiple tests (Holm, 1979). The probability that any adjusted value <= FALSE_ALARMS is a false alarm is FALSE_ALARMS."""
     order = np.argsort(chances)
     steps = np.maximum.accumulate((len(chances) - np.arange(len(chances))) * np.asarray(chances, float)[order])
     adjusted = np.empty(len(chances))
@@ -103,8 +103,8 @@ def holm(chances):
 
 
 def chance_of_mean(groups, mean, error, count):
-    """Two-sided p-value for the hypothesis that the sum of the groups' true means equals a mean over `count` parts with a standard error:
-    Welch's test, in which the groups have the degrees of freedom of their pooled variance."""
+    """Two-sided p-value for the hypothesis that the sum of the groups' true means equals a mean over `count` parts with a given
+    standard error: Welch's test, in which the groups have the degrees of freedom of their pooled variance."""
     groups = [np.asarray(group, float) for group in groups]
     freedom = sum(len(group) - 1 for group in groups)
     own = math.sqrt(sum(group.var(ddof=1) / len(group) for group in groups))
@@ -114,7 +114,7 @@ def chance_of_mean(groups, mean, error, count):
 
 
 def samples_to_error(samples, errors, wanted):
-    """The number of samples with which a progressive run reaches an error, by log-log interpolation between its counts; NaN beyond them."""
+    """The number of samples that a progressive run needs to reach an error, by log-log interpolation between sample counts; NaN beyond them."""
     logs = np.minimum.accumulate(np.log(errors))
     if not logs[-1] <= math.log(wanted) <= logs[0]:
         return math.nan

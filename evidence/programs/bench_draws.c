@@ -3,21 +3,21 @@
  *
  *     sampler,form,nanoseconds
  *
- * All draw as a path does: six domains, the children of the root by the keys 0 to 5, for each of 16
- * indices, pixel after pixel. Forms: `single` calls bn_sample_4d() of the library; `inline` does the same
- * with that of bn_draw.h; `peer` is another library in its own way (bench_openqmc.cpp, with
- * -DBN_OPENQMC=DIR). And without domains: `block` calls bn_sample_block() for 16 indices of 64 x 24
- * pixels. Draws are of four dimensions.
+ * All forms make four-dimensional draws as a path does: pixel by pixel, with 16 indices per pixel and
+ * six domains per index, which are the root's children with keys 0 to 5. `single` calls the library's
+ * bn_sample_4d(), `inline` calls the inline function in bn_draw.h, and `peer` calls another library as
+ * its documentation recommends (bench_openqmc.cpp, with -DBN_OPENQMC=DIR). `block` uses no domains: it
+ * calls bn_sample_block() for 16 indices of 64 x 24 pixels.
  *
- * The same draws as the lanes of a wavefront, whose arguments and results are arrays: `lanes` calls
- * bn_sample_4d() of the library for each, `many` bn_sample_wavefront() for all of them. BN_SIMD chooses
- * the instruction set.
+ * Two forms make the same draws for the lanes of a wavefront, whose arguments and results are arrays:
+ * `lanes` calls the library's bn_sample_4d() for each lane, and `many` calls bn_sample_wavefront() once
+ * for all lanes. BN_SIMD selects the instruction set.
  *
- * A time is the shortest of ROUNDS short ones, taken in turn, so that what else the machine does
- * falls out. In each round a form runs twice, and the first run fills caches. */
+ * Each time is the minimum of ROUNDS short, interleaved measurements, so that other load drops out. In
+ * each round, a form runs twice, and its first run warms the caches. */
 #include <bn/bn.h>
 
-/* The call of the library, before bn_path.h puts an inline function in its place. */
+/* Calls the library's function, before bn_path.h replaces it with an inline function. */
 static inline void call_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                            uint32_t domain, float out[4]) {
     bn_sample_4d(sampler, x, y, index, domain, out);
@@ -42,7 +42,7 @@ static double now(void) {
     return 1e9 * (double)time.tv_sec + (double)time.tv_nsec;
 }
 
-/* Loops of their own functions: what the compiler makes of one does not depend on the others. */
+/* Each loop is a separate function, so that its machine code does not depend on the others. */
 typedef float form(const bn_sampler *sampler, int32_t y0, float *block);
 
 /* One draw for each domain of each index of each pixel. */
@@ -141,7 +141,7 @@ int main(void) {
                  {"block", draw_block},
                  {"lanes", draw_lanes},
                  {"many", draw_many},
-                 /* Of the other kinds these are calls of the library. */
+                 /* For the other sampler types, these call the library. */
                  {"inline", draw_inline}};
     enum { FORMS = sizeof forms / sizeof *forms, CALLS = FORMS - 1 };
     static row rows[FORMS * KINDS + BENCH_PEERS];

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenQMC in the benchmarks as its README uses it: one sampler for each pixel and index,
-// newDomain() for each decision, drawSample(). Its tables are filled at the first draw, which no
-// time counts.
+// OpenQMC in the benchmarks, used as in its README: one sampler for each pixel and index,
+// newDomain() for each decision, and drawSample(). The first draw fills its tables and is not timed.
 #include "bench_openqmc.h"
 
 #include <oqmc/latticebn.h>
@@ -44,7 +43,7 @@ float draw(int32_t y0, int32_t width, int32_t height, uint32_t indices, uint32_t
 template <typename Sampler>
 void read_row(uint32_t seed, uint32_t parent, uint32_t key, int32_t y, int32_t width,
               uint32_t count, float *out) {
-    // The frame number re-randomises, as in the path tracer's adapter.
+    // The frame number re-randomises the sampler, as in the path tracer's adapter.
     const int frame = static_cast<int>((seed * 0x9e3779b9u) >> 2);
     for (int32_t x = 0; x < width; ++x) {
         for (uint32_t index = 0; index < count; ++index, out += 4) {

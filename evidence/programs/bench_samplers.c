@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What OpenQMC's samplers draw, for scripts/bench samplers, in builds with -DBN_OPENQMC=DIR:
+ * Prints the numbers of OpenQMC's samplers for scripts/bench samplers, in builds with -DBN_OPENQMC=DIR:
  *
  *     bench_samplers NAME SPP SEED
  *
- * writes float32 [MEMBERS][SIZE rows][SIZE pixels][SPP][4] to standard output, without a header: the
- * children of one parent by four consecutive keys. */
+ * writes float32 [MEMBERS][SIZE rows][SIZE pixels][SPP][4] to standard output, without a header. The
+ * members are one parent's children with four consecutive keys. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

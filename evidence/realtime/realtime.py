@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One sample per frame: `scripts/bench realtime` measures the noise of frames and of averages of frames
+"""One sample per frame: `scripts/bench realtime` measures the noise of single frames and of averages
 
 Every pixel of a frame has the same integrand: a step in one number, a half-plane in a pair, or a product of half-planes in
-four numbers. Single numbers are drawn with bn_ray_next_1d(). Published space-time masks are read from files if you have
+four numbers. Single numbers are drawn with bn_ray_next_1d(). Published space-time masks are read from files if you pass
 them; otherwise the figures of an earlier run remain. Writes evidence/results/realtime.*.
 """
 
@@ -26,7 +26,7 @@ from ..renders.views import golden_powers
 
 
 class Draws:
-    """A sampler of libbn. The sample index is the frame's number, or each frame has its own key and index 0."""
+    """A libbn sampler. The sample index is the frame number, or else each frame uses its own key and index 0."""
 
     def __init__(self, kind, new_key=False):
         self.kind, self.new_key = kind, new_key
@@ -39,13 +39,13 @@ class Draws:
 
 class Slices:
     """Slices [depth][height][width][channels] in [0, 1), used as their authors recommend: tiled over the screen, with slice
-    frame % depth. Numbers beyond the channels of a slice come from the same slice at another offset."""
+    frame % depth. Numbers beyond a slice's channels come from the same slice at another offset."""
 
     def __init__(self, *stacks):
         self.stacks = {stack.shape[-1]: stack for stack in stacks}
 
     def stack_for(self, dimensions):
-        """The stack with `dimensions` channels if there is one, or else the next best."""
+        """The stack with `dimensions` channels if there is one, or else the best substitute."""
         return self.stacks[min(self.stacks, key=lambda channels: (channels > dimensions, -channels))]
 
     def frame(self, frame, dimensions, seed, size):
@@ -60,7 +60,7 @@ class Slices:
 
 
 class MovedMask:
-    """The built-in mask of 64x64, with an offset for each number. Every frame adds a constant to its values."""
+    """The built-in 64x64 mask, with a different offset for each number. Every frame adds a constant to its values."""
 
     def __init__(self):
         self.still = Slices(bluenoise.to_float(bluenoise.builtin((64, 64)))[None, ..., None])
@@ -71,7 +71,7 @@ class MovedMask:
 
 
 class GradientNoise:
-    """Interleaved gradient noise (Jimenez, 2014), moved by 5.588238 pixels each frame. Further numbers come from other offsets."""
+    """Interleaved gradient noise (Jimenez, 2014), shifted by 5.588238 pixels per frame. Further numbers use other offsets."""
 
     def frame(self, frame, dimensions, seed, size):
         y, x = np.mgrid[:size, :size]
@@ -83,8 +83,8 @@ class GradientNoise:
 
 # ---- Slices in files
 
-# The sets of uniform numbers in the public packs, and their channels: scalars and two-vectors of STBN (Wolfe et al., 2022) and
-# of FAST (Donnelly et al., 2024).
+# The sets of uniform numbers in the public packs, and their channels: scalars and two-vectors from STBN (Wolfe et al., 2022) and
+# FAST (Donnelly et al., 2024).
 PACKS = {"STBN": {r"stbn_(?:scalar|vec1)_.*": 1, r"stbn_vec2_.*": 2},
          "FAST": {r"real_uniform_.*": 1, r"vector2_uniform_.*": 2}, "slices": {".*": 0}}
 PACK_HELP = {"STBN": "PNG files of the public STBN pack: stbn_scalar_..., stbn_vec2_...",
@@ -94,7 +94,7 @@ PACK_HELP = {"STBN": "PNG files of the public STBN pack: stbn_scalar_..., stbn_v
 
 def read_set(folder, pattern, channels):
     """float32 [depth][height][width][channels] from the PNG files NAME_0.png, NAME_1.png ... of the first NAME that matches the pattern,
-    or None if no file does. An integer becomes the middle of its step. Channels 0: one for grey files, else red and green."""
+    or None if no file does. An integer maps to the middle of its interval. With channels 0, grey files give one channel, and others give red and green."""
     found = sorted((match[1], int(match[2]), path) for path in Path(folder).glob("*.png")
                    if (match := re.fullmatch(rf"({pattern}?)_?(\d+)\.png", path.name)))
     files = [path for name, _, path in found if name == found[0][0]]
@@ -111,7 +111,7 @@ def read_set(folder, pattern, channels):
 
 
 def read_pack(pack, folder):
-    """Slices from a folder of "STBN" or "FAST"; with several sets of a kind, the first by name. Of "slices", any stack of numbered files."""
+    """Slices from an "STBN" or "FAST" folder (of several sets, the first by name), or with "slices" from any stack of numbered files."""
     stacks = [stack for pattern, channels in PACKS[pack].items() if (stack := read_set(folder, pattern, channels)) is not None]
     if not stacks:
         raise CommandError(f"{folder} has no PNG files named like {' or '.join(PACKS[pack])}, with a number at the end")
@@ -124,7 +124,7 @@ def add_packs(parser, names):
 
 
 def packs_of(options):
-    """{name: Slices} of those that were given."""
+    """{name: Slices} for the packs that were given."""
     return {name: read_pack(name, folder) for name in PACKS if (folder := getattr(options, name.lower(), None))}
 
 
@@ -132,9 +132,9 @@ def packs_of(options):
 
 COMMAND = "scripts/bench realtime"
 SIZE, FRAMES = 128, 128
-MEANS, WEIGHTS = (8, 32), (0.05, 0.1, 0.2)  # frames; of the newest frame in a moving average
-ALONE = range(64, 80)  # the frames that are judged one by one
-SETTLED = range(100, FRAMES, 3)  # several ages of the moving averages
+MEANS, WEIGHTS = (8, 32), (0.05, 0.1, 0.2)  # numbers of frames; weights of the newest frame in a moving average
+ALONE = range(64, 80)  # the frames measured one by one
+SETTLED = range(100, FRAMES, 3)  # ages at which the moving averages are measured
 OUTCOMES = ("one frame", *(f"mean of {n}" for n in MEANS), *(f"average, {weight}" for weight in WEIGHTS))
 FILTERS = {**{f"sigma {sigma}": functools.partial(blurred, sigma=sigma, edge="toroidal") for sigma in (0.0, 1.0, 2.1)},
            **{f"box {n}x{n}": functools.partial(ndimage.uniform_filter, size=n, mode="wrap") for n in (3, 5)}}
@@ -146,14 +146,14 @@ WAYS = {
     "mask + golden ratio, R2": MovedMask(),
     "interleaved gradient noise": GradientNoise(),
 }
-# Parts of the screen that a frame draws: the pixels of frame t, in the order of a smaller picture's (x, y), and how many frames
-# make a screen.
+# Parts of the screen drawn in a frame: the number of frames that make up a screen, and the screen pixel of frame t for each (x, y) in a
+# smaller image.
 CORNERS = ((0, 0), (1, 1), (1, 0), (0, 1))
 PARTS = {
     "checkerboard": (2, lambda x, y, t: (2 * x + (y + t) % 2, y)),
     "one pixel of 2x2": (4, lambda x, y, t: (2 * x + CORNERS[t % 4][0], 2 * y + CORNERS[t % 4][1])),
 }
-# (x, y of the smaller picture, those of the screen, frame, frames that make a screen) -> x, y, index, frame's key
+# (x, y in the smaller image, x, y on the screen, frame, frames that make up a screen) -> x, y, index, frame key
 GIVEN = {
     "the screen's `x, y`, index `t`": lambda x, y, at_x, at_y, t, n: (at_x, at_y, t, 0),
     "the screen's `x, y`, index `t / n`": lambda x, y, at_x, at_y, t, n: (at_x, at_y, t // n, 0),
@@ -194,21 +194,21 @@ INTEGRANDS = {"step": (1, step), "half-plane": (2, half_plane), "product": (4, p
 
 @functools.lru_cache
 def transfer(size):
-    """(filters, frequencies): what each filter leaves of the power at each of rfft2's frequencies, as shares of the picture's."""
+    """(filters, frequencies): the share of the image's power that each filter keeps at each of rfft2's frequencies."""
     delta = np.zeros((size, size))
     delta[0, 0] = 1
     kept = np.array([np.abs(fft.rfft2(keep(delta))) ** 2 for keep in FILTERS.values()])
-    kept[..., 1:-1] *= 2  # rfft2 leaves out the other half; sizes are even
+    kept[..., 1:-1] *= 2  # rfft2 omits the other half of the spectrum; sizes are even
     return kept.reshape(len(FILTERS), -1) / float(size) ** 4
 
 
 def squares(spectra):
-    """(pictures, filters): mean squares after each filter."""
+    """(images, filters): mean squares after each filter."""
     return np.abs(spectra.reshape(len(spectra), -1)) ** 2 @ transfer(spectra.shape[1]).T
 
 
 def errors(frames, integrand):
-    """(OUTCOMES, FILTERS) mean squares, and (frames, FILTERS) of every frame alone."""
+    """Mean squares (OUTCOMES, FILTERS), and mean squares (frames, FILTERS) of each single frame."""
     values, mean = integrand
     spectra = fft.rfft2(values(frames).astype(np.float32) - np.float32(mean))
     alone = squares(spectra)
@@ -247,7 +247,7 @@ def measure(ways, seeds, count, kinds=tuple(INTEGRANDS), size=SIZE):
 
 
 def part_errors(part, kind, given, seed, integrands, size=SIZE):
-    """(2, FILTERS) mean squares: of the pixels of one frame side by side, and of a moving average of the screen."""
+    """(2, FILTERS) mean squares: of one frame's pixels placed side by side, and of a moving average of the screen."""
     n, pixels = PARTS[part]
     sampler, shown, alone = bluenoise.Sampler(kind, seed=seed), np.zeros((size, size), bool), []
     averages = np.zeros((len(integrands), size, size), np.float32)
@@ -266,7 +266,7 @@ def part_errors(part, kind, given, seed, integrands, size=SIZE):
 
 
 def measure_parts(seeds, count):
-    """{(part, what is given): (2, FILTERS) errors over those of white noise}."""
+    """{(part, arguments passed): (2, FILTERS) errors relative to white noise}."""
     integrands = [half_plane(np.random.default_rng([7, i])) for i in range(count)]
     result = {}
     for part in PARTS:
@@ -306,7 +306,7 @@ def short_table(errors, kind):
 
 
 def winners_table(errors):
-    """The methods with the least error after sigma 1.0, or at most 3 % more."""
+    """The methods with the least error after sigma 1.0, and those with at most 3 % more."""
     def winner(kind, outcome):
         values = {way: own[kind, outcome, "sigma 1.0"] for way, own in errors.items()}
         least = min(values.values())
@@ -364,8 +364,8 @@ def text(errors, parts, options):
 
 def run(arguments):
     parser = Parser("realtime", __doc__)
-    parser.number("--seeds", 2, "seeds of each sampler")
-    parser.number("--integrands", 12, "integrands of each kind")
+    parser.number("--seeds", 2, "number of seeds per sampler")
+    parser.number("--integrands", 12, "number of integrands per type")
     add_packs(parser, PACKS)
     parser.out()
     options = parser.parse_args(arguments)
