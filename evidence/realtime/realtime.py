@@ -94,7 +94,8 @@ PACK_HELP = {"STBN": "PNG files of the public STBN pack: stbn_scalar_..., stbn_v
 
 def read_set(folder, pattern, channels):
     """float32 [depth][height][width][channels] from the PNG files NAME_0.png, NAME_1.png ... of the first NAME that matches the pattern,
-    or None if no file does. An integer maps to the middle of its interval. With channels 0, grey files give one channel, and others give red and green."""
+    or None if no file does. An integer maps to the middle of its interval. With channels 0, grey files
+    give one channel, and others give red and green."""
     found = sorted((match[1], int(match[2]), path) for path in Path(folder).glob("*.png")
                    if (match := re.fullmatch(rf"({pattern}?)_?(\d+)\.png", path.name)))
     files = [path for name, _, path in found if name == found[0][0]]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the samplers after denoising, also by FLIP: `scripts/bench denoise` writes evidence/results/denoise.*
+"""Compares the samplers after denoising, also with FLIP: `scripts/bench denoise` writes evidence/results/denoise.*
 
-Renders the views at 1 to 16 samples per pixel, denoises each image in several ways with Open Image Denoise (the optional
+Renders the views at 1 to 16 samples per pixel, denoises each image in several ways with Open Image Denoise (optional
 package pyoidn), and measures the remaining error against the references of `scripts/bench renders`. It also measures FLIP
-(the optional package flip-evaluator). Results are cached in ~/.cache/libbn, so an interrupted run resumes.
+(optional package flip-evaluator). Results are cached in ~/.cache/libbn, so an interrupted run resumes.
 """
 
 import dataclasses
@@ -25,7 +25,7 @@ from . import views
 from .judge import Cells, Run, Task, pictures_of, plan, render_references
 from .renders import NAMES, REFERENCE_SPP
 
-# The denoiser's inputs.
+# The inputs of the denoiser.
 WAYS = {
     "none": "not denoised",
     "colour": "colour only",
@@ -36,7 +36,7 @@ WAYS = {
 DENOISED = tuple(WAYS)[1:]
 MEASURES = {"relative": "relative RMSE", "displayed": "RMSE as displayed, unblurred",
             "displayed_2.1": "RMSE as displayed, after sigma 2.1", "flip_75": "FLIP at 75 cm", "flip_35": "FLIP at 35 cm"}
-FLIP_WAYS, FLIP_COUNTS, FLIP_DPI = ("none", "plain"), (1, 4, 16), 96  # FLIP takes longer than everything else
+FLIP_WAYS, FLIP_COUNTS, FLIP_DPI = ("none", "plain"), (1, 4, 16), 96  # computing FLIP takes longer than everything else
 PRIMARY_RAYS, PRIMARY_SAMPLER, PRIMARY_SEED = 16, "blue", 500_000
 
 # All calls share one filter and its threads.
@@ -57,7 +57,7 @@ def load():
 
 
 def flip(image, reference, exposure, distance):
-    """Mean FLIP of the displayed images, on a screen of FLIP_DPI at `distance` centimetres."""
+    """Mean FLIP of the displayed images on a screen with FLIP_DPI, seen from `distance` centimetres."""
     flip_evaluator = package("flip_evaluator", ".venv/bin/python -m pip install flip-evaluator")
     pixels_per_degree = distance / 2.54 * FLIP_DPI * math.tan(math.radians(1))
     shown = (displayed(each, exposure).astype(np.float32) for each in (reference, image))
@@ -76,7 +76,7 @@ def read_layers(path):
 
 @dataclasses.dataclass(frozen=True)
 class Layers:
-    """The input of the denoiser; lamps is the directly visible light in its colour."""
+    """The denoiser's input; lamps is the directly visible light in its colour."""
 
     colour: np.ndarray
     albedo: np.ndarray
@@ -92,7 +92,7 @@ def layers_of(program, view, sampler, seed, counts):
 
 
 def primary(view):
-    """The view with paths that end at the first surface."""
+    """The same view with paths that end at the first surface."""
     return dataclasses.replace(view, lights=(*view.lights, "--max-depth", "0"))
 
 
@@ -126,7 +126,7 @@ def errors(image, reference, exposure, with_flip=True):
 
 
 class DenoisedRun(Run):
-    """A judge.Run that measures images after denoising, in all WAYS."""
+    """A judge.Run that measures images after denoising them in all WAYS."""
 
     def __init__(self, program, jobs, denoiser):
         super().__init__(program, "denoised", jobs)
@@ -136,7 +136,7 @@ class DenoisedRun(Run):
         return {**super().key(task, reference), "denoiser": self.version, "rays": [PRIMARY_RAYS, PRIMARY_SAMPLER], "ways": list(WAYS)}
 
     def measure(self, task, reference):
-        """(rows with measures named WAY:MEASURE, no pictures)."""
+        """(rows with measures named WAY:MEASURE, no images)."""
         pictures = layers_of(self.program, task.view, task.label, task.seed, task.counts)
         rays = primary_rays(self.program, task.view, task.seed)
         return [{"spp": spp, **{
@@ -167,7 +167,7 @@ class Report:
             NAMES.get(label, label): self.over(label, way, measure) for label in self.labels if label != "sobol"})
 
     def way_table(self, measure):
-        """The gains of the other WAYS over `plain`, for the same sampler."""
+        """The errors of the other WAYS relative to `plain`, for the same sampler."""
         def over_plain(label, way):
             def of(spp):
                 pairs = {view: [self.compared.cells.get(view, label, spp, f"{name}:{measure}") for name in (way, "plain")] for view in self.compared.views}
@@ -185,7 +185,7 @@ class Report:
         line = ", ".join(f"{own.value:.2f} at {spp}" for spp in self.counts if (own := self.over("blue", "plain", "displayed")(spp)))
         after = ", ".join(f"{own.value:.2f}" for spp in self.counts if (own := self.over("blue", "plain", "displayed_2.1")(spp)))
         scenes = self.compared.by_scene()
-        # The interval of a single crop and seed has no width.
+        # With a single crop and seed, the interval has no width.
         found = [own for views in scenes.values() for spp in self.counts if (own := self.over("blue", "plain", "displayed", views)(spp)) and own.crops > 1]
         return (f"After Open Image Denoise, `blue` has the following error relative to padded Sobol', as displayed: {line} samples. After a further blur of 2.1 pixels, "
                 f"the errors are {after}. In {sum(own.high < 1 for own in found)} of {len(found)} combinations of a sample count and a scene with more than one crop, "
@@ -193,7 +193,7 @@ class Report:
                 f"multiple tests). {self.left()}")
 
     def left(self):
-        """How many crops count, and why."""
+        """How many crops count at each sample count, and why."""
         counted = ", ".join(f"{own.crops} at {spp}" for spp in self.counts if (own := self.over("blue", "plain", "displayed")(spp)))
         return (f"A crop counts only if its error is at least {REFERENCE_MARGIN:g} times the reference's own. Of the {len(self.compared.views)} crops, this leaves {counted} samples "
                 "(without the blur). The scenes include no third-party models.")
@@ -245,7 +245,7 @@ def parse_options(arguments):
 
 
 def with_own_errors(reference):
-    """A judge.Reference whose own errors carry the names of the denoised measures."""
+    """A judge.Reference whose own errors are named like the measures after denoising."""
     own = own_errors(reference.picture, reference.first_half, reference.exposure, errors)
     return dataclasses.replace(reference, own={f"{way}:{name}": error for way in WAYS for name, error in own.items()})
 

@@ -24,7 +24,7 @@ COUNTS, SEEDS = (1, 2, 3, 4, 6, 8, 16, 32, 64), 4
 
 @dataclasses.dataclass(frozen=True)
 class Reference:
-    """A converged image, and its own error by each measure."""
+    """A converged image, and its own error for each measure."""
 
     picture: np.ndarray
     own: dict
@@ -59,7 +59,7 @@ def plan(views, labels, counts, seeds):
 
 
 def render_reference(program, view, spp, report=lambda share: None):
-    """The Reference of a view, from the cache or rendered now; spp is a multiple of 32."""
+    """The Reference of a view, read from the cache or rendered now. spp must be a multiple of 32."""
     request = dataclasses.replace(view, lights=()).request("sobol", spp, REFERENCE_SEED)
     picture, first_half, row = make_reference(program, request, report)
     own = own_errors(picture, first_half, view.exposure)
@@ -94,7 +94,7 @@ def measure(program, task, reference):
 
 
 class Run:
-    """Runs a set of tasks, or finds their results in the cache."""
+    """Runs a set of tasks, or loads their results from the cache."""
 
     def __init__(self, program, folder, jobs):
         self.program, self.jobs = program, jobs
@@ -128,7 +128,7 @@ class Run:
             return found
 
         with Progress(total, "samples", done) as progress:
-            # Long tasks first, so that all processors finish at about the same time.
+            # Long tasks go first, so that all cores finish at about the same time.
             for task, found in in_parallel(self.jobs, make, sorted(left, key=lambda task: -task.cost)):
                 results[task] = found
                 done += task.cost
@@ -137,7 +137,7 @@ class Run:
 
 
 class Cells:
-    """Results by view, sampler and sample count: for each measure a list with one value per seed."""
+    """Results by view, sampler and sample count: for each measure, a list with one value per seed."""
 
     def __init__(self, results):
         self.values, self.pictures = {}, {}

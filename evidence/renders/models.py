@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes with third-party models: each model lies on a floor, alone under the sky or in a room with a lamp.
+"""Scenes with third-party models: each model stands on a floor, either alone under the sky or in a room with a lamp.
 
 The models come from packages, which are downloaded and unpacked once, into ~/.cache/libbn/models: the pip package gradio and the Debian
-packages sweethome3d-furniture and assimp-testmodels. Their licences are in the packages.
+packages sweethome3d-furniture and assimp-testmodels. The packages contain their licences.
 """
 
 import json
@@ -19,7 +19,7 @@ from ..base.command import CommandError
 GRADIO = "gradio==6.31.0"
 DEBIAN = ("sweethome3d-furniture", "assimp-testmodels")
 FURNITURE = "usr/share/sweethome3d/furniture/{}.sh3f"
-# Name: (archive within a package or "", file, whether it stands in a room).
+# {name: (archive within a package or "", file, whether the model stands in a room)}.
 MODELS = {
     "duck": ("", "gradio/media_assets/models3d/Duck.glb", True),
     "fox": ("", "gradio/media_assets/models3d/Fox.gltf", False),
@@ -28,7 +28,7 @@ MODELS = {
     "chessboard": (FURNITURE.format("BlendSwap-CC-BY"), "blendswap-cc-by/chessboard/chessboard.obj", True),
     "spider_plant": (FURNITURE.format("BlendSwap-CC-BY"), "blendswap-cc-by/spider_plant/spider_plant.obj", False),
 }
-CAMERA = ((1.3, 1.0, 2.0), (0, 0.35, 0), 34.0)  # of all; models are 1 wide or high
+CAMERA = ((1.3, 1.0, 2.0), (0, 0.35, 0), 34.0)  # of all scenes; the longest side of a model is 1
 FLOOR, WALL, LAMP = 8.0, 2.4, 0.45  # half widths
 HEIGHT = 2.6
 
@@ -58,7 +58,7 @@ def unpacked():
 
 
 def quad(corner, a, b):
-    """Positions of a parallelogram, seen from where a x b points."""
+    """Positions of a parallelogram that faces the direction a x b."""
     corner, a, b = (np.array(v, float) for v in (corner, a, b))
     return np.array([corner, corner + a, corner + a + b, corner + b])
 
@@ -112,7 +112,7 @@ def stage(data, bounds, in_room):
 
 
 def scene(name):
-    """The path of a scene's GLB, made when needed; in a folder of its own, since the path tracer's inputs are all files beside it."""
+    """The path of a scene's GLB, created if needed. It has its own folder, because all files beside it count as inputs of the path tracer."""
     path = cache_folder() / "models" / "scenes" / name / f"{name}.glb"
     if not path.is_file():
         import trimesh

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The README's image, and the spread over seeds: `scripts/bench picture` writes docs/picture.png and evidence/results/worst.csv
 
-The image is the crop from the set *development* in which `blue` has the median error relative to padded Sobol'. worst.csv has the errors of
-500 seeds of a soft shadow. Results are cached, so an interrupted run resumes.
+The image is the crop from the set *development* in which `blue` has the median error relative to padded Sobol'. worst.csv lists the errors
+of 500 seeds for a soft shadow. Results are cached, so an interrupted run resumes.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ WORST_SCENE, WORST_OF = "penumbra", 500
 
 
 def typical(options):
-    """The crop with the median error of blue over padded Sobol's, and that ratio. Seeds are averaged."""
+    """The crop in which blue has the median error over padded Sobol', and that ratio. Seeds are averaged."""
     chosen = views.crops("development", views.BUILT_IN, crop=CROP)
     references = render_references(options.pathtracer, chosen, REFERENCE_SPP)
     tasks = [Task(view, label, seed, (SPP,)) for view in chosen for label in ("sobol", "blue") for seed in range(4)]
@@ -35,7 +35,7 @@ def typical(options):
 
 
 def draw_picture(options):
-    """Writes picture.png: as rendered, and from a distance with more contrast."""
+    """Writes picture.png: the crop as rendered, and as seen from a distance, with more contrast."""
     view, ratio = typical(options)
     columns = [next(pictures_of(options.pathtracer, Task(view, label, 0, (SPP,))))[1] for label in SHOWN]
     distant = [blurred(displayed(picture, view.exposure), SIGMA) / 2.0**view.exposure for picture in columns]
@@ -68,14 +68,14 @@ def draw_worst(options):
     middle = ordered["sobol"][WORST_OF // 2]
     worse = sum(blue > sobol for sobol, blue in zip(*found.values()))
     text = "; ".join(f"{label} {' '.join(f'{errors[at] / middle:.2f}' for at in (0, WORST_OF // 2, -1))}" for label, errors in ordered.items())
-    print(f"{options.out}/worst.csv: {WORST_OF} seeds, {SPP} samples per pixel of {view.label}, over the median of padded Sobol's; least, median, worst: {text}. "
-          f"With the same seed blue has the larger error {worse} times.")
+    print(f"{options.out}/worst.csv: {WORST_OF} seeds, {SPP} samples per pixel of {view.label}, over the median error of padded Sobol'; least, median, worst: {text}. "
+          f"With the same seed, blue has the larger error {worse} times.")
 
 
 def run(arguments):
     parser = Parser("picture", __doc__)
     parser.pathtracer()
-    parser.number("--jobs", 2, "pictures to render at a time")
+    parser.number("--jobs", 2, "number of images to render in parallel")
     parser.out()
     parser.hidden("--picture", "docs/picture.png")
     options = parser.parse_args(arguments)

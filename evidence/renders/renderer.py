@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the path tracer, and keeps references while nothing they depend on changes.
+"""Runs the path tracer, and caches references until something they depend on changes.
 
-References take minutes. They remain valid as long as the path tracer gives the same bits for one sample in every pixel, so changes to other
-samplers do not affect them.
+Rendering a reference takes minutes. It remains valid as long as one sample in every pixel is bit-identical, so changes to other samplers do
+not affect it.
 """
 
 import dataclasses
@@ -21,7 +21,7 @@ from ..base.command import CommandError
 from ..base.files import read_exr
 from ..measure.image_error import LUMINANCE
 
-# Shares no sample with the pictures, whatever their seed.
+# References share no samples with the images, whatever their seed.
 REFERENCE_SEED = 1_000_003
 REFERENCE_PARTS = 32
 
@@ -31,13 +31,13 @@ class RenderError(CommandError):
 
 
 def run_pathtracer(program, arguments):
-    """Returns its standard output. Raises RenderError with its error message if it fails."""
+    """Runs the path tracer and returns its standard output. Raises RenderError with its error message if it fails."""
     try:
         done = subprocess.run([program, *map(str, arguments)], check=False, stdin=subprocess.DEVNULL,
                               capture_output=True, text=True)
     except OSError as error:
         raise RenderError(f"cannot run {program} ({error.strerror}); build it with scripts/setup") from None
-    # Killed by the signal, or exited because of it: its output is incomplete.
+    # The program was killed by the signal or exited because of it, so its output is incomplete.
     if done.returncode in (-signal.SIGINT, 128 + signal.SIGINT):
         raise KeyboardInterrupt
     if done.returncode != 0:
@@ -46,7 +46,7 @@ def run_pathtracer(program, arguments):
 
 
 def processor_seconds(command, what, environment=None):
-    """Runs a program and returns its CPU seconds; RenderError has the last line that it wrote."""
+    """Runs a program and returns its CPU seconds. RenderError contains the last line that the program wrote."""
     with tempfile.TemporaryFile() as log:
         try:
             process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment)
@@ -83,16 +83,16 @@ class Request:
                 *self.more]
 
     def key(self):
-        """Everything that determines the picture, for a cache, without unused options."""
+        """Everything that determines the image, without unused options, as a cache key."""
         key = dataclasses.asdict(self)
         return {name: value for name, value in key.items() if value or name not in ("declared", "more")}
 
 
 def progressive(program, request, counts, threads=None, read=read_exr):
-    """Yields (spp, picture, attributes) for each of the ascending counts, as in one progressive run.
+    """Yields (spp, image, attributes) for each of the ascending sample counts, as in one progressive run.
 
-    Each sample is rendered once: pictures are means of the parts so far, in double precision. The attribute seconds is
-    a sum over the parts. read(path) gives (array, attributes) of a part: the picture, or further layers too.
+    Each sample is rendered once: images are double-precision means of the parts rendered so far. The attribute seconds is
+    summed over the parts. read(path) returns (array, attributes) of a part: the image, optionally with further layers.
     """
     total, first, seconds = 0.0, 0, 0.0
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
@@ -108,8 +108,8 @@ def progressive(program, request, counts, threads=None, read=read_exr):
 
 
 def make_reference(program, request, report=lambda fraction: None):
-    """(picture, mean of the first half of its samples, {"seconds", "mean_error": standard error of the mean luminance}), from the cache
-    or as the mean of renders of consecutive samples. report(fraction) is called after each."""
+    """(image, mean of the first half of its samples, {"seconds", "mean_error": standard error of the mean luminance}), from the cache
+    or averaged over renders of consecutive samples. Calls report(fraction) before each render."""
     store, step = Store(cache_folder() / "references"), request.spp // REFERENCE_PARTS
     last_sample = dataclasses.replace(request, spp=1, first_sample=request.spp - 1)
     (_, probe, _), = progressive(program, last_sample, [1])
@@ -131,12 +131,12 @@ def make_reference(program, request, report=lambda fraction: None):
 
 
 def scene_label(scene):
-    """A name for files and headings: that of a built-in scene, or the file's."""
+    """A name for files and headings: the name of a built-in scene, or of the file."""
     return re.sub(r"[^A-Za-z0-9_.-]", "_", Path(scene).stem) or "scene"
 
 
 def files_beside(scene):
-    """Names, sizes and times of a scene's file and of every file in its folder, which the scene may refer to."""
+    """Names, sizes and times of a scene file and of every other file in its folder, because the scene may refer to them."""
     folder = Path(scene).parent
     if not Path(scene).is_file():
         return []

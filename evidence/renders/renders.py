@@ -4,7 +4,7 @@
 Renders crops of large images of every scene with every sampler at 1 to 64 samples per pixel and several seeds, and measures
 each against a reference. renders.csv lists every error with its interval. Trials (--quick, --views development) write to
 out/renders only. References and results are cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes, and a
-change to one sampler renders only that sampler again.
+change to one sampler re-renders only that sampler.
 """
 
 import numpy as np
@@ -25,7 +25,7 @@ HEADLINE = "displayed_2.1"
 TABLES = (HEADLINE, "displayed_1.0", "displayed", "rmse_2.1", "rmse_1.0", "rmse")
 NAMES = {"white": "white noise", "sobol": "padded Sobol'", "sobol-global": "global Sobol'", "zorder": "Z-order, tuned for N", "mask": "a mask",
          "blue": "`blue`", "openqmc-sobolbn": "OpenQMC sobolbn (SZ)", "openqmc-pmjbn": "OpenQMC pmjbn", "openqmc-latticebn": "OpenQMC latticebn"}
-TO_REACH = (4, 16)  # counts of the base whose error is to be reached
+TO_REACH = (4, 16)  # sample counts of the base whose error is to be reached
 TO_WHITE = "samples for white noise's error, displayed_2.1"  # in the CSV
 REFERENCE_SPP = 1024
 
@@ -60,12 +60,12 @@ class Report:
     # ---- Samples to an error
 
     def to_white(self):
-        """{sampler: Estimate} of the number of samples that have the error of 16 of white noise, divided by 16."""
+        """{sampler: Estimate} of the number of samples needed for the error of 16 samples of white noise, divided by 16."""
         white = Comparison(self.cells, self.references, self.labels, "white")
         return {label: own for label in self.labels if (own := white.samples_for(label, 16, HEADLINE, self.counts))}
 
     def reach_table(self):
-        """The number of samples with which each sampler has the error of padded Sobol' at TO_REACH, and of white noise at 16."""
+        """The number of samples that each sampler needs for the error of padded Sobol' at TO_REACH samples, and of white noise at 16."""
         white, rows = self.to_white(), []
         for label in self.labels:
             found = [self.compared.samples_for(label, spp, HEADLINE, self.counts) for spp in TO_REACH if spp in self.counts]
@@ -82,7 +82,7 @@ class Report:
     # ---- Tests
 
     def losses(self):
-        """{(scene, spp, measure): p-value of a one-sided test that blue has more error than padded Sobol', adjusted for the number of cells}."""
+        """{(scene, spp, measure): p-value of a one-sided test that blue has more error than padded Sobol', adjusted for multiple tests}."""
         chances = {}
         for (scene, crops), spp, measure in ((part, spp, measure) for part in self.compared.by_scene().items() for spp in self.counts
                                              for measure in ("rmse", "rmse_1.0", "rmse_2.1")):
@@ -92,7 +92,7 @@ class Report:
         return dict(zip(chances, statistics.holm(list(chances.values()))))
 
     def biases(self):
-        """{(scene, label): adjusted p-value of a test that the mean luminance at the largest count differs from the references'}."""
+        """{(scene, label): adjusted p-value of a test that the mean luminance at the largest sample count differs from that of the references}."""
         chances, spp = {}, max(self.counts)
         for (scene, crops), label in ((part, label) for part in self.compared.by_scene().items() for label in self.labels):
             means = [self.cells.get(view, label, spp, "mean") or [] for view in crops]
@@ -116,7 +116,7 @@ class Report:
     # ---- The page
 
     def short(self):
-        """The gain of blue, and where it is largest and smallest."""
+        """The gain from blue, and the scenes where it is largest and smallest."""
         line = ", ".join(f"{own.value:.2f} at {spp}" for spp in self.counts if (own := self.compared.over("blue", spp, HEADLINE)))
         scenes = {scene: own.value for scene, views in self.compared.by_scene().items() if (own := self.compared.over("blue", 16, HEADLINE, views))}
         order = sorted(scenes, key=scenes.get)
@@ -195,7 +195,7 @@ def run(arguments):
     options = parse_options(arguments)
     cells, references = measured(options)
     report = Report(options, cells, references)
-    # The text last, after the files it refers to.
+    # The text is written last, after the files it refers to.
     report.plot(options.out / "renders.png")
     compare.write(options.out / "renders.csv", report.rows())
     write_text(options.out / "renders.md", report.text())

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CPU time of a sample in the path tracer's own scenes: `scripts/bench times` writes evidence/results/times.csv
+"""CPU time per sample in the path tracer's built-in scenes: `scripts/bench times` writes evidence/results/times.csv
 
-Medians of interleaved runs of one thread, without what starting the program takes. `scripts/bench summary` makes times to equal error of them.
+Medians of interleaved single-threaded runs, excluding program start-up. `scripts/bench summary` derives the times to equal error from them.
 """
 
 import statistics
@@ -32,7 +32,7 @@ def of_a_sample(program, chosen, labels):
 
 
 def over(rows, base):
-    """{sampler: time of a sample over that of `base`}, geometric means over scenes."""
+    """{sampler: time per sample relative to `base`}, geometric means over scenes."""
     times = {(row["scene"], row["sampler"]): row["microseconds"] for row in rows}
     found = {}
     for (scene, label), own in times.items():
@@ -51,4 +51,4 @@ def run(arguments):
             for (scene, label), value in of_a_sample(options.pathtracer, list(chosen.values())[::-1], labels).items()]
     write_rows(Path(options.out) / "times.csv", list(rows[0]), rows)
     found = over([{**row, "microseconds": float(row["microseconds"])} for row in rows], "sobol")
-    print(md_table(["sampler", "CPU time of a sample over padded Sobol'"], [[label, f"{value:.2f}"] for label, value in found.items()]))
+    print(md_table(["sampler", "CPU time per sample over padded Sobol'"], [[label, f"{value:.2f}"] for label, value in found.items()]))

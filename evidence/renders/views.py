@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The views used to compare samplers: crops of large pictures.
+"""The views used to compare samplers: crops of large images.
 
-A small picture mostly shows silhouettes, and a pixel of it sees what many pixels of a real one see. So samplers are judged
-on crops of pictures of 1280x960 pixels or more: one crop in each quarter, placed by a hash of the picture's name, before
-anything is rendered. Each set has a picture of every scene, with a camera and crops of its own: the scene's, rotated, moved
-and zoomed. Scenes are the path tracer's, and those of models.py.
+A small image mostly shows silhouettes, and each of its pixels covers many pixels of a full-size image. Samplers are therefore
+compared on crops of images with 1280x960 pixels or more: one crop in each quarter, placed by a hash of the image's name before
+anything is rendered. Each set contains one image of every scene, with its own crops and its own camera, which is the scene's
+camera rotated, moved and zoomed. The scenes are the path tracer's built-in scenes and those of models.py.
 """
 
 import dataclasses
@@ -19,7 +19,7 @@ from . import models, variants
 from .renderer import Request, scene_label
 
 BUILT_IN = ("cornell", "penumbra", "glossy", "lens", "glass", "interior", "motion", "fog")
-SCENES = (*BUILT_IN, *models.MODELS)  # new ones last: places depend on the order
+SCENES = (*BUILT_IN, *models.MODELS)  # append new scenes: crop positions depend on the order
 
 # Each scene's own camera, as `pathtracer --list-cameras` prints it: eye, target, vertical angle of view in degrees.
 CAMERAS = {
@@ -33,27 +33,27 @@ CAMERAS = {
     "fog": ((-0.6, 2, 8.8), (0, 1.2, 0), 29.684453),
     **dict.fromkeys(models.MODELS, models.CAMERA),
 }
-# Exposure of a scene's displayed picture, in stops.
+# Exposure of a scene's displayed image, in stops.
 EXPOSURES = {"cornell": 1.0, "interior": 1.0}
 
-# The box of cornell is square.
+# cornell shows a square box.
 LARGE_SIZE, LARGE_SIZES = (1280, 960), {"cornell": (1280, 1280)}
 CROP, QUICK_CROP = (64, 48), (48, 36)
-TURN, SHIFT, ZOOM = 6.0, 0.04, 0.12  # at most: degrees, share of the distance to the target, share of the angle of view
+TURN, SHIFT, ZOOM = 6.0, 0.04, 0.12  # maxima: degrees, fraction of the distance to the target, fraction of the angle of view
 
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """A scene, seen by one camera at one size."""
+    """A scene seen by one camera at one image size."""
 
     file: str  # or the name of a built-in scene
     name: str
     width: int
     height: int
     camera: tuple = ()  # options of the path tracer
-    exposure: float = 0.0  # of the displayed picture, in stops
-    crop: tuple = ()  # x0, y0, x1, y1 in pixels, half-open; empty: the whole picture
-    lights: tuple = ()  # options of the path tracer that leave the expected picture as it is
+    exposure: float = 0.0  # of the displayed image, in stops
+    crop: tuple = ()  # x0, y0, x1, y1 in pixels, half-open; empty: the whole image
+    lights: tuple = ()  # options of the path tracer that do not change the expected image
 
     @property
     def scene(self):
@@ -61,7 +61,7 @@ class View:
 
     @property
     def size(self):
-        """(width, height) of what is rendered, in pixels: the crop or the whole picture."""
+        """(width, height) of the rendered crop or image, in pixels."""
         if self.crop:
             return self.crop[2] - self.crop[0], self.crop[3] - self.crop[1]
         return self.width, self.height
@@ -76,7 +76,7 @@ class View:
 
     @property
     def picture(self):
-        """Identifies the picture: equal for its crops."""
+        """Identifies the image: the same for all its crops."""
         return self.scene, self.width, self.height, self.camera
 
     @property
@@ -89,7 +89,7 @@ class View:
 
     @property
     def key(self):
-        """What the pixels depend on, for a cache."""
+        """Everything that the pixels depend on, as a cache key."""
         return [self.file, (self.width, self.height), self.options]
 
     def request(self, sampler, spp, seed=0):
@@ -98,8 +98,8 @@ class View:
 
 
 def golden_powers(count):
-    """What a low-discrepancy sequence of so many numbers moves by: the golden ratio for one, R2 for two (M. Roberts, "The Unreasonable
-    Effectiveness of Quasirandom Sequences", 2018), and its like for more."""
+    """The increments of a low-discrepancy sequence with `count` dimensions: the golden ratio for one, R2 for two, and generalisations for
+    more (M. Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018)."""
     root = 2.0
     for _ in range(40):
         root = (1 + root) ** (1 / (count + 1))
@@ -107,7 +107,7 @@ def golden_powers(count):
 
 
 def _camera(scene, index):
-    """Options for the scene's camera, rotated, shifted and zoomed."""
+    """Camera options for the scene's camera after rotating, shifting and zooming it."""
     (eye, target, fov) = CAMERAS[scene]
     yaw, pitch, side, up, zoom = (2 * ((0.5 + (index + 1) * step) % 1) - 1 for step in golden_powers(5))
     forward = [b - a for a, b in zip(eye, target)]
@@ -127,10 +127,10 @@ def _camera(scene, index):
 
 
 def crops_of(view, size=CROP):
-    """The four crops of a picture, one in each quarter."""
+    """The four crops of an image, one in each quarter."""
     wide, high = view.width // 2, view.height // 2
     if size[0] > wide or size[1] > high:
-        raise ValueError(f"crops of {size[0]}x{size[1]} pixels do not fit into the quarters of a picture of "
+        raise ValueError(f"crops of {size[0]}x{size[1]} pixels do not fit into the quarters of an image of "
                          f"{view.width}x{view.height}")
     found = []
     for i in range(4):
@@ -146,7 +146,7 @@ SHOWN = "held-out"  # the set whose figures are in evidence/results
 
 
 def crops(name=SHOWN, scenes=SCENES, size=None, crop=CROP):
-    """The crops of a set's large pictures; size: (width, height) of the pictures, instead of their own."""
+    """The crops of a set's large images. size: (width, height) that replaces the images' own sizes."""
     found = []
     for scene in scenes:
         own = ("--env", "none" if models.MODELS[scene][2] else "sky") if scene in models.MODELS else ()
@@ -157,7 +157,7 @@ def crops(name=SHOWN, scenes=SCENES, size=None, crop=CROP):
 
 
 def of(parser, options):
-    """The views that the options of add_options() ask for."""
+    """The views selected by the options of add_options()."""
     try:
         return crops(options.views, options.scenes, options.size, options.crop or (QUICK_CROP if options.quick else CROP))
     except ValueError as error:
@@ -169,22 +169,22 @@ def add_options(parser, reference_spp):
     parser.add_argument("--views", choices=SETS, default=SHOWN, metavar="SET", help=(
         "; ".join(f"{name}: {what}" for name, (_, what) in SETS.items()) + f" (default {SHOWN})"))
     parser.add_argument("--scenes", type=names_of("scene", SCENES), default=SCENES, metavar="A,B,...",
-                        help=f"scenes out of {', '.join(SCENES)} (default all)")
-    parser.add_argument("--size", type=parse_size, metavar="WxH", help="one size for all pictures, for a trial (default "
+                        help=f"scenes from {', '.join(SCENES)} (default all)")
+    parser.add_argument("--size", type=parse_size, metavar="WxH", help="one size for all images, for trials (default "
                         f"{LARGE_SIZE[0]}x{LARGE_SIZE[1]} or more)")
     parser.add_argument("--crop", type=parse_size, metavar="WxH",
-                        help=f"size of the crops, four of each picture (default {CROP[0]}x{CROP[1]})")
-    parser.add_argument("--quick", action="store_true", help=f"crops of {QUICK_CROP[0]}x{QUICK_CROP[1]} pixels and few seeds: a check "
-                        "whose figures go to out/ alone")
-    parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds for each picture")
-    parser.number("--reference-spp", reference_spp, "samples per pixel of references, a multiple of 32")
-    parser.number("--jobs", os.cpu_count() or 1, "pictures to render at a time, one thread each", ": one per core")
-    parser.add_argument("--out", type=Path, help="folder for the report (default evidence/results, of trials out)")
+                        help=f"size of the crops, four per image (default {CROP[0]}x{CROP[1]})")
+    parser.add_argument("--quick", action="store_true", help=f"crops of {QUICK_CROP[0]}x{QUICK_CROP[1]} pixels and few seeds; such a check "
+                        "writes its figures only to out/")
+    parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds per image")
+    parser.number("--reference-spp", reference_spp, "samples per pixel of the references, a multiple of 32")
+    parser.number("--jobs", os.cpu_count() or 1, "images to render in parallel with one thread each", ": one per core")
+    parser.add_argument("--out", type=Path, help="folder for the report (default evidence/results; out for trials)")
     parser.pathtracer()
 
 
 def finish_options(parser, options, command, arguments):
-    """Checks the options of add_options() and derives folder, labels and command from them. Trials, and what is not of the shown views, go to out."""
+    """Checks the options of add_options() and derives folder, labels and command from them. Trials and other sets than SHOWN go to out."""
     if options.reference_spp % 32:
         parser.error(f"--reference-spp must be a multiple of 32, not {options.reference_spp}")
     options.out = options.out or Path(f"out/{command}" if options.quick or options.views != SHOWN else "evidence/results")

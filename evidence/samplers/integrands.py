@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Integrands that no search has seen, and the error and spectral peaks that samplers have with them.
+"""Integrands that were never used in a search, and the errors and spectral peaks of samplers with them.
 
-Images have 64 x 64 pixels. All prefixes come from one run, those of zorder from one of their own. Families, seeds and integrands are drawn
-at random."""
+Images have 64 x 64 pixels. One run gives all sample counts, except that zorder needs one run per sample count. Families, seeds and
+integrands are random."""
 
 import functools
 import itertools
@@ -31,17 +31,17 @@ def of_library(name):
 
 
 def global_sobol(run, count, member):
-    """One sequence over the screen: its first two dimensions are the pixel, member 0 takes the next four, and so on."""
+    """One sequence over the screen: its first two dimensions give the pixel, member 0 takes the next four dimensions, and so on."""
     first = 2 + 4 * member
     points = qmc.Sobol(first + 4, seed=run).random(PIXELS * count)
     order = np.lexsort((np.arange(PIXELS * count), (points[:, 0] * SIDE).astype(int), (points[:, 1] * SIDE).astype(int)))
     return points[order, first:].reshape(SIDE, SIDE, count, 4).astype(np.float32)
 
 
-# ---- Integrands: functions of samples that are 1 or 0, and the mean in every pixel
+# ---- Integrands: functions of the samples with values 0 or 1, and their mean in every pixel
 
 def area(a, b, c):
-    """Of a x + b y < c in the unit square."""
+    """The area of a x + b y < c in the unit square."""
     c = c - min(a, 0) - min(b, 0)
     a, b = max(abs(a), 1e-4), max(abs(b), 1e-4)
     terms = (np.maximum(0, c - sub)**2 for sub in (0, a, b, a + b))
@@ -50,7 +50,7 @@ def area(a, b, c):
 
 
 def drift(r, period):
-    """What moves an edge back and forth across the screen."""
+    """An offset that moves an edge back and forth across the screen."""
     if not period:
         return np.zeros((SIDE, SIDE))
     angle, phase = r.uniform(0, 2 * np.pi, 2)
@@ -80,7 +80,7 @@ def blur(sigma):
 
 
 def error_images(values, mean, counts):
-    """(counts, SIDE, SIDE) from values of all samples."""
+    """(counts, SIDE, SIDE) from the values of all samples."""
     sums = (np.arange(values.shape[-1])[:, None] < counts) / np.float32(counts)
     return np.moveaxis(values.astype(np.float32) @ sums.astype(np.float32), -1, 0) - np.asarray(mean, np.float32)
 
@@ -90,7 +90,7 @@ def mean_square(images, down, across):
 
 
 def peaks(images):
-    """The mean of the largest hundredth of the powers over the mean of all."""
+    """The mean of the largest hundredth of the powers, relative to the mean of all powers."""
     powers = np.abs(np.fft.fft2(images - images.mean((1, 2), keepdims=True))).reshape(len(images), -1) ** 2
     return np.sort(powers)[:, -PEAKS:].mean(1) / powers.mean(1)
 
@@ -132,7 +132,7 @@ def images_of_run(draw, run, counts):
         d, c = k % 2, np.float32((k // 2 + r.uniform()) / 12)
         images = error_images(samples[0][..., d] < c, c, counts)
         yield "edges along the pixel's sides", images, (2.1, 0) if d == 0 else (0, 2.1)
-    for k in range(16):  # edges that lean a little
+    for k in range(16):  # edges that lean slightly
         member, angle = k % 4, np.arctan(r.uniform(.03, .1) * (-1)**(k // 4)) + np.pi / 2 * (k // 8)
         a, b = np.cos(angle), np.sin(angle)
         c = a * r.uniform() + b * r.uniform()
@@ -152,7 +152,7 @@ def images_of_run(draw, run, counts):
             values = np.where(u[chosen] < np.float32(share), first(u[0], u[1]), second(u[0], u[1]))
             images = error_images(values, share * first.mean + (1 - share) * second.mean, counts)
             yield f"choice by u[{chosen}], then a pair", images, (2.1, 2.1)
-    for _ in range(48):  # position, and time or lens
+    for _ in range(48):  # pixel position, and time or lens
         member = 0
         angle, speed = r.uniform(0, 2 * np.pi), 16 * r.uniform(.1, 1)
         a, b = np.cos(angle), np.sin(angle)
@@ -165,7 +165,7 @@ def images_of_run(draw, run, counts):
 
 
 def images_at_every_count(draw, run, counts):
-    """The same for half-planes and products of two alone, which leaves time for thousands of samples."""
+    """The same for only half-planes and products of two, which leaves time for thousands of samples."""
     u, r = np.moveaxis(draw(run, counts[-1], run % 4), -1, 0), np.random.default_rng([run, 9])
     for _ in range(6):
         first, second = Plane(r), Plane(r)
@@ -177,7 +177,7 @@ def images_at_every_count(draw, run, counts):
 
 
 def half_space(normal, at):
-    """The volume of normal . u < at in the unit cube of as many dimensions."""
+    """The volume of normal . u < at in the unit cube with as many dimensions as `normal`."""
     at = at - np.minimum(normal, 0).sum()
     size = np.maximum(np.abs(normal), 1e-3)
     corners = ((np.array(corner) @ size, (-1) ** sum(corner)) for corner in itertools.product((0, 1), repeat=len(normal)))
@@ -198,10 +198,10 @@ def measure(draw, runs, counts=COUNTS, one_count=False, images_of=images_of_run)
     return {row: sums[0] / sums[1] if row.startswith("peaks") else np.sqrt(sums[0] / sums[1]) for row, sums in found.items()}
 
 
-# ---- The image, and rows of a page
+# ---- The image, and the rows of the page
 
 def patterns():
-    """Images of two flat half-planes, one of which drifts slowly, at 1 and 4 samples: each pixel enlarged twice."""
+    """Images of a constant and a slowly drifting half-plane at 1 and 4 samples, enlarged by a factor of two."""
     draws = {"white noise": of_library("white"), "blue": of_library("blue"), "Z-order": of_library("zorder"), "global Sobol'": global_sobol}
     cells = []
     for period, count in itertools.product((0, 128), (1, 4)):
@@ -216,7 +216,7 @@ def patterns():
 
 
 def summarised(found):
-    """Rows of one kind over all members: the largest of the peaks."""
+    """Merges the peak rows of all members and pairs into their maximum."""
     rows = {row: values for row, values in found.items() if not row.startswith("peaks")}
     for ending in ("", ", drifting"):
         of = [values for row, values in found.items() if row.startswith("peaks") and row.endswith("drifting") == bool(ending)]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures screen-space error and spectral peaks of the samplers: `scripts/bench samplers` writes evidence/results/samplers.*
 
-Every pixel integrates the same function, or one that drifts slowly across the screen (integrands.py). The program bench_draws
-measures the times of draws. samplers.csv has all errors and peaks.
+Every pixel integrates the same function, or a function that drifts slowly across the screen (integrands.py). The program
+bench_draws times draws. samplers.csv lists all errors and peaks.
 """
 
 import csv
@@ -43,7 +43,7 @@ PLOTTED = ("half-planes", "products of both pairs", "products of two members")
 
 
 def of_openqmc(program, name):
-    """draw() of integrands.py, by the program bench_samplers."""
+    """A draw() function for integrands.py that runs the program bench_samplers."""
     @functools.lru_cache(2)
     def members(run, count):
         try:
@@ -56,7 +56,7 @@ def of_openqmc(program, name):
 
 
 def time_draws(program):
-    """The rows of bench_draws."""
+    """The rows printed by bench_draws."""
     try:
         text = subprocess.run([program], stdout=subprocess.PIPE, text=True, check=True).stdout
     except (OSError, subprocess.CalledProcessError) as error:
@@ -65,7 +65,7 @@ def time_draws(program):
 
 
 def measure_all(ways, runs, counts=COUNTS, images_of=integrands.images_of_run):
-    """Rows with the error of each sampler relative to BASE, or its peaks, by integrand and count."""
+    """Rows by integrand and sample count with each sampler's error relative to BASE, or its peaks."""
     def run(name):
         found = integrands.summarised(integrands.measure(ways[name], runs, counts, name == "zorder", images_of))
         print(f"bench: measured {name}", file=sys.stderr)
@@ -86,7 +86,7 @@ def row_table(rows, row, counts=COUNTS):
 
 
 def wins_table(rows):
-    """One row per integrand and sampler with at least 5 % less error than `blue` at some count."""
+    """One row per integrand and sampler with at least 5 % less error than `blue` at some sample count."""
     errors = {(row["row"], row["sampler"], row["spp"]): row["value"] for row in rows if not row["row"].startswith("spectral")}
     found = {}
     for (row, name, spp), value in errors.items():
@@ -164,9 +164,9 @@ def run(arguments):
     parser.hidden("--draws", "build/evidence/programs/bench_draws")
     parser.pathtracer()
     parser.number("--runs", 8, "seeds")
-    parser.add_argument("--again", action="store_true", help="measure only what the files of the previous run lack")
+    parser.add_argument("--again", action="store_true", help="measure only what is missing from the files of the previous run")
     parser.out()
-    parser.add_argument("--picture", type=Path, metavar="FILE", help="only draw flat half-planes with each sampler")
+    parser.add_argument("--picture", type=Path, metavar="FILE", help="only draw constant and drifting half-planes with each sampler")
     options = parser.parse_args(arguments)
     if options.picture:
         return write_image(options.picture, integrands.patterns())

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as scripts/bench does; threads that wait for each other are slower
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in scripts/bench; threads that wait for each other are slower
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 

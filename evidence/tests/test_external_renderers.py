@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The comparisons in pbrt-v4 and Cycles. With BN_PBRT_PROGRAM, or BN_CYCLES_PROGRAM and its sources BN_CYCLES, programs that have the
-patches, the samplers' images too: crops, threads, seeds and the wavefront integrator."""
+"""The comparisons in pbrt-v4 and Cycles. If BN_PBRT_PROGRAM, or BN_CYCLES_PROGRAM and BN_CYCLES (its sources), name
+patched programs, their images are tested, too: crops, threads, seeds and the wavefront integrator."""
 
 import os
 import re
@@ -15,12 +15,12 @@ from evidence.external_renderers import cycles, other_renderer, pbrt, pbrt_scene
 
 
 def test_crops_stay_where_they_are():
-    """They were placed before anything was rendered."""
+    """The crops were placed before anything was rendered."""
     assert [view.bounds[::2] for view in pbrt_scenes.crops("room")] == [(887, 210), (864, 581)]
 
 
 class Made:
-    """Cells made up: blue's error is half of the others', zsobol's does not fall, and a sample takes a microsecond."""
+    """Synthetic cells: blue has half the error of the others, and a sample takes one or two microseconds."""
 
     def get(self, view, label, spp, measure):
         if measure == "seconds":
@@ -48,7 +48,7 @@ def test_ratios_are_over_blue():
 @pytest.fixture(scope="module")
 def pbrt_program():
     if not os.environ.get("BN_PBRT_PROGRAM"):
-        pytest.skip("BN_PBRT_PROGRAM is not set to pbrt-v4 with the sampler")
+        pytest.skip("BN_PBRT_PROGRAM is not set to a pbrt-v4 with the sampler")
     return os.environ["BN_PBRT_PROGRAM"]
 
 
@@ -75,7 +75,7 @@ def test_crops_threads_and_seeds(picture):
 
 
 def test_the_wavefront_integrator_renders_the_same(picture):
-    """Up to the first surface's light and direction the two ask for the same; their arithmetic differs in the last digits."""
+    """Up to the light and direction at the first surface, both integrators draw the same numbers; their arithmetic differs in the last digits."""
     def once(text):
         return re.sub('"integer maxdepth" [0-9]+', '"integer maxdepth" 1', text)
 
@@ -87,7 +87,7 @@ def test_the_wavefront_integrator_renders_the_same(picture):
 
 @pytest.mark.parametrize(("scene", "lens"), [("skin", 0), ("penumbra", 0.12)])
 def test_both_integrators_agree_with_another_sampler(picture, scene, lens):
-    """The means of a patch; at 64 samples they differ by a few per cent."""
+    """Compares the means of a patch, which differ by a few per cent at 64 samples."""
     def edit(text):
         return text.replace('"float fov" 40', f'"float fov" 40 "float lensradius" {lens} "float focaldistance" 5.6')
 
@@ -101,7 +101,7 @@ def test_both_integrators_agree_with_another_sampler(picture, scene, lens):
 @pytest.fixture(scope="session")
 def cycles_program():
     if not os.environ.get("BN_CYCLES_PROGRAM") or not os.environ.get("BN_CYCLES"):
-        pytest.skip("BN_CYCLES_PROGRAM and BN_CYCLES are not set to Cycles with the pattern and its sources")
+        pytest.skip("BN_CYCLES_PROGRAM and BN_CYCLES are not set to a Cycles with the pattern and its sources")
     return os.environ["BN_CYCLES_PROGRAM"]
 
 
@@ -118,6 +118,6 @@ def test_pictures_differ_by_their_seeds_alone(cycles_program, tmp_path):
 
 @pytest.mark.parametrize("sampler", cycles.SAMPLERS)
 def test_what_patterns_are_told(cycles_program, tmp_path, sampler):
-    """Blue noise of Cycles depends on it, as the table of pictures that stop early needs; `blue` does not."""
+    """The sample count passed changes Cycles' blue noise, as the table "Stopped early" requires, but not `blue`."""
     told_four, told_more = (cycles_picture(cycles_program, tmp_path, cycles.integrator(sampler, told, 1), 4) for told in (4, 64))
     assert np.array_equal(told_four, told_more) == (sampler not in cycles.PREVIEW)

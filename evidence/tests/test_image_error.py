@@ -14,7 +14,7 @@ def noise(shape, seed=1):
 
 
 def test_pixels_are_clipped_before_the_blur():
-    """Alternating black and twice white blurs to white, but a screen shows half of that."""
+    """Alternating black and twice white blurs to white, but a screen shows only half of this."""
     y, x = np.mgrid[0:32, 0:32]
     image = np.repeat(2.0 * ((x + y) % 2)[..., None], 3, axis=2)
     assert displayed_rmse(image, np.full_like(image, 0.5), 0.0, 2.1) < 0.01
@@ -33,7 +33,7 @@ def test_a_reference_tells_its_own_error_by_its_halves():
 
 @pytest.mark.parametrize("edge, pad", [("mirror", "symmetric"), ("toroidal", "wrap")])
 def test_blurs_go_on_beyond_the_edge(edge, pad):
-    """With the outermost pixel repeated in mirrored pictures, and from the other side in tiles: as of a padded picture."""
+    """The blur equals that of a padded image: images are padded by mirroring, tiles by wrapping around."""
     image = noise((24, 30, 3))
     whole = blurred(np.pad(image, ((12, 12), (12, 12), (0, 0)), pad), 2.1)[12:-12, 12:-12]
     np.testing.assert_allclose(blurred(image, 2.1, edge), whole, rtol=0, atol=1e-12)

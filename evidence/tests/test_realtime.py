@@ -31,7 +31,7 @@ def test_packs_are_read_in_order_with_their_channels(tmp_path):
     slices = realtime.read_pack("STBN", tmp_path)
     assert np.array_equal(slices.stack_for(1)[..., 0], (scalar + np.float32(0.5)) / 256)
     assert np.array_equal(slices.stack_for(2), (vectors[..., :2] + np.float32(0.5)) / 256)
-    # Slices repeat over the screen and over frames; a second pair comes from another place.
+    # Slices repeat over the screen and over frames; a second pair uses another offset.
     first, again = slices.frame(2, 4, 0, 16), slices.frame(14, 4, 0, 16)
     assert np.array_equal(first, again) and np.array_equal(first[:8, :8], first[8:, 8:])
     assert not np.array_equal(first[..., :2], first[..., 2:])
@@ -57,7 +57,7 @@ def test_integrands_have_their_mean():
     for dimensions, make in realtime.INTEGRANDS.values():
         for i in range(4):
             values, mean = make(np.random.default_rng(i))
-            # Five standard deviations of at most 0.0011.
+            # Five standard deviations, each at most 0.0011.
             assert 0 < mean < 1 and np.mean(values(points[:, :dimensions])) == pytest.approx(mean, abs=0.006)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""References are rendered once, and again if anything they depend on changes."""
+"""References are rendered once, and re-rendered if anything they depend on changes."""
 
 import dataclasses
 import os

@@ -22,7 +22,7 @@ CORNELL = [(516, 560), (754, 107), (221, 981), (1051, 730)]
 
 @pytest.fixture(autouse=True)
 def few_parts(monkeypatch):
-    monkeypatch.setattr(renderer, "REFERENCE_PARTS", 4)  # each part is a start of the path tracer
+    monkeypatch.setattr(renderer, "REFERENCE_PARTS", 4)  # each part starts the path tracer once
 
 
 def arguments(pathtracer, out, *more):
@@ -60,7 +60,7 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, cache, 
     for name in re.findall(r"\((renders[^)]*)\)", text):
         assert (out / name).is_file(), name
 
-    # Found again, all of it: only the text is compared.
+    # Everything is cached now, so only the text is compared.
     made.clear()
     monkeypatch.setattr(renders.Report, "plot", lambda *_: None)
     bench(["renders", *arguments(pathtracer, out)])
@@ -81,7 +81,7 @@ def test_figures_are_those_of_single_renders(pathtracer, tmp_path):
 
 
 def made_up(blue, seeds=8):
-    """A report on four crops of one scene: white has an error of 1, sobol 1/2, and blue the given one, with 1 % noise."""
+    """A report on four crops of one scene: white has error 1, sobol 1/2 and blue `blue`, all with 1 % noise."""
     rng, chosen = np.random.default_rng(11), views.crops("development", ("cornell",), (64, 64), (16, 16))
     labels = ("white", "sobol", "blue")
     options = types.SimpleNamespace(labels=labels, counts=(1, 16), seeds=seeds, size=(64, 64), views="development", out=Path("o"),
@@ -148,7 +148,7 @@ def test_crops_are_real_sizes_one_in_each_quarter():
                 (x0, y0, x1, y1), (wide, high) = view.crop, (view.width // 2, view.height // 2)
                 assert view.size == (x1 - x0, y1 - y0) == views.CROP and view.pixels == views.CROP[0] * views.CROP[1]
                 assert i % 2 * wide <= x0 < x1 <= (i % 2 + 1) * wide and i // 2 * high <= y0 < y1 <= (i // 2 + 1) * high
-    # Placed by names and cameras: these bounds must stay, or results of other versions are of other places.
+    # Names and cameras place the crops. These bounds must not change, or results of different versions would show different crops.
     assert [view.crop[:2] for view in views.crops("held-out", ("cornell",))] == CORNELL
 
 

@@ -28,7 +28,7 @@ def test_every_row_is_measured_over_padded_sobol():
 
 
 def test_odd_counts_are_those_of_one_run():
-    """And of runs of their own where a sampler is tuned for the count."""
+    """Samplers tuned for the sample count use separate runs."""
     ways = {name: integrands.of_library(name) for name in ("white", "sobol", "zorder", "blue")}
     rows = samplers.measure_all(ways, 1, (1, 3, 5), integrands.images_at_every_count)
     found = {(row["row"], row["sampler"], row["spp"]): float(row["value"]) for row in rows}
