@@ -12,13 +12,13 @@ die() {
     exit 1
 }
 
-# CMake, compilers and Python environments fail late on some of these characters, with misleading messages.
+# CMake, compilers and Python environments fail late and with misleading messages on some of these characters.
 case $root in
     *[\#\"\;\\:\[\]\|\<\>\$]* | *[[:cntrl:]]*)
         die "cannot work in the folder $(printf %q "$root"); give it a name without # \" ; \\ : [ ] | < > $ and tabs" ;;
 esac
 
-# A compiler needs about a gigabyte, so machines with little memory run fewer than they have cores.
+# Each compiler process needs about a gigabyte, so machines with little memory run fewer processes than they have cores.
 job_count() {
     local cores memory_gib
     cores=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1)
@@ -29,14 +29,14 @@ job_count() {
     echo "$cores"
 }
 
-# With ccache, files are not compiled twice, even in different folders. CMake reads these variables.
+# With ccache, no file is compiled twice, even in different folders. CMake reads these variables.
 if command -v ccache >/dev/null 2>&1; then
     export CMAKE_C_COMPILER_LAUNCHER=${CMAKE_C_COMPILER_LAUNCHER-ccache}
     export CMAKE_CXX_COMPILER_LAUNCHER=${CMAKE_CXX_COMPILER_LAUNCHER-ccache}
 fi
 
-# run_logged "description" command...: runs quietly; on failure shows the last lines of its output,
-# shown_lines of them (default 30).
+# run_logged "description" command...: runs quietly; on failure shows the last shown_lines lines of its
+# output (default 30).
 run_logged() {
     local status=0
     say "$1"
@@ -47,7 +47,7 @@ run_logged() {
     return "$status"
 }
 
-# apt_install package...: installs Debian packages; ${as_root[@]} is what makes one root.
+# apt_install package...: installs Debian packages; ${as_root[@]} is the command that runs others as root.
 apt_install() {
     shown_lines=3 run_logged "installing Debian packages: $*" ${as_root[@]+"${as_root[@]}"} sh -c 'apt-get update;
         DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "$@"' sh "$@" && hash -r
@@ -55,8 +55,8 @@ apt_install() {
 
 have() { command -v "$1" >/dev/null 2>&1; }
 
-# install_requirements -NAME "packages": installs scripts/requirements-NAME.txt ("": requirements.txt) into .venv unless it is
-# there. Python 3.11, which the continuous integration uses, gets exactly the locked packages, others get the ranges.
+# install_requirements -NAME "packages": installs scripts/requirements-NAME.txt ("": requirements.txt) into .venv unless they are
+# installed. Python 3.11, which the continuous integration uses, gets exactly the locked versions; other versions use the ranges.
 install_requirements() {
     local stamp=.venv/requirements$1.sha256 files=("scripts/requirements$1.txt" "scripts/requirements$1.lock") requirements wanted
     requirements=(-r "${files[0]}")

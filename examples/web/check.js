@@ -2,10 +2,10 @@
 // Draws a million samples in WebGPU and WebGL 2, compares them with the same draws in JavaScript, and times them. Load after shaders.js.
 "use strict";
 
-const SIDE = 1024; // draws on each side of the image
+const SIDE = 1024; // draws along each side of the image
 const COUNT = SIDE * SIDE;
-const REPEATS = 8; // draws or fetches of a thread, when they are timed
-const TEXELS = 256; // on each side of the texture that is fetched from
+const REPEATS = 8; // draws or fetches per thread when they are timed
+const TEXELS = 256; // along each side of the texture that is fetched from
 const element = id => document.getElementById(id);
 
 // ---- The draws in JavaScript, from bn_draw.glsl
@@ -64,7 +64,7 @@ function blueBits(words, seed, x, y, index, domain, out, at) {
   }
 }
 
-/* The i-th draw: all pixels of the image once, with indices up to 2^20 and 1024 domains. */
+/* The i-th draw: each pixel of the image occurs once, with indices up to 2^20 and 1024 domains. */
 const asked = i => ({x: i % SIDE, y: i / SIDE | 0, index: times(i, 0x9e3779b1) >>> 12, domain: times(i, 0x85ebca6b) >>> 22 << 22 >>> 0});
 
 function drawOnCpu() {
@@ -76,7 +76,7 @@ function drawOnCpu() {
   return out;
 }
 
-/* FNV-1a over words. */
+/* The FNV-1a hash of words. */
 function hashOf(words) {
   let h = 0x811c9dc5;
   for (const word of words) h = times(h ^ word, 0x01000193);
@@ -227,14 +227,14 @@ async function onWebGl2() {
   };
   run(false, 0, 1);
   const drawn = read(SIDE), names = gl.getExtension("WEBGL_debug_renderer_info");
-  if (gl.getError()) throw new Error("an error of WebGL");
+  if (gl.getError()) throw new Error("WebGL reported an error");
   const time = fetches => nanoseconds(passes => (run(fetches, REPEATS, passes), read(1)));
   return {drawn, name: gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER), draw: await time(false), fetch: await time(true)};
 }
 
 // ---- The page
 
-/* The line of an interface: its text, and its class: right, wrong, or empty if the interface is not available. */
+/* The class and text of an interface's line. The class is "right", "wrong", or "nothing" if the interface is not available. */
 function verdict(name, result, expected) {
   if (result === null) return ["nothing", `${name}: not in this browser${isSecureContext ? "" : ", or only over HTTPS or from disk"}.`];
   const hashes = [result.drawn, expected].map(hashOf), wrong = result.drawn.findIndex((word, i) => word !== expected[i]);

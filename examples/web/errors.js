@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The errors of the samplers after 1, 2, 3 ... samples: measures them one at a time, and shows them as numbers and as a plot.
+// The errors of the samplers after 1, 2, 3 ... samples: measures them one at a time and shows them as numbers and in a plot.
 "use strict";
 
 const STEPS = 16;
@@ -12,7 +12,7 @@ function evenly(values) {
   return values.map(value => value.toFixed(Math.max(0, 2 - exponent)));
 }
 
-/* choose(count) is called when the user picks a count in the plot. */
+/* Calls choose(count) when the user picks a sample count in the plot. */
 function makeErrors(names, choose) {
   const types = Object.keys(names), plot = document.getElementById("plot"), list = document.getElementById("values");
   const cells = {};
@@ -40,7 +40,7 @@ function makeErrors(names, choose) {
     get values() { return steps; },
     get done() { return running.length === 0; },
 
-    /* Discards the errors, to measure them again step by step. */
+    /* Discards the errors, so that they are measured again step by step. */
     restart(tracer) {
       for (const {run} of running) run.return();
       steps = Object.fromEntries(types.map(type => [type, []]));
@@ -49,7 +49,7 @@ function makeErrors(names, choose) {
       errors.show(shown);
     },
 
-    /* Measures one error, for the sampler with the fewest. */
+    /* Measures one error for the sampler with the fewest errors. */
     step() {
       if (errors.done) return;
       const next = running.shift();

@@ -4,13 +4,13 @@
 
 const NAMES = {white: "white", sobol: "Sobol\u2019", blue: "blue"};
 const MODES = {sum: "sum", average: "average", camera: "camera moves"};
-const MOST = 1024; // samples after which "no limit" rests, too
-const FIRST_LIMIT = 3; // here, between powers of two, the samplers differ most
-const COLUMNS = 400; // about as many pixels to a row; each is a whole number of the screen's
+const MOST = 1024; // sample count at which "no limit" stops, too
+const FIRST_LIMIT = 3; // between powers of two, where the samplers differ most
+const COLUMNS = 400; // approximate width in pixels; each covers a whole number of screen pixels
 
 const element = id => document.getElementById(id);
 const settings = {left: "white", right: "blue", mode: "sum", limit: FIRST_LIMIT};
-// catchingUp: an image with fewer samples than shown is rendered from the first sample, and shown when it is done.
+// catchingUp: an image with fewer samples than shown is rendered from the first sample and shown when it is complete.
 let tracer = null, enlarged = 1, paused = false, catchingUp = false, restarts = 0, asked = false;
 
 function fill(name, choices) {
@@ -29,7 +29,7 @@ function fill(name, choices) {
   }
 }
 
-/* Sums have a sample count and errors; averages continue until they are paused. */
+/* Sums have a sample count and errors; averages run until they are paused. */
 function changeMode() {
   paused = catchingUp = false;
   document.documentElement.classList.toggle("endless", settings.mode !== "sum");
@@ -47,7 +47,7 @@ function limitTo(count) {
   request();
 }
 
-/* Moves the samples per pixel by one step, from the last step if there was no limit. */
+/* Changes the samples per pixel by one step, starting from the last step if there was no limit. */
 function limitBy(step) {
   limitTo(Math.min(STEPS, Math.max(1, Math.min(settings.limit, STEPS) + step)));
 }
@@ -154,7 +154,7 @@ element("stage").addEventListener("pointerdown", event => {
 element("stage").addEventListener("pointermove", event => {
   if (element("stage").hasPointerCapture(event.pointerId)) moveSplit(event);
 });
-// A device may lose the context, and restore it without its contents.
+// A device may lose the context and restore it without its contents.
 element("picture").addEventListener("webglcontextlost", event => { event.preventDefault(); tracer = null; errors.restart(null); });
 element("picture").addEventListener("webglcontextrestored", start);
 start();

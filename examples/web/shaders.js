@@ -3,7 +3,7 @@
 "use strict";
 
 const {BN_DRAW_GLSL, BN_PATH_GLSL, WORDS} = LIBBN_TEXTS;
-const BN_SEED = [0x89025cc1, 0x910a2dec]; // what bn_sampler_seed() gives for seed 1
+const BN_SEED = [0x89025cc1, 0x910a2dec]; // the result of bn_sampler_seed() for seed 1
 const BN_TABLE_WORDS = (() => {
   const bytes = Uint8Array.from(atob(WORDS), character => character.charCodeAt(0));
   const view = new DataView(bytes.buffer);
@@ -29,23 +29,23 @@ ${BN_DRAW_GLSL}
 ${BN_PATH_GLSL}
 `;
 
-/* Renders one sample of each pixel, and adds it to the sums, or to a moving average that follows surfaces when the camera moves. Both are
+/* Renders one sample of each pixel and adds it to the sums, or to a moving average that follows surfaces as the camera moves. Both are
  * stored as float bits in an integer texture, which every WebGL 2 device can render to. An average is stored with the surface's distance
  * and its sample count.
  *
  * The scene is a room seen through its front wall, with a lamp on the ceiling, a block, a matte ball and a mirror ball. Each ray of a path has
- * one domain, bn_path_ray_domain(): (0,1) are its direction, (2,3) the light sample at its end. */
+ * one domain, bn_path_ray_domain(): numbers (0,1) give its direction, and (2,3) give the light sample at its end. */
 const sampleFragment = type => `${DRAWS}
 uniform usampler2D sums;
 uniform uvec2 size;
 uniform uint index, run;
-uniform float weight; // of the newest sample in a moving average, when that has settled; 0: a sum
+uniform float weight; // of the newest sample in a settled moving average; 0: a sum
 uniform vec3 camera, camera_before;
 out uvec4 sum;
 
-const vec3 ROOM = vec3(1.5, 2.0, 1.3); // from the middle to the side walls, height, from the middle to the front and back
+const vec3 ROOM = vec3(1.5, 2.0, 1.3); // half width, height, half depth
 const vec3 LAMP_COLOUR = vec3(13.0, 11.5, 9.4);
-const vec2 LAMP_AT = vec2(0.0, 0.05), LAMP_SIZE = vec2(0.4, 0.32); // x and z, from the middle to the edges
+const vec2 LAMP_AT = vec2(0.0, 0.05), LAMP_SIZE = vec2(0.4, 0.32); // x and z; half sizes
 const vec4 BALL = vec4(0.62, 0.42, 0.1, 0.42), MIRROR = vec4(-0.4, 0.3, 0.7, 0.3);
 const vec3 BLOCK_AT = vec3(-0.62, 0.6, -0.42), BLOCK_SIZE = vec3(0.33, 0.6, 0.33);
 const vec2 BLOCK_TURN = vec2(0.9211, 0.3894); // cosine and sine
@@ -144,7 +144,7 @@ vec3 scattered(vec3 normal, vec2 u) {
   return on_disc.x * side + on_disc.y * cross(normal, side) + up * normal;
 }
 
-// The position of a point in the image, in pixels, through the front wall, which fills the image for every camera.
+// A point's pixel position in the image, projected through the front wall, which fills the image for every camera.
 vec2 on_screen(vec3 from, vec3 point) {
   vec3 at = from + (point - from) * ((ROOM.z - from.z) / (point.z - from.z));
   return 0.5 * (vec2(at.x / ROOM.x, 2.0 * at.y / ROOM.y - 1.0) + 1.0) * vec2(size);
@@ -177,7 +177,7 @@ vec3 light_along(bn_path path, out vec3 first, out vec2 place) {
   vec3 from = camera, to = normalize(vec3(on_film.x * ROOM.x, 0.5 * (on_film.y + 1.0) * ROOM.y, ROOM.z) - camera);
   place = u.xy;
   vec3 light = vec3(0.0), weight = vec3(1.0);
-  bool sees_lamp = true; // from the camera, also in the mirror; caustics are left out, whose fireflies would hide the rest
+  bool sees_lamp = true; // from the camera, also in the mirror; caustics are omitted because their fireflies would hide everything else
   for (uint ray = 1u; ray <= 4u; ++ray) {
     surface s = hit(from, to);
     if (ray == 1u) first = from + to * s.distance;
@@ -252,7 +252,7 @@ void main() {
 
 const SHOW_FRAGMENT = `${BLUR}
 uniform usampler2D left, right;
-uniform int enlarged; // screen pixels to a pixel, each way
+uniform int enlarged; // screen pixels per image pixel in each direction
 uniform float split;  // in screen pixels
 out vec4 colour;
 

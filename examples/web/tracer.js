@@ -11,7 +11,7 @@ function cameraAt(mode, frame) {
   return mode === "camera" ? [0.5 * Math.sin(frame / 45), 1 + 0.2 * Math.sin(frame / 22.5), 4.6] : [0, 1, 4.6];
 }
 
-/* An integer texture. With words, it holds them in rows of 64; without, it has four per pixel and can be rendered to. */
+/* An integer texture. With words, it holds them in rows of 64; without, it holds four words per pixel and can be rendered to. */
 function makeImage(gl, width, height, words = null) {
   const texture = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, texture);
@@ -31,7 +31,7 @@ function makeImage(gl, width, height, words = null) {
 
 const makeWords = (gl, words = BN_TABLE_WORDS) => makeImage(gl, 64, Math.ceil(words.length / 64), words);
 
-/* Draws into an image, or on the canvas if it is null. Uniforms are images, or functions of their location. */
+/* Draws into an image, or on the canvas if the image is null. Uniforms are images, or functions of their location. */
 function draw(gl, program, into, width, height, uniforms) {
   gl.useProgram(program);
   gl.bindFramebuffer(gl.FRAMEBUFFER, into && into.framebuffer);
@@ -50,7 +50,7 @@ function draw(gl, program, into, width, height, uniforms) {
   gl.drawArrays(gl.TRIANGLES, 0, 3);
 }
 
-/* The path tracer of one canvas; throws if the browser cannot run it. */
+/* The path tracer for one canvas. Throws if the browser cannot run it. */
 function makeTracer(canvas) {
   const gl = canvas.getContext("webgl2", {alpha: false, antialias: false, depth: false});
   if (!gl) throw new Error("it needs WebGL 2, which this browser does not offer");
@@ -71,7 +71,7 @@ function makeTracer(canvas) {
       gl.deleteFramebuffer(framebuffer);
     }
   };
-  /* Renders the next sample of each pixel. `sums` is the current image and one to draw into, and is returned in this order. */
+  /* Renders the next sample of each pixel. `sums` contains the current image and an image to draw into; the result has the same order. */
   const add = (program, sums, index, run, mode = "sum") => {
     draw(gl, program, sums[1], tracer.width, tracer.height, {
       bn_words: words, sums: sums[0], index: uint(index), run: uint(run), weight: float(mode === "sum" ? 0 : WEIGHT),
@@ -100,7 +100,7 @@ function makeTracer(canvas) {
       Object.assign(tracer, {width, height, count: 0});
     },
 
-    /* Restarts without samples; each run has different random numbers. Mode: the "sum" of all frames, a moving "average", or an average
+    /* Restarts with zero samples; each run uses different random numbers. Mode: the "sum" of all frames, a moving "average", or an average
      * with a moving "camera". In all modes the index continues across frames. */
     restart(run, mode = tracer.mode) {
       Object.assign(tracer, {run, mode, count: 0});
@@ -126,7 +126,7 @@ function makeTracer(canvas) {
       return readWords(samplers[kind].sums[0]);
     },
 
-    /* Yields the error of a sampler after 1, 2, 3 ... samples, as displayed and after a blur, from two independent images: they differ by
+    /* Yields a sampler's error after 1, 2, 3 ... samples, as displayed and after a blur, from two independent images: they differ by
      * the error times the square root of two. */
     *errors(kind, sigma) {
       const {program} = samplers[kind], {width, height} = tracer;
@@ -134,7 +134,7 @@ function makeTracer(canvas) {
       try {
         for (let count = 0; ; ++count) {
           pictures.forEach((sums, i) => {
-            add(program, sums, count, 0x80000000 + 8 * tracer.run + 4 * i); // no key of an image shown, nor of its family
+            add(program, sums, count, 0x80000000 + 8 * tracer.run + 4 * i); // differs from the keys of displayed images and of their families
             draw(gl, blurRows, rows[i], width, height, {sums: sums[0], scale: float(EXPOSURE / (count + 1)), sigma: float(sigma)});
           });
           draw(gl, differ, pictures[0][1], width, height, {one: rows[0], other: rows[1], sigma: float(sigma)});

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shows how samplers converge on a scene of your own, `scripts/demo my.gltf`, or on the Cornell box.
+"""Shows how samplers converge on your own scene (`scripts/demo my.gltf`) or on the Cornell box.
 
 Renders a reference and progressive runs of each sampler, and measures the error at every sample count and seed. Writes report.html
 (a slider to compare two images, enlarged crops, error images, and plots of error against samples and time),
@@ -38,16 +38,16 @@ from .to_gltf import scene_for
 
 MEASURES = {"rmse": "RMSE", "rmse_1.0": "sigma 1.0", "rmse_2.1": "sigma 2.1", "displayed_2.1": "displayed, sigma 2.1"}
 PLOTTED = {"rmse_2.1": "RMSE after a blur of 2.1 pixels", "rmse": "RMSE"}
-ERROR = "rmse_2.1"  # what is shown beside the pictures
-SEEDS_FOR_RATIO = 3  # with fewer seeds, intervals are too wide
+ERROR = "rmse_2.1"  # the measures shown beside the images
+SEEDS_FOR_RATIO = 3  # with fewer seeds, the intervals are too wide
 SAMPLERS = ("white", "sobol", "blue")
-# Without a scene: all counts are steps of one run, which is where padded Sobol' falls back. The scene is dark except for its lamp.
+# Without a scene, all sample counts are steps of one run, where padded Sobol' falls back. The scene is dark except for its lamp.
 DEMO = {"counts": (*range(1, 17), 64), "shown": (*range(1, 17), 64), "galleries": (1, 3, 4, 16), "start": 3, "exposure": 1.0,
         "seeds": 6, "printed": (1, 2, 3, 4, 6, 8, 12, 16, 64)}
 
 
 class Pictures(Run):
-    """A judge.Run that keeps every image of the first seed, and the seconds that rendering took."""
+    """A judge.Run that keeps every image of the first seed, and the rendering time in seconds."""
 
     def measure(self, task, reference):
         rows, kept = [], {}
@@ -66,7 +66,7 @@ def luminance_error(picture, reference):
 
 
 def part_worth_showing(reference, picture):
-    """(left, top, width, height) of a noisy and detailed square, a quarter of the image wide, ignoring lights and fireflies."""
+    """(left, top, width, height) of a noisy, detailed square a quarter of the image wide, ignoring lights and fireflies."""
     def local_mean(values):
         return ndimage.uniform_filter(np.minimum(values, np.quantile(values, 0.9)), side, mode="constant")
 
@@ -80,12 +80,12 @@ def part_worth_showing(reference, picture):
 
 
 def gallery(samplers, errors, previews, part):
-    """For one count, a column per sampler: an enlarged crop, and its error before and after a blur."""
+    """For one sample count, one column per sampler: an enlarged crop, and its error before and after a blur."""
     factor = max(1, min(errors[samplers[0]].shape) // part[2])
     rows = [[[enlarged_part(previews[s], part, factor)] for s in samplers]]
     for sigma in (0.0, SIGMAS[-1]):
         shown = {s: blurred(errors[s], sigma) for s in samplers}
-        # One grey scale for all samplers: three standard deviations of white noise, robust to the lights.
+        # All samplers share one grey scale: three standard deviations of white noise, robust to lights.
         full_scale = max(3 * 1.4826 * float(np.median(np.abs(shown[samplers[0]]))), 1e-12)
         greys = {s: np.uint8(np.clip(128 + 127.5 * shown[s] / full_scale, 0, 255)) for s in samplers}
         rows.append([[enlarged_part(grey(greys[s]), part, factor)] for s in samplers])
@@ -93,7 +93,7 @@ def gallery(samplers, errors, previews, part):
 
 
 def plots(rows):
-    """SVG plots: error reduction over the first sampler, and errors against samples and time."""
+    """SVG plots: error reduction relative to the first sampler, and errors against samples and time."""
     samplers, measures = list(rows), list(PLOTTED)
     figure = Figure(figsize=(14, 11), layout="constrained")
     axes = figure.subplots(3, len(measures), squeeze=False)
@@ -122,7 +122,7 @@ def uri(image, kind="PNG", **options):
 
 
 def note(one, other, errors, own_error):
-    """The line below the images: the errors of two samplers and, if seeds and reference permit, their ratio."""
+    """The line below the images: the errors of two samplers and, if the seeds and the reference permit it, their ratio."""
     rms = {name: float(np.sqrt(np.mean(np.square(errors[name])))) for name in (one, other)}
     text = f"Error after a blur of 2.1 pixels: {one} {rms[one]:.3g}, {other} {rms[other]:.3g}. "
     if len(errors[one]) < SEEDS_FOR_RATIO:
@@ -156,8 +156,8 @@ def page(options, rows, pictures, reference, notes):
         "notes": [{f"{one}|{other}": note(one, other, {s: rows[s][n]["each"] for s in samplers}, reference.own[ERROR])
                    for one, other in itertools.combinations(samplers, 2)} for n in options.shown]}
     part = part_worth_showing(reference.picture, pictures[samplers[0], options.start])
-    parts = ["<h2>Images</h2>", "<p>A noisy part of the image, enlarged; its signed luminance error, grey where it is zero, on one scale "
-             "for all samplers; and that error after a blur of 2.1 pixels, on another.</p>"]
+    parts = ["<h2>Images</h2>", "<p>Top: a noisy part of the image, enlarged. Middle: its signed luminance error, grey where it is zero, on one scale "
+             "for all samplers. Bottom: this error after a blur of 2.1 pixels, on another scale.</p>"]
     for n in options.galleries:
         errors = {s: luminance_error(pictures[s, n], reference.picture) for s in samplers}
         shown = gallery(samplers, errors, {s: images[s, n] for s in samplers}, part)
@@ -173,7 +173,7 @@ def page(options, rows, pictures, reference, notes):
 # ---- Figures
 
 def summary(cells, view, samplers, counts):
-    """{sampler: {count: row}}: medians over seeds, which are robust to fireflies, and under "each" the errors ERROR of every seed."""
+    """{sampler: {count: row}}: medians over seeds, which are robust to fireflies. row["each"] lists the error ERROR of every seed."""
     def row(cell):
         return {**{name: statistics.median(cell[name]) for name in ("seconds", *MEASURES)}, "each": cell[ERROR]}
 
@@ -185,7 +185,7 @@ def header(samplers):
 
 
 def texts(rows, counts):
-    """The table's lines; the last column is the error after sigma 2.1, divided by the last sampler's error."""
+    """The table's lines. The last column is the error after sigma 2.1 divided by the last sampler's error."""
     *_, last = rows.values()
     return [[label, str(spp), f"{own[spp]['seconds']:.3f}", *(f"{own[spp][name]:.5f}" for name in MEASURES),
              f"{own[spp][ERROR] / last[spp][ERROR]:.2f}" if last[spp][ERROR] else ""] for spp in counts for label, own in rows.items()]
@@ -199,9 +199,9 @@ def text_table(lines):
 def notes_of(options, reference):
     own = ", ".join(f"{reference.own[name]:.5f} ({MEASURES[name]})" for name in ("rmse", "rmse_1.0", "rmse_2.1"))
     return [f"Scene {options.scene}, {options.size[0]}x{options.size[1]} pixels: medians over {options.seeds} seeds. RMSE is the root mean square "
-            "over pixels and channels of linear radiance; sigma is the Gaussian blur, in pixels, before the error is measured: what remains "
-            "visible from a distance. As displayed, images are exposed and clipped first. Seconds count rendering only, on one thread.",
-            f"Reference: sampler sobol, {reference.spp} samples per pixel, a different seed. Its own error is about {own}; errors close to "
+            "over pixels and channels of linear radiance. Sigma is the width, in pixels, of the Gaussian blur before the error is measured, which leaves what is "
+            "visible from a distance. For errors as displayed, images are first exposed and clipped. Seconds count only rendering, on one thread.",
+            f"The reference uses the sampler sobol, {reference.spp} samples per pixel and a different seed. Its own error is about {own}; errors close to "
             "that are unreliable."]
 
 
@@ -214,12 +214,12 @@ def parse_options(arguments):
     parser.add_argument("scene", nargs="?", help="a built-in scene (pathtracer --list), a .gltf or .glb file, or a mesh, which scripts/to-gltf converts")
     parser.add_argument("--samplers", type=names_of("sampler", OWN), default=SAMPLERS, metavar="A,B,...",
                         help=f"samplers from {', '.join(OWN)} (default {','.join(SAMPLERS)})")
-    parser.number("--spp", 64, "largest number of samples per pixel")
+    parser.number("--spp", 64, "largest sample count per pixel")
     parser.add_argument("--size", type=parse_size, default=(256, 256), metavar="WxH", help="image size (default 256x256)")
     parser.number("--seeds", 5, "number of seeds for the medians")
     parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="exposure of the images, in stops")
     parser.number("--reference-spp", 2048, f"samples per pixel of the reference, a multiple of {REFERENCE_PARTS}")
-    parser.number("--jobs", 2, "parallel runs, one thread each")
+    parser.number("--jobs", 2, "parallel runs with one thread each")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default out/demo or out/demo/SCENE)")
     parser.hidden("--pathtracer", "build/examples/pathtracer/pathtracer")
     arguments, more = split_more(arguments)

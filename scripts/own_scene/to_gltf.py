@@ -19,7 +19,7 @@ COMMENT = re.compile(rb"\s+#.*")
 GLASS = ("4", "6", "7", "9")  # values of illum
 TEXTURES = {"map_ke": "emissiveTexture", "norm": "normalTexture"}
 READ = {"name", "image", "ka", "kd", "ks", "ns", "ke", "ni", "tf", "tr", "d", "illum", "pr", "pm", "map_kd", "options", *TEXTURES}
-OPTIONS = re.compile(r"^(?:-\w+(?:\s+(?:[-+.\deE]+|on|off))*\s+)+")  # before the name of a texture
+OPTIONS = re.compile(r"^(?:-\w+(?:\s+(?:[-+.\deE]+|on|off))*\s+)+")  # options before the name of a texture
 
 
 def resolver_of(trimesh, path, lost):
@@ -65,7 +65,7 @@ def resolver_of(trimesh, path, lost):
 
 
 def transform_of(options):
-    """KHR_texture_transform for the options of an MTL texture, whose v points up."""
+    """KHR_texture_transform for the options of an MTL texture, where v points up."""
     pair = {"-s": [1.0, 1.0], "-o": [0.0, 0.0]}
     for name, values in re.findall(r"(-[so])((?:\s+[-+.\deE]+)+)", " ".join(options)):
         numbers = [float(v) for v in values.split()[:2]]
@@ -79,17 +79,17 @@ def converted(trimesh, source, own_resolver, lost):
     from PIL import Image
 
     mtl = {name: value for name, value in source.kwargs.items() if value not in (None, [])}
-    image = source.image if source.kwargs else None  # trimesh makes one for a mesh without a material
+    image = source.image if source.kwargs else None  # trimesh creates one for a mesh without a material
 
     def number(name, default):
         try:
-            return float(mtl[name][-1]) if name in mtl else default  # d may have an option before
+            return float(mtl[name][-1]) if name in mtl else default  # d may be preceded by an option
         except ValueError:
             lost.add(" ".join([name, *mtl[name]]))
             return default
 
     lost.update(sorted(name for name in mtl if name not in READ))
-    # A texture is multiplied by its colour, if there is one.
+    # A texture is multiplied by the colour if there is one.
     colour = list(mtl.get("kd", [0.6 if image is None else 1.0] * 3))
     emission = [float(v) for v in mtl.get("ke", [float("map_ke" in mtl)] * 3)]
     cover = number("d", 1 - number("tr", 0.0))
@@ -114,7 +114,7 @@ def converted(trimesh, source, own_resolver, lost):
                 textures[meant] = Image.open(trimesh.util.wrap_as_stream(own_resolver.get(OPTIONS.sub("", " ".join(mtl[name])))))
             except (OSError, ValueError):
                 continue
-    # The roughness whose lobe is as wide as the Blinn-Phong exponent's.
+    # The roughness whose lobe is as wide as that of the Blinn-Phong exponent.
     rough = 0.0 if glass else (2 / (float(mtl.get("ns", 0)) + 2)) ** 0.25
     material = trimesh.visual.material.PBRMaterial(
         baseColorFactor=[255] * 4, metallicFactor=number("pm", 1.0 if metal else 0.0),
@@ -136,7 +136,7 @@ def convert(path, output):
     coloured = re.search(rb"^v(?:[ \t]+\S+){6}", text, re.M)
 
     def loaded(**options):
-        # trimesh drops all vertex colours if one vertex has none; without one it is white.
+        # trimesh drops all vertex colours if one vertex has none, so such vertices become white.
         complete = re.sub(rb"^(v(?:[ \t]+[^\s#]+){3})[ \t]*(?=\r?$)", rb"\1 1 1 1", text, flags=re.M) if coloured else text
         return trimesh.load_scene(io.BytesIO(complete) if is_obj else str(path), file_type="obj" if is_obj else None,
                                   resolver=own_resolver, process=False, **options)
@@ -145,7 +145,7 @@ def convert(path, output):
         scene = loaded()
         # trimesh keeps vertex colours only if it reads no materials.
         plain = loaded(skip_materials=True).geometry if coloured else {}
-    except Exception as error:  # of as many kinds as there are formats
+    except Exception as error:  # the exception types vary as much as the formats
         raise CommandError(f"trimesh cannot read {path}: {str(error).splitlines()[0] if str(error) else type(error).__name__}") from None
     if not any(len(getattr(mesh, "faces", ())) for mesh in scene.geometry.values()):
         raise CommandError(f"{path} has no triangles")
@@ -191,18 +191,18 @@ def convert(path, output):
         tree["extensionsUsed"] = sorted({*tree.get("extensionsUsed", []), *used})
 
     data = trimesh.exchange.gltf.export_glb(scene, tree_postprocessor=finish)
-    if not output.is_file() or output.read_bytes() != data:  # its time tells the demo that it is the same
+    if not output.is_file() or output.read_bytes() != data:  # its time stamp tells the demo that it has not changed
         with written_beside(output) as beside:
             beside.write_bytes(data)
     return sorted(lost)
 
 
 def scene_for(path, folder, program):
-    """A file that the path tracer reads: this one, or its conversion in the folder, which is printed."""
+    """The path of a file that the path tracer reads: this file, or its conversion in the folder, which is reported."""
     path = Path(path)
     if path.suffix.lower() in GLTF or not path.is_file():
         return str(path)
-    output = Path(folder) / "scene" / f"{path.stem}.glb"  # the demo looks at the files beside it
+    output = Path(folder) / "scene" / f"{path.stem}.glb"  # the demo checks the files beside it
     lost = convert(path, output)
     print(f"{program}: {output} is {path} as glTF" + (f", without: {', '.join(lost)}" if lost else ""), flush=True)
     return str(output)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Extensions of MkDocs for scripts/docs: pages made from the headers, and the repository's files in their own folders."""
+"""MkDocs extensions for scripts/docs: pages generated from the headers, and the repository's files in their original folders."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """MkDocs hooks (mkdocs.yml): the site mirrors the folders of the repository, so that links work both there and on code hosts.
 
-Pages in the navigation are files of the repository; Doxygen writes reference/ from the headers. A link to any other file or folder of
-the repository leads to a page that shows it.
+Pages in the navigation are files of the repository, and Doxygen writes reference/ from the headers. A link to any other file or folder of
+the repository opens a page that shows it.
 """
 
 import logging
@@ -23,10 +23,10 @@ LANGUAGES = {".h": "c", ".c": "c", ".hpp": "cpp", ".cpp": "cpp", ".glsl": "glsl"
              ".metal": "cpp", ".cu": "cuda", ".py": "python", ".txt": "text",
              ".toml": "toml", ".csv": "text", ".yml": "yaml"}
 ASSETS = {"assets/site.css": "site.css", "assets/iframe-worker.js": "search_from_disk.js"}
-# The live page reports its height.
+# The live page sends its height.
 FRAME_SCRIPT = ("addEventListener('message',e=>{const f=document.querySelector('.live iframe');"
                 "if(f&&e.source===f.contentWindow&&e.data.height>0)f.style.height=e.data.height+2+'px'})")
-LARGEST = 100_000  # bytes of a file that is shown
+LARGEST = 100_000  # maximum size, in bytes, of a file that is shown
 
 
 # ---- Pages made from files
@@ -35,7 +35,7 @@ LARGEST = 100_000  # bytes of a file that is shown
 def text_of(path):
     data = (ROOT / path).read_bytes()
     if len(data) > LARGEST or b"\0" in data:
-        log.warning("%s is linked to, but cannot be shown: it is binary or has %d bytes", path, len(data))
+        log.warning("%s is linked to but cannot be shown: it is binary or has %d bytes", path, len(data))
         return ""
     return data.decode("utf-8")
 
@@ -67,7 +67,7 @@ def pages(nav):
 
 
 def on_files(files, config):
-    """Replaces the files that MkDocs found in docs/, except the theme's, by the repository's files that the site needs."""
+    """Replaces the files that MkDocs found in docs/, except the theme's, with the repository's files that the site needs."""
     site = Files([file for file in files if file.src_dir != config.docs_dir])
     shown, others = set(), []
 
@@ -120,11 +120,11 @@ def on_page_markdown(markdown, page, config, files):
         if not links.is_external(target) and not files.get_file_from_path(linked) and files.get_file_from_path(f"{linked}.md"):
             address, *anchor = target.split("#")
             markdown = markdown.replace(f"]({target})", f"]({'#'.join([address.rstrip('/') + '.md', *anchor])})")
-    # A search ranks guides first, then measurements, then files that are only linked.
+    # Searches rank guides first, then measurements, then files that are only linked.
     rank = 0.05 if path not in pages(config.nav) else 0.2 if path.startswith("evidence/") else 1 if "/" not in path else 5
     page.meta.setdefault("search", {"boost": rank})
     if page.is_homepage:
-        # The navigation would contain only this page, and the live page replaces the table of contents.
+        # The navigation would contain only this page, and the live page takes the place of the table of contents.
         page.meta["hide"] = ["navigation", "toc"]
     live = config.extra["live_page"]
     if page.is_homepage and files.get_file_from_path(live):
@@ -135,7 +135,7 @@ def on_page_markdown(markdown, page, config, files):
 
 
 def on_page_content(html, page, config, files):
-    """Makes an image open in full size when clicked."""
+    """Makes images open in full size when clicked."""
     return re.sub(r'<p>(<img [^>]*?src="([^"]+)"[^>]*>)</p>', r'<p><a href="\2">\1</a></p>', html)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws docs/how.png, sixteen pixels with one sample each and one pixel with sixteen samples: .venv/bin/python scripts/pages/how.py"""
+"""Draws docs/how.png: sixteen pixels with one sample each, and one pixel with sixteen samples. Run .venv/bin/python scripts/pages/how.py"""
 
 import itertools
 
@@ -13,12 +13,12 @@ import bluenoise
 
 
 def is_net(points):
-    """Whether each of the 16 boxes of every shape with power-of-two sides contains one of the 16 points."""
+    """Whether each box contains one of the 16 points, for all shapes with power-of-two sides and area 1/16."""
     return all(len({(int(x * 2**k), int(y * 2 ** (4 - k))) for x, y in points}) == 16 for k in range(5))
 
 
 sampler = bluenoise.Sampler("blue", seed=1)
-# The first aligned square of 4 x 4 pixels, because a domain shifts the squares.
+# Find the first aligned square of 4 x 4 pixels, because a domain shifts the squares.
 for y0, x0 in itertools.product(range(4), range(4)):
     pixels = sampler.block(x0, y0, 4, 4, 0, 16)[..., :2]
     if is_net(pixels[:, :, 0].reshape(16, 2)):

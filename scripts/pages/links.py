@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Links and headings of Markdown pages, as a code host sees them."""
+"""Links and headings of Markdown pages, as interpreted by code hosts."""
 
 import posixpath
 import re

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws docs/mistakes.png, a soft shadow with right and wrong integrations of blue: .venv/bin/python scripts/pages/mistakes.py"""
+"""Draws docs/mistakes.png, a soft shadow with correct and incorrect integrations of blue: .venv/bin/python scripts/pages/mistakes.py"""
 
 import matplotlib
 
@@ -17,7 +17,7 @@ blue = bluenoise.Sampler("blue", seed=1)
 
 
 def shadow(u):
-    """The visible part of a square light above the edge of a wall, for pixels at 0.15 to 0.85 of the image's width."""
+    """The visible part of a square light above a wall's edge, for pixels at 0.15 to 0.85 of the image width."""
     return u[..., 0] + 0.3 * u[..., 1] < 1.3 * (0.5 + (x / SIZE - 0.5 + 0.1 * (y / SIZE - 0.5)) / 0.7)
 
 

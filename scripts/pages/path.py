@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws docs/path.png, a diagram of the random numbers of a path: .venv/bin/python scripts/pages/path.py"""
+"""Draws docs/path.png, a diagram of a path's random numbers: .venv/bin/python scripts/pages/path.py"""
 
 import matplotlib
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Search in pages opened from disk, where browsers refuse to start workers: the script of a worker runs in a hidden frame.
+// Search in pages opened from disk, where browsers refuse to start workers. The worker's script runs in a hidden frame instead.
 if (location.protocol === "file:") {
     window.Worker = class extends EventTarget {
         constructor(url) {
@@ -10,7 +10,7 @@ if (location.protocol === "file:") {
             this.inside = new Promise((resolve) => {
                 frame.onload = () => {
                     const inside = frame.contentWindow;
-                    // What the script sends arrives here.
+                    // Messages from the script arrive here.
                     inside.postMessage = (data) => this.dispatchEvent(new MessageEvent("message", { data }));
                     resolve(inside);
                 };

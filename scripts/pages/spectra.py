@@ -14,7 +14,7 @@ MIDDLES = (np.arange(256) + 0.5) / 256
 
 
 def spectrum(type):
-    """The mean power of the errors of half-planes by frequency, divided by the power of white noise with one sample."""
+    """The mean power of half-plane errors by frequency, divided by the power of white noise with one sample."""
     random, power = np.random.default_rng(1), np.zeros((SIZE, SIZE))
     for edge in range(EDGES):
         x, y = np.cos(angle := random.uniform(0, 2 * np.pi)), np.sin(angle)

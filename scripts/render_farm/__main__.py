@@ -18,7 +18,7 @@ from .parts import FarmError, Part, PartsFolder, names_of, split
 
 # Options of the path tracer that do not apply to a part.
 REFUSED = ("--merge", "--resume", "--noise", "--min-spp", "--list", "--list-cameras", "--list-inputs")
-MAX_PARTS = 20000  # whose names fit a command line
+MAX_PARTS = 20000  # their file names fit on a command line
 MAX_PIXELS = 1 << 26  # of the path tracer
 
 
@@ -98,8 +98,8 @@ def run_pathtracer(program, arguments, folder=None):
 
 
 def render_parts(options, program, inputs, folder, parts, found):
-    """Renders the parts that are missing in the folder. Returns their number of samples."""
-    from evidence.base.progress import Progress  # needs what set-up installs
+    """Renders the parts that are missing in the folder. Returns the number of samples rendered."""
+    from evidence.base.progress import Progress  # needs packages that set-up installs
 
     tasks = {part: [*options.shared, *part.arguments(), "--threads", str(options.threads)] for part in parts if not folder.has(part)}
     total, missing = (sum(part.samples for part in some) for some in (parts, tasks))
@@ -129,7 +129,7 @@ def run(arguments):
     whole = Part(*options.crop, options.first_sample, options.spp)
     listed = run_pathtracer(program, [*shared, *whole.arguments(), "--list-inputs"]).stdout
     inputs = names_of(listed)
-    # Compared with the inputs, because the program that merges does not know them.
+    # Compare it with the inputs here, because the merging program does not know them.
     for file in (output, output.with_suffix(".png")):
         if file.is_dir():
             raise FarmError(f"{file} is a folder; choose another output")

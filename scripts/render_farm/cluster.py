@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Dask cluster: all calls to distributed."""
+"""The Dask cluster: contains all calls to distributed."""
 
 import asyncio
 import contextlib
@@ -13,8 +13,8 @@ import uuid
 from . import worker
 from .parts import FarmError
 
-TIMEOUT = 30  # seconds for a scheduler to answer, and for its first worker
-ATTEMPTS = 3  # of a part: its worker may die, or fail
+TIMEOUT = 30  # seconds to wait for a scheduler, and for its first worker
+ATTEMPTS = 3  # attempts per part: its worker may die or fail
 
 
 class Sent:
@@ -40,7 +40,7 @@ def _quiet():
 
 @contextlib.contextmanager
 def connect(address, workers):
-    """A client of the cluster at `address`, or of a local cluster with this many processes."""
+    """A client of the cluster at `address`, or of a local cluster with the given number of processes."""
     try:
         import cloudpickle
         import dask
@@ -125,7 +125,7 @@ def render(client, program, wanted, inputs, tasks):
             raise FarmError(f"part {part.file_name} failed on a worker: {error}") from None
         except KilledWorker:
             raise FarmError(f"part {part.file_name} failed: {ATTEMPTS} workers died with it (out of memory?)") from None
-        except (Exception, asyncio.CancelledError) as error:  # of Dask, for example of a scheduler that is gone
+        except (Exception, asyncio.CancelledError) as error:  # an error from Dask, for example because the scheduler is gone
             reason = str(error).partition("\n")[0] or type(error).__name__
             raise FarmError(f"part {part.file_name} was lost: {reason}") from None
         yield part, data

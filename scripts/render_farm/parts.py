@@ -37,8 +37,8 @@ class Part(NamedTuple):
 
 
 def split(crop, first, count, tile):
-    """The parts that cover each sample of each pixel of `crop` = (x0, y0, x1, y1) once, row by row. tile: (width, height) of the
-    largest part."""
+    """The parts that together cover each sample of each pixel in `crop` = (x0, y0, x1, y1) exactly once, row by row. tile: (width, height)
+    of the largest part."""
     x0, y0, x1, y1 = crop
     return [Part(x, y, min(x + tile[0], x1), min(y + tile[1], y1), first, count)
             for y in range(y0, y1, tile[1]) for x in range(x0, x1, tile[0])]
@@ -63,7 +63,7 @@ def silent():
 
 
 def complaint(path, part, inputs):
-    """Why the EXR is not this part, rendered from these files, or None."""
+    """Explains why the EXR is not this part rendered from these files; None if it is."""
     import OpenEXR  # scripts/farm --help works without it
 
     try:
@@ -73,7 +73,7 @@ def complaint(path, part, inputs):
             samples = channels["count"].pixels
             first, last = int(header["firstSample"]), int(header["endSample"])
             same_files = header.get("inputs") == inputs
-    except Exception as error:  # of a library that raises many kinds
+    except Exception as error:  # the library raises many exception types
         return f"is damaged ({type(error).__name__})"
     if (x0, y0, x1 + 1, y1 + 1) != part[:4]:
         return f"shows the pixels {x0},{y0},{x1 + 1},{y1 + 1}"
@@ -120,14 +120,14 @@ class PartsFolder:
         return found
 
     def add(self, part, data):
-        """Raises FarmError unless `data` is that part."""
+        """Raises FarmError unless `data` is the given part."""
         with written_beside(self.path / part.file_name) as beside:
             beside.write_bytes(data)
             if wrong := complaint(beside, part, self.inputs):
                 raise FarmError(f"a worker's part {part.file_name} {wrong}; is its disk full, or did a file change?")
 
     def remove(self, parts):
-        """Removes the parts and their record, and the folder if nothing else is in it."""
+        """Removes the parts and their record, and also the folder if it contains nothing else."""
         for name in [*(part.file_name for part in parts), "picture.json"]:
             (self.path / name).unlink(missing_ok=True)
         with contextlib.suppress(OSError):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The functions that run on workers. Dask sends them with each task, so workers do not need this folder.
 
-They use only the standard library, and nothing else from this package.
+They use only the standard library and no other module of this package.
 """
 
 import hashlib
@@ -22,7 +22,7 @@ def program_here(program):
 
 
 def _remembered(make, path):
-    """make(path), called once per worker and version of the file."""
+    """Returns make(path), which is called once per worker and file version."""
     status = os.stat(path)
     try:
         from distributed import get_worker
@@ -30,7 +30,7 @@ def _remembered(make, path):
         # Each task brings its own copies of these functions, but the worker persists.
         results = get_worker().__dict__.setdefault("_libbn_results", {})
     except (ImportError, ValueError):
-        results = {}  # this is no task
+        results = {}  # this code does not run in a task
     key = make.__name__, path, status.st_size, status.st_mtime_ns
     if key not in results:
         results[key] = make(path)
@@ -52,7 +52,7 @@ def _libraries(program):
 
 
 def fingerprint(program, inputs):
-    """SHA-256 of the program, of its libraries for arithmetic, and of the files it reads, by name."""
+    """SHA-256 hashes, by name, of the program, its arithmetic libraries and the files it reads."""
     program = program_here(program)
     found, path = {}, program
     try:

@@ -59,22 +59,22 @@ def run_schedule(options: argparse.Namespace) -> None:
 
 
 OUTPUT = {"type": Path, "required": True}
-THREADS = {"type": whole(0), "default": 0, "help": "threads of torch (default 0: torch chooses)"}
-#: What each command does, how it is run, and its options.
+THREADS = {"type": whole(0), "default": 0, "help": "number of torch threads (default 0: torch chooses)"}
+#: Each command's help, function and options.
 OWN: dict[str, tuple[str, Callable[[argparse.Namespace], None], dict[str, dict[str, Any]]]] = {
     "train": ("train a network", run_train, {
         "--config": {"type": Path, "help": "TOML file; see trainer/configs"},
         "--folder": {"type": Path, "metavar": "FOLDER", "help": "folder for configuration, log and checkpoints (default "
                      "~/.cache/bn_trainer/<name of the config>)"},
-        "--resume": {"action": "store_true", "help": "continue the run in the folder, with results as if it had never stopped"},
+        "--resume": {"action": "store_true", "help": "continue the run in the folder; results are as if it had never stopped"},
         "--device": {"default": "cpu", "choices": ("cpu", "cuda"), "help": "default cpu"},
         "--threads": THREADS,
         "--stop-after": {"type": whole(0), "default": 0, "metavar": "N", "help": "stop after N iterations in total"},
         "--quiet": {"action": "store_true", "help": "do not show progress"}}),
     "evaluate": ("print the quality and cost of a model", run_evaluate, {
         "model": {"type": Path, "help": "a checkpoint (.pt) or an ONNX file (.onnx)"},
-        "--seeds": {"type": whole(1), "default": 20, "help": "seeds per size (default 20)"},
-        "--flatness-seeds": {"type": whole(0), "default": 1000, "help": "masks in the test for a fixed pattern (default 1000; 0 skips it)"},
+        "--seeds": {"type": whole(1), "default": 20, "help": "number of seeds per size (default 20)"},
+        "--flatness-seeds": {"type": whole(0), "default": 1000, "help": "masks in the test for fixed patterns (default 1000; 0 skips it)"},
         "--threads": THREADS}),
     "export": ("write a checkpoint's model as ONNX", run_export, {
         "checkpoint": {"type": Path, "help": "the checkpoint to export"}, "--output": {**OUTPUT, "help": "the ONNX file to write"}}),
@@ -100,7 +100,7 @@ def main(arguments: list[str] | None = None) -> int:
         child.set_defaults(run_command=run)
     for name, (module_name, help_text) in MODULES.items():
         child = commands.add_parser(name, help=help_text)
-        # Imported on demand, because they need more packages.
+        # Imported on demand because they need more packages.
         if arguments[:1] == [name]:
             module = importlib.import_module(f".{module_name}", __package__)
             module.add_arguments(child)

@@ -37,7 +37,7 @@ class TrainConfig(Table):
     seed: int = Field(0, ge=0, lt=2**63)
     size: int = Field(64, ge=16, le=4096)  # side of the square training masks, in texels
     batch: int = Field(2, ge=1, le=65536)  # masks per candidate
-    population: int = Field(0, ge=0, le=65536)  # candidates per iteration; 0: as many as usual for the number of parameters
+    population: int = Field(0, ge=0, le=65536)  # candidates per iteration; 0: the usual number for this many parameters
     step: float = Field(1.0, gt=0, le=1.5)  # initial width of the search
     log_every: int = Field(20, ge=1)  # iterations
     check_every: int = Field(100, ge=1)  # iterations between checkpoints

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quality and cost of a model. libbn computes the errors, through the package `bluenoise`."""
+"""Quality and cost of a model. libbn computes the errors through the package `bluenoise`."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def bluenoise() -> Any:
 
 
 def network_of(path: Path) -> tuple[Network, int, str]:
-    """Loads a checkpoint (run by torch) or an ONNX file (run by ONNX Runtime). Returns network, radius, and cost as text."""
+    """Loads a checkpoint (run by torch) or an ONNX file (run by ONNX Runtime). Returns the network, its radius, and its cost as text."""
     if path.suffix != ".onnx":
         model = load_model(path)
         parameters = sum(p.numel() for p in model.parameters())
@@ -55,7 +55,7 @@ def network_of(path: Path) -> tuple[Network, int, str]:
         raise TrainerError("evaluating an ONNX file needs the packages onnx and onnxruntime") from None
     except OSError as error:
         raise TrainerError(f"cannot read {path}: {error.strerror}") from None
-    except Exception:  # the parsers of onnx and ONNX Runtime raise many types
+    except Exception:  # the parsers of onnx and ONNX Runtime raise many exception types
         raise TrainerError(f"{path} is not a model for this library") from None
 
     def run(noise: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
@@ -74,7 +74,7 @@ def flop_of(proto: Any) -> int:
 
 
 def values_of(network: Network, radius: int, height: int, width: int, seed: int) -> npt.NDArray[np.float32]:
-    """The network's values (c, h, w) for torch's noise with this seed."""
+    """The network's values (c, h, w) for torch noise with this seed."""
     noise = torch.rand(1, 1, height, width, generator=torch.Generator().manual_seed(seed))
     return network(wrap(noise, radius).numpy()[0, 0])
 
@@ -115,7 +115,7 @@ def evaluate(path: Path, *, seeds: int = SEEDS, flatness_seeds: int = FLATNESS_S
         print(f"{f'{width}x{height}':>9} {cells}", file=out, flush=True)
     values = values_of(network, radius, 256, 256, 0)
     if len(values) == 2:
-        print(f"energy of vectors at 64x64: {energies(network, radius, 64, seeds).mean():.5f} (white noise: .6119)", file=out)
+        print(f"vector energy at 64x64: {energies(network, radius, 64, seeds).mean():.5f} (white noise: .6119)", file=out)
     print(f"raw values at 256x256: mean {values.mean():.4f}, standard deviation {values.std():.4f} (uniform: 0.5, 0.2887), "
           f"{values.min():.4f} to {values.max():.4f}", file=out)
     masks = [ranks_of(values_of(network, radius, 128, 128, seed))[0] for seed in range(ANISOTROPY_MASKS)]
@@ -130,7 +130,7 @@ def evaluate(path: Path, *, seeds: int = SEEDS, flatness_seeds: int = FLATNESS_S
 def flatness(network: Network, radius: int, seeds: int) -> tuple[float, float, float]:
     """Tests the last channel for a pattern that all masks share. Returns the standard deviation over texels of the mean over masks,
     its expected value for independent uniform masks, and the largest mean of a row, a column or a phase of period 2 or 4, in standard
-    deviations of independent texels (blue noise has less)."""
+    deviations for independent texels (blue noise has smaller ones)."""
     size = FLATNESS_SIZE
     total = np.zeros((size, size))
     for seed in range(seeds):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Evolution strategy with covariance matrix adaptation: minimises a noisy function without its gradient.
 
-Based on N. Hansen, "The CMA Evolution Strategy: A Tutorial" (2016), without restarts. All arithmetic is in float64 on the
+Based on N. Hansen, "The CMA Evolution Strategy: A Tutorial" (2016), without restarts. All arithmetic uses float64 on the
 CPU. Candidates come from a generator seeded by (seed, generation), so a resumed search continues exactly.
 """
 
@@ -16,7 +16,7 @@ from torch import Tensor
 
 
 class Evolution:
-    """The distribution of candidates: a Gaussian with mean `mean` and covariance step^2 times `covariance`, in units of
+    """The candidate distribution: a Gaussian with mean `mean` and covariance step^2 times `covariance`, in units of
     each parameter's spread."""
 
     def __init__(self, start: Tensor, spreads: Tensor, *, population: int, step: float, seed: int) -> None:
@@ -46,7 +46,7 @@ class Evolution:
         self.lengths = values.clamp_min(1e-20).sqrt()
 
     def candidates(self) -> Tensor:
-        """Draws candidates, with shape (population, parameters)."""
+        """Draws candidates of shape (population, parameters)."""
         generator = torch.Generator().manual_seed(random.Random(f"{self.seed}:{self.generation}:candidates").getrandbits(63))
         normal = torch.randn(self.population, self.mean.numel(), dtype=torch.float64, generator=generator)
         self.moves = (normal * self.lengths) @ self.axes.T

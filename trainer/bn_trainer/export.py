@@ -29,12 +29,12 @@ from .model import FIRST_SCALE, SPLIT, Relaxation, Step, halves
 
 OPSET, IR_VERSION = 18, 9
 CHECK_SIZES = ((16, 16), (64, 64), (33, 57), (96, 20))
-#: Root mean square difference. Steps amplify rounding errors, so single texels may differ more if the summation order
-#: differs.
+#: Limit for the root mean square difference. Steps amplify rounding errors, so single texels may differ more if the
+#: summation order differs.
 TOLERANCE = 1e-4
 #: The largest file that libbn embeds.
 MOST_BYTES = 1 << 20
-#: The end index of a slice that extends to the end.
+#: The end index of a slice that extends to the end of its axis.
 TO_THE_END = 2**62
 #: In float32, the squares of smaller weights would underflow to 0, and 0 would be divided by 0.
 LEAST_SQUARE = 1e-30
@@ -86,9 +86,9 @@ def _add_direction(graph: _Graph, difference: str, channels: int, weight: float)
 def _add_step(graph: _Graph, step: Step, values: str, channels: int) -> str:
     """Each direction is added at the texel where it starts and subtracted at the texel where it ends. For offsets to the
     right, directions are computed for the result plus m rows above and m columns left of it; for offsets to the left, plus
-    m rows above and m columns right of it. So starts need no crop, and each end needs one."""
+    m rows above and m columns right of it. Starts therefore need no crop, and each end needs one."""
     m = step.margin
-    # Crops at the left and at the right: for offsets to the right, and to the left.
+    # Crops at the left and right: first for offsets to the right, then for offsets to the left.
     frames = ((0, m), (m, 0))
     starts, ends = ["", ""], ""
 
@@ -115,7 +115,7 @@ def _add_step(graph: _Graph, step: Step, values: str, channels: int) -> str:
 
 def _name_shapes(proto: Any) -> None:
     """Names the extents of all intermediate values after how much smaller they are than the noise. Without names, ONNX
-    Runtime cannot tell which values have the same shape, and the time to open the model is quadratic in their number."""
+    Runtime cannot tell which values have the same shape, and opening the model takes time quadratic in the number of values."""
     import onnx
 
     extents = 1 << 20, 1 << 21
@@ -198,7 +198,7 @@ def check(model: Relaxation, data: bytes) -> str:
         runs["ONNX Runtime"] = session_of(data).run
     worst = largest = 0.0
     for height, width in CHECK_SIZES:
-        # The reference evaluator is slow, so use it only for one size if ONNX Runtime is available.
+        # The reference evaluator is slow, so use it for only one size if ONNX Runtime is available.
         names = list(runs) if (height, width) == CHECK_SIZES[0] else list(runs)[-1:]
         margin = 2 * model.receptive_radius
         noise = torch.rand(1, 1, height + margin, width + margin, generator=torch.Generator().manual_seed(height))

@@ -35,7 +35,7 @@ def load_checkpoint(path: Path) -> dict[str, Any]:
         checkpoint = torch.load(path, map_location="cpu", weights_only=True)
     except OSError as error:
         raise TrainerError(f"cannot read the checkpoint {path}: {error.strerror}") from None
-    except Exception:  # torch raises whatever its parser met
+    except Exception:  # torch passes on all exception types of its parser
         raise TrainerError(f"{path} is not a checkpoint, or is damaged") from None
     if not isinstance(checkpoint, dict) or checkpoint.get("format") != "bn_trainer 2" or "config" not in checkpoint:
         raise TrainerError(f"{path} is not a checkpoint of this trainer")
@@ -43,7 +43,7 @@ def load_checkpoint(path: Path) -> dict[str, Any]:
 
 
 def load_model(path: Path) -> Relaxation:
-    """The model of a checkpoint, calibrated."""
+    """The calibrated model of a checkpoint."""
     checkpoint = load_checkpoint(path)
     config = checked(Config, checkpoint["config"])
     model = Relaxation(config.model.reaches, config.model.channels)

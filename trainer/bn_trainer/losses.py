@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The losses that training minimises: the dithering error of masks and the energy of vector masks.
+"""The losses that training minimises: the dithering error of masks, and the energy of vector masks.
 
 For values r uniform in [0, 1], the squared error E_sigma^2 averaged over all thresholds is 1/6 - 1/2 sum over offsets of
 W(offset) mean |r_p - r_(p + offset)|, where W is the toroidal Gaussian of width sigma sqrt(2) and sum 1. For vectors, the
@@ -31,7 +31,7 @@ def pair_weights(height: int, width: int, sigma: float) -> dict[tuple[int, int],
         for x in range(-(width // 2), width - width // 2):
             weight = float(table[y % height, x % width])
             if (y, x) != (0, 0) and y * y + x * x <= reach * reach and weight > 1e-7 * float(table[0, 0]):
-                # An offset and its negative give the same pairs.
+                # An offset and its negative give identical pairs.
                 key = min((y % height, x % width), (-y % height, -x % width))
                 pairs[key] = pairs.get(key, 0.0) + weight
     return {((y + height // 2) % height - height // 2, (x + width // 2) % width - width // 2): w
@@ -95,7 +95,7 @@ class VectorEnergy:
 
 class Direction:
     """The direction dependence of the mean spectrum of masks (n, h, h): the mean over frequency rings of max(|A - D| / (A +
-    D) - TOLERANCE, 0)^2, where A is the power within 22.5 degrees of an axis and D the power nearer to a diagonal. Without
+    D) - TOLERANCE, 0)^2, where A is the power within 22.5 degrees of an axis and D the power closer to a diagonal. Without
     this term, training finds masks with low error but visible rows and columns."""
 
     #: Void-and-cluster reaches up to 0.14.

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The network: a learned relaxation with stride 1, for one- and two-channel masks of any size.
 
-Summed over all thresholds, the squared dithering error of a mask is a constant minus a sum over pairs of
+Summed over all thresholds, a mask's squared dithering error is a constant minus a sum over pairs of
 W(p - q) |r_p - r_q|, so its gradient at p is a sum of W(p - q) sign(r_p - r_q). One step replaces every value by such a
-sum, with the sign softened and the weights a learned difference of two Gaussians:
+sum, with a softened sign and weights that are a learned difference of two Gaussians:
 
     v_p <- keep v_p + sum over offsets o of w_o direction(s_o (v_p - v_(p + o))),    direction(d) = d / max(|d|, 1)
 
 For one channel, direction(d) is clip(d, -1, 1). For two channels, d is a vector, and the directions match the forces in
 "Blue-noise dithered sampling" (Georgiev and Fajardo, 2016). The sharpness s_o controls how soft the sign is: differences
-below 1 / s_o count only in part. Weight and sharpness depend only on the distance, so no axis is favoured. An offset and its
+below 1 / s_o count only partly. Weight and sharpness depend only on the distance, so no axis is favoured. An offset and its
 negative give the same differences with opposite signs, so each pair of texels is computed once.
 """
 
@@ -25,7 +25,7 @@ from torch.nn import functional as F
 FIRST_SCALE = 8.0
 #: The maximum factor by which a step may scale its sum. Beyond it, rounding errors would grow from step to step.
 MOST_SCALE = 128.0
-#: The second channel of a vector starts from the low bits of the noise, which has 24 of them.
+#: The second channel of a vector starts from the low bits of the noise, which has 24 bits.
 SPLIT = 4096.0
 
 
@@ -47,7 +47,7 @@ def halves(group: list[tuple[int, int]]) -> list[tuple[int, int]]:
 
 
 def crop(values: Tensor, top: int, left: int, bottom: int, right: int) -> Tensor:
-    """A view of values (n, c, h, w) without the given numbers of texels at each side."""
+    """A view of values (n, c, h, w) without the given number of texels at each side."""
     return values[:, :, top : values.shape[2] - bottom, left : values.shape[3] - right]
 
 
@@ -98,7 +98,7 @@ class Step(nn.Module):
             sharp = values * sharpness
             for y, x in halves(group):
                 left, right = max(x, 0), max(-x, 0)
-                # From each texel of the result to its neighbour at the offset, and to it from the neighbour at the negative.
+                # Differences from each texel to its neighbour at the offset, and to it from the neighbour at the negative offset.
                 difference = crop(sharp, m - y, m - left, m, m - right) - crop(sharp, m, m - right, m - y, m - left)
                 if values.shape[1] == 1:
                     difference.clamp_(-1, 1)
@@ -117,14 +117,14 @@ class Relaxation(nn.Module):
         super().__init__()
         self.channels = channels
         last = max(len(reaches) - 1, 1)
-        # Steps become wider and sharper. Training soon finds better ones, but this start works for any number of steps.
+        # Steps become wider and sharper. Training soon finds better values, but these initial values work for any number of steps.
         self.steps = nn.ModuleList(
             Step(reach, sigma=0.35 + 0.65 * min(1.0, 1.7 * i / last), keep=0.02,
                  scale=3.0 * 20.0 ** (i / last) if i < len(reaches) - 1 else 1.0)
             for i, reach in enumerate(reaches)
         )
         self.receptive_radius = sum(step.margin for step in self.steps)
-        # The factor that makes the values of the last step most uniform in [0, 1]; see `calibrate`.
+        # The factor that makes the last step's values most uniform in [0, 1]; see `calibrate`.
         self.register_buffer("gain", torch.tensor(1.0))
         self.requires_grad_(False)
 
@@ -160,7 +160,7 @@ class Relaxation(nn.Module):
             at += parameter.numel()
 
     def spreads(self, sharpness: bool = True) -> Tensor:
-        """The initial spread of each parameter of `vector` in training. Without `sharpness`, it stays 1 at all offsets."""
+        """The initial spread of each parameter of `vector` in training. Without `sharpness`, sharpness stays 1 at all offsets."""
         parts = {"scale": 0.5, "keep": 0.05, "inner": 0.15, "outer": 0.3, "surround": 0.15, "sharpness": 0.3,
                  "sharpness_slope": 0.3}
         if not sharpness:

@@ -15,7 +15,7 @@ from .model import Relaxation
 
 
 def schedule(model: Relaxation) -> str:
-    """The JSON text: for each step, `keep`, the weights of its groups of offsets [y, x], and `most`, the sum of the
+    """The JSON text. Each step has `keep`, groups of offsets [y, x] with one weight per group, and `most`, the sum of the
     magnitudes of all weights."""
     steps = []
     for step in model.steps:

@@ -33,7 +33,7 @@ HELD_OUT = 4
 
 
 def noise(seed: int, iteration: int, shape: tuple[int, ...]) -> Tensor:
-    """White noise in [0, 1), a function of (seed, iteration), the same on every machine."""
+    """White noise in [0, 1) as a function of (seed, iteration). It is bit-identical on every machine."""
     generator = torch.Generator().manual_seed(random.Random(f"{seed}:{iteration}").getrandbits(63))
     return torch.rand(shape, generator=generator)
 
@@ -73,7 +73,7 @@ class Trainer:
         size, loss = config.train.size, config.loss
         self.errors = DitheringError(size, size, [*loss.sigmas, 1.0, 1.5])
         self.energy, self.direction = VectorEnergy(), Direction(size)
-        # Fixed noise that training does not use.
+        # Fixed noise that is not used in training.
         self.held_out = noise(config.train.seed, -1, (HELD_OUT, 1, size, size)).to(device)
 
     @property
@@ -81,7 +81,7 @@ class Trainer:
         return self.search.generation
 
     def figures(self, parameters: Tensor, batch: Tensor) -> tuple[float, float, float, float]:
-        """Loss, E_1, E_1.5 (means over channels) and vector energy of the masks made from the noise."""
+        """Loss, E_1, E_1.5 (means over channels) and vector energy of the masks generated from the noise."""
         self.model.load_vector(parameters)
         made = ranks(self.model.torus(batch))
         errors = self.errors(made.flatten(0, 1)).mean(1).clamp_min(0)
@@ -129,7 +129,7 @@ def append_log(path: Path, row: list[str]) -> None:
 
 
 def trim_log(path: Path, iteration: int) -> None:
-    """Drops the rows after a checkpoint's iteration, which will be written again."""
+    """Drops the rows after a checkpoint's iteration, because resuming writes them again."""
     if not path.exists():
         return
     with open(path, newline="") as file:
@@ -151,7 +151,7 @@ def default_folder(config_path: Path) -> Path:
 def train(config_path: Path | None, folder: Path | None, *, resume: bool = False, device: str = "cpu",
           threads: int = 0, stop_after: int = 0, quiet: bool = False) -> Path:
     """Trains, and returns the path of the checkpoint. `resume` continues from the folder's checkpoint with its
-    configuration; `stop_after` stops after that many iterations in total, to be resumed later."""
+    configuration; `stop_after` stops after that many iterations in total, so that the run can be resumed later."""
     if config_path is None and folder is None:
         raise TrainerError("give a configuration (--config) or a run folder to resume (--resume --folder FOLDER)")
     if folder is None:

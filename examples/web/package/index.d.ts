@@ -2,7 +2,7 @@
 
 /**
  * The effect numbers of the decisions that have a role in the layout of paths. Leave out decisions that your renderer does not
- * have. All other effect numbers are independent keys.
+ * make. All other effect numbers are independent keys.
  */
 export interface Effects {
   /** `rand2`: the position in the pixel. */
@@ -13,9 +13,9 @@ export interface Effects {
   direction?: number;
   /** `rand2`: a point on a light. `rand3`: the light, then the point. */
   light?: number;
-  /** `rand2`: a direction to the environment, in paths that sample either it or a light. */
+  /** `rand2`: a direction to the environment, in paths that sample either the environment or a light. */
   environment?: number;
-  /** `rand1`: the choice between the two. Needs `light`. */
+  /** `rand1`: the choice between a light and the environment. Needs `light`. */
   choice?: number;
 }
 
@@ -25,7 +25,7 @@ export function glsl(options?: { effects?: Effects }): string;
 /** The WGSL module. Put it before or after your code. */
 export function wgsl(options?: {
   effects?: Effects;
-  /** Where the table is: in a storage buffer (default), or in a texture, for stages with no buffer left. */
+  /** Where the table is: in a storage buffer (default), or in a texture, for stages that have no buffer left. */
   table?: "buffer" | "texture";
   /** Default 0. */
   group?: number;
@@ -33,7 +33,7 @@ export function wgsl(options?: {
   binding?: number;
 }): string;
 
-/** The contents of the buffer, the same for all seeds, frames and pixels. */
+/** The contents of the buffer, which are the same for all seeds, frames and pixels. */
 export function tableWords(): Uint32Array;
 
 /** The contents of the texture, R32UI (`r32uint`), TABLE_WIDTH x TABLE_HEIGHT texels, row-major. */

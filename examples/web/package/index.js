@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blue noise for path tracers in the browser: the source of a WGSL and a GLSL module, and the table that they read.
+// Blue noise for path tracers in the browser: the source of a WGSL and a GLSL module, and the table they read.
 // README.md documents it.
 import "./texts.js";
 

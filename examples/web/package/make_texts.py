@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Writes texts.js for index.js and the page in the parent folder: the shader sources of libbn and of this folder, and the
-sampler's table.
+table of `blue`.
 
 Needs the Python package: .venv/bin/python examples/web/package/make_texts.py. `--check` writes nothing, and fails if texts.js is
 out of date.
@@ -24,7 +24,7 @@ NAMES = {f"{name}_{language}".upper(): folder / f"{name}.{language}" for languag
 
 
 def quoted(path):
-    """A shader's lines as JavaScript strings, without its licence line, because texts.js states the licence."""
+    """A shader's lines as JavaScript strings. Omits the licence line, because texts.js states the licence."""
     lines = re.sub(r"\A/\* SPDX-[^\n]*\n \* ", "/* ", path.read_text(encoding="utf-8")).split("\n")
     return ",\n".join(f"    {json.dumps(line)}" for line in lines)
 

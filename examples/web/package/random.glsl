@@ -10,7 +10,7 @@
  *     }
  *
  * `effect` is a number below 2^32 - 1 that identifies the decision. The same effect at the same bounce always gives
- * the same numbers, so use each effect for one decision, with one of the four functions. An effect draws from
+ * the same numbers, so use each effect for one decision, with only one of the four functions. An effect draws from
  * bn_ray_child_domain() of the ray that ends at the bounce, unless a macro gives it a role in the layout of
  * bn_path.h:
  *
@@ -19,8 +19,8 @@
  *                            the first light moves to the camera's domain
  *     BN_EFFECT_DIRECTION    rand2: the direction in which the path continues
  *     BN_EFFECT_LIGHT        rand2: a point on a light; rand3: the light, then the point
- *     BN_EFFECT_ENVIRONMENT  rand2: the same numbers as BN_EFFECT_LIGHT, for paths that sample one of the two
- *     BN_EFFECT_CHOICE       rand1: the choice of one, in the same domain as rand3(BN_EFFECT_LIGHT) */
+ *     BN_EFFECT_ENVIRONMENT  rand2: the same numbers as BN_EFFECT_LIGHT, for paths that sample either this or a light
+ *     BN_EFFECT_CHOICE       rand1: the choice between the two, in the same domain as rand3(BN_EFFECT_LIGHT) */
 
 #define BN_NO_EFFECT 0xffffffffu
 #ifndef BN_EFFECT_PIXEL

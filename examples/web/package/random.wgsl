@@ -6,7 +6,7 @@
  *     let jitter = rand2(PIXEL);
  *
  * The six effects with a role in the layout of bn_path.h are constants declared elsewhere; BN_NO_EFFECT marks an
- * effect that a renderer does not have. */
+ * effect that a renderer does not use. */
 
 const BN_NO_EFFECT = 0xffffffffu;
 

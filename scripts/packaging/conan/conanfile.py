@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Conan 2 recipe for the checkout it lies in: conan create scripts/packaging/conan"""
+"""Conan 2 recipe for the checkout that contains it: conan create scripts/packaging/conan"""
 
 import re
 from pathlib import Path
@@ -58,7 +58,7 @@ class LibbnConan(ConanFile):
         copy(self, "LICENSE", src=str(Path(self.source_folder, "libbn", "data")),
              dst=str(Path(self.package_folder, "licenses", "data")))
         CMake(self).install()
-        # Conan writes the package files of CMake and pkg-config, for the settings of whoever asks.
+        # Conan writes the CMake and pkg-config package files for each consumer's settings.
         for folder in ("lib/cmake", "lib/pkgconfig", "share"):
             rmdir(self, str(Path(self.package_folder, folder)))
 

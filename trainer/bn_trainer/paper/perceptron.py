@@ -1,22 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """The perceptron of Giunchi, Sztrajman and Steed, "Fast blue-noise generation via unsupervised learning" (IJCNN 2022).
 
-Each size has its own network: n = size^2 white values in [-1, 1] as input, two layers of 100 units and one of n units, each
-followed by tanh, and n mask values as output. Three losses act on the output: `blue_spectrum_loss` (little power at low
+Each size has its own network: n = size^2 white values in [-1, 1] as input, two layers of 100 units and one layer of n units,
+each followed by tanh, and n mask values as output. Three losses act on the output: `blue_spectrum_loss` (little power at low
 frequencies), `uniform_spectrum_loss` (no structure in the spectrum) and `histogram_loss` (a flat histogram), with weights
 0.1, 0.01 and 2.2. Training uses Adam at 5e-4, batches of 64, and 12 epochs of 32,000 white inputs.
 
 `histogram = "mean"` averages the histogram loss over texels, as in the paper; `"sum"` sums it, which makes it size^2 times
-stronger, as in Wronski's "Optimizing blue noise dithering" (2020), the source of the three losses.
+as strong, as in Wronski's "Optimizing blue noise dithering" (2020), the source of the three losses.
 
 Where the paper is ambiguous, this follows the authors' published program: the spectrum is the absolute value of the
 unscaled transform, losses are means over all frequencies, weights are initialised Glorot-uniform with zero biases, and
 Adam's epsilon is 1e-7. (That program trains on 6,400 inputs, not 32,000.) There are two differences. Inputs come from a
-counter-based generator, so they need no storage. Values are compared with the ramp at the position of their rank instead of
-being sorted, which gives the same loss and gradient.
+counter-based generator, so they need no storage. Values are not sorted but compared with the ramp at their rank, which gives
+the same loss and gradient.
 
-`python -m bn_trainer train-paper --config configs/paper-64.toml` trains: 6,000 iterations of 0.05 s at 64x64 and of
-0.16 s at 128x128 on one core.
+`python -m bn_trainer train-paper --config configs/paper-64.toml` runs 6,000 iterations, which take 0.05 s each at 64x64
+and 0.16 s at 128x128 on one core.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Perceptron(torch.nn.Module):
 def spectrum(masks: Tensor) -> Tensor:
     """Absolute values of the unscaled Fourier transform of masks (..., size, size), frequency 0 at [0, 0].
 
-    Only half is computed: the values at -f and f are equal.
+    Only half of them are computed: the values at -f and f are identical.
     """
     half = torch.fft.rfft2(masks).abs()
     mirrored = half[..., 1 : (masks.shape[-1] + 1) // 2].flip(-2, -1).roll(1, -2)
@@ -168,7 +168,7 @@ def batch_indices(config: PaperConfig, iteration: int) -> np.ndarray:
 
 def generate(model: Perceptron, seeds: Iterable[int], size: int) -> np.ndarray:
     """Masks for inputs not used in training, one per seed: float32 (count, size, size) in (-1, 1)."""
-    test_inputs = 1 << 62  # far from the indices that training uses
+    test_inputs = 1 << 62  # far from the indices used in training
     with torch.no_grad():
         return model(white_noise(size, test_inputs, seeds)).numpy()
 
@@ -197,14 +197,14 @@ class PaperTraining:
         return {"loss": loss.item(), **{name: term.item() for name, term in terms.items()}}
 
     def save(self, path: Path) -> None:
-        """Writes configuration and model to a file, atomically."""
+        """Atomically writes the configuration and model to a file."""
         state = {"config": self.config.model_dump(), "iteration": self.iteration, "seconds": self.seconds,
                  "model": self.model.state_dict()}
         write_atomically(path, lambda beside: torch.save(state, beside))
 
     @staticmethod
     def load(path: Path) -> PaperTraining:
-        """Reads a file written by `save`, to generate masks. Raises TrainerError if it cannot be read or is something else."""
+        """Reads a file written by `save`, to generate masks. Raises TrainerError if it cannot be read or is not such a file."""
         try:
             state = torch.load(path, map_location="cpu", weights_only=True)
             run = PaperTraining(checked(PaperConfig, state["config"]))
@@ -212,7 +212,7 @@ class PaperTraining:
             run.iteration, run.seconds = state["iteration"], state["seconds"]
         except OSError as error:
             raise TrainerError(f"cannot read the checkpoint {path}: {error.strerror}") from None
-        except Exception:  # torch's parser raises many types
+        except Exception:  # torch's parser raises many exception types
             raise TrainerError(f"{path} is not a checkpoint of train-paper, or is damaged") from None
         return run
 
@@ -238,7 +238,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--config", required=True, type=Path, help="a TOML file such as configs/paper-64.toml")
     parser.add_argument("--folder", type=Path, metavar="FOLDER",
                         help="folder for the checkpoint (default ~/.cache/bn_trainer/<name of the config>)")
-    parser.add_argument("--threads", type=int, default=1, help="threads of torch (default 1)")
+    parser.add_argument("--threads", type=int, default=1, help="number of torch threads (default 1)")
 
 
 def main(options: argparse.Namespace) -> None:

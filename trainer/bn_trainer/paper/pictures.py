@@ -17,7 +17,7 @@ PICTURE_SIZE = 256
 
 
 def floyd_steinberg(picture: np.ndarray) -> np.ndarray:
-    """Error diffusion, row by row from the left (Floyd and Steinberg, 1976), a benchmark that no mask reaches."""
+    """Error diffusion, row by row from the left (Floyd and Steinberg, 1976), a benchmark that no mask matches."""
     height, width = picture.shape
     values = np.zeros((height + 1, width + 2))
     values[:-1, 1:-1] = picture
@@ -52,7 +52,7 @@ def synthetic_pictures() -> dict[str, np.ndarray]:
 
 
 def read_picture(argument: str) -> tuple[str, np.ndarray]:
-    """(name, grey values in [0, 1]) of a crop of an image file; FILE@X,Y gives its upper left corner."""
+    """(name, grey values in [0, 1]) of a crop of an image file; FILE@X,Y gives the top-left corner of the crop."""
     path, _, corner = argument.partition("@")
     try:
         left, top = (int(word) for word in corner.split(",")) if corner else (0, 0)
@@ -77,13 +77,13 @@ def blur(images: Tensor, sigma: float) -> Tensor:
 
 
 def dithering_errors(values: np.ndarray, picture: np.ndarray, sigmas: Sequence[float]) -> np.ndarray:
-    """RMSE of 1-bit dithering after blurs with these sigmas, with shape (sigmas, masks)."""
+    """RMSE of 1-bit dithering after blurs with these sigmas; the shape is (sigmas, masks)."""
     repeats = PICTURE_SIZE // values.shape[-1] + 1
     tiled = np.tile(values, (1, repeats, repeats))[:, :PICTURE_SIZE, :PICTURE_SIZE]
     return blurred_errors((picture + tiled >= 1).astype(np.float32), picture, sigmas)
 
 
 def blurred_errors(dithered: np.ndarray, picture: np.ndarray, sigmas: Sequence[float]) -> np.ndarray:
-    """RMSE of dithered images (count, height, width) after blurs with these sigmas, with shape (sigmas, count)."""
+    """RMSE of dithered images (count, height, width) after blurs with these sigmas; the shape is (sigmas, count)."""
     difference = torch.from_numpy(dithered - picture)
     return np.array([[blur(part[None], sigma).square().mean().sqrt().item() for part in difference] for sigma in sigmas])

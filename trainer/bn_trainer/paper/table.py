@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reproduces the paper's Table I: `python -m bn_trainer table` writes the tables of evidence/results/paper.md, and paper.png.
+"""Reproduces the paper's Table I: `python -m bn_trainer table` updates the tables of evidence/results/paper.md, and paper.png.
 
 Images of 256x256 pixels are dithered to 1 bit with tiled masks from each method. The error is the root mean square of the
-blurred difference between dithered and original image (Gaussian, mirrored edges), as mean and standard deviation over masks.
-A pixel becomes white if image + threshold >= 1, with the threshold (rank + 1/2) / n, or (output + 1) / 2 for the raw output
-of a network or of Wronski's method. The command also measures why the paper's masks are worse: their histograms, thresholded
-patterns and similarity.
+difference between the dithered and the original image after a Gaussian blur with mirrored edges. Tables show its mean and
+standard deviation over masks. A pixel becomes white if image + threshold >= 1. The threshold is (rank + 1/2) / n, or
+(output + 1) / 2 for the raw output of a network or of Wronski's method. The command also
+measures why the paper's masks are worse: their histograms, thresholded patterns and similarity.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ from . import perceptron, wronski
 from .pictures import blurred_errors, dithering_errors, floyd_steinberg, read_picture, synthetic_pictures
 
 ROOT = Path(__file__).resolve().parents[3]
-SIGMAS = (0.75, 1.0, 1.5)  # of the blur, in texels; the error columns use TABLE_SIGMA
+SIGMAS = (0.75, 1.0, 1.5)  # of the blurs, in texels; the error columns use TABLE_SIGMA
 TABLE_SIGMA = 1.0
 CALIBRATING = 8  # masks per method used to find the blur at which void-and-cluster has the paper's ratio
 LEVELS = (1 / 16, 1 / 4, 1 / 2)
 MEASURED = 16  # masks per method for E and spectra
-# RMSE in Table I of the paper (which states neither picture nor blur), and seconds at 64 and 128
+# RMSE in Table I of the paper (which states neither image nor blur), and seconds at 64x64 and 128x128
 PUBLISHED_RMSE = {"white": 0.069, "perceptron": 0.046, "wronski": 0.046, "void-and-cluster": 0.029}
 PUBLISHED_SECONDS = {"perceptron": {64: 0.0167, 128: 0.0189}, "wronski": {64: 280, 128: 1590},
                      "void-and-cluster": {64: 0.64, 128: 2.97}}
@@ -114,7 +114,7 @@ def wronski_method(size: int, count: int, iterations: int) -> Method:
 
 
 def calibrated_sigma(white: Method, void_and_cluster: Method, pictures: list[np.ndarray]) -> float:
-    """The blur at which the ratio of the errors of void-and-cluster and white noise equals the paper's ratio."""
+    """The blur at which void-and-cluster's error relative to white noise equals the paper's ratio."""
     target = PUBLISHED_RMSE["void-and-cluster"] / PUBLISHED_RMSE["white"]
 
     def ratio(sigma: float) -> float:
@@ -157,7 +157,7 @@ def mask_figures(method: Method) -> dict[Any, float]:
 
 
 def likeness(values: np.ndarray) -> float:
-    """The mean absolute correlation between two masks of a method: 1 for equal or inverted masks, about 0.8 / sqrt(n) for
+    """The mean absolute correlation between two masks of a method: 1 for identical or inverted masks, about 0.8 / sqrt(n) for
     independent masks of n texels, and NaN for a single mask."""
     flat = values.reshape(len(values), -1).astype(np.float64)
     flat -= flat.mean(axis=1, keepdims=True)
@@ -219,7 +219,7 @@ def figure_table(methods: list[Method], figures: list[dict[Any, float]]) -> str:
 
 
 def descent_table(size: int, iterations: Sequence[int], count: int = 2) -> str:
-    """Loss and E_1 during Wronski's descent."""
+    """A table of the loss and E_1 during Wronski's descent."""
     rows = []
     for steps in iterations:
         history: list[float] = []
@@ -239,7 +239,7 @@ def with_tables(page: str, tables: dict[str, str]) -> str:
 def contact_sheet(methods: list[Method], size: int) -> Image.Image:
     """Rows: the methods of a size. Columns: mask, mean spectrum, patterns at LEVELS, part of the dithered scene.
 
-    At most 64x64 texels of masks and patterns are shown, enlarged twice."""
+    At most 64x64 texels of masks and patterns are shown, enlarged by a factor of two."""
     chosen = [method for method in methods if method.size == size and method.kind != "perceptron exact"]
     part, scale, gap, left, top = min(size, 64), 2, 8, 236, 26
     cell = part * scale
@@ -271,11 +271,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="folder that contains the run folders paper-64, paper-64-sum, paper-128 and paper-128-sum of "
                              "train-paper (default ~/.cache/bn_trainer)")
     parser.add_argument("--sizes", type=int, nargs="+", default=[64, 128], help="mask sizes (default 64 128)")
-    parser.add_argument("--masks", type=int, default=100, help="masks per method (default 100)")
-    parser.add_argument("--wronski-masks", type=int, default=8, help="masks by Wronski's method (default 8)")
-    parser.add_argument("--wronski-iterations", type=int, default=1000, help="iterations of Wronski's method (default 1000)")
+    parser.add_argument("--masks", type=int, default=100, help="number of masks per method (default 100)")
+    parser.add_argument("--wronski-masks", type=int, default=8, help="number of masks by Wronski's method (default 8)")
+    parser.add_argument("--wronski-iterations", type=int, default=1000, help="number of iterations of Wronski's method (default 1000)")
     parser.add_argument("--picture", action="append", default=[], metavar="FILE[@X,Y]",
-                        help="also dither 256x256 pixels of this picture, from the given upper left corner")
+                        help="also dither a 256x256 crop of this image with the given top-left corner")
     parser.add_argument("--out", type=Path, default=ROOT / "evidence" / "results", help="folder for the report (default evidence/results)")
 
 

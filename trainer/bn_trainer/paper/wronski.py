@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Wronski, "Optimizing blue noise dithering: backpropagation through Fourier transform and sorting" (2020).
 
-Optimises the texels of a mask directly, without a network, starting from white noise, with the losses that the paper later
-adopted (see perceptron.py) and the histogram loss summed over texels. Wronski uses plain gradient descent. This uses Adam
-with a cosine decay of the learning rate to 0, which reaches a much lower loss in the same number of iterations. Masks are
+Optimises a mask's texels directly, without a network, starting from white noise. It uses the losses that the paper later
+adopted (see perceptron.py), but sums the histogram loss over texels. Wronski uses plain gradient descent. This module uses
+Adam with cosine decay of the learning rate to 0, which reaches a much lower loss in the same number of iterations. Masks are
 independent of each other and run as one batch.
 
 One iteration for a mask of n texels takes a forward and an inverse transform, a sort and about 60 operations per texel.
@@ -22,7 +22,7 @@ import torch
 from . import perceptron
 
 RATE = 0.03
-INPUTS = 1 << 61  # seed of the initial noise, different from those in perceptron.py
+INPUTS = 1 << 61  # seed of the initial noise; differs from the seeds in perceptron.py
 
 
 def optimise(size: int, seeds: Sequence[int], iterations: int = 1000,
@@ -46,5 +46,5 @@ def optimise(size: int, seeds: Sequence[int], iterations: int = 1000,
 
 def flop_per_texel(size: int, iterations: int) -> float:
     """Floating-point operations per texel: two real transforms of 2.5 n log2 n, and 60 for weights, differences, gradients
-    and the update. Comparisons of the sort are not counted."""
+    and the update. Comparisons in the sort are not counted."""
     return iterations * (2 * 2.5 * math.log2(size * size) + 60)

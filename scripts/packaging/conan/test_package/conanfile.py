@@ -20,7 +20,7 @@ class TestPackageConan(ConanFile):
 
     def generate(self):
         toolchain = CMakeToolchain(self)
-        toolchain.user_presets_path = False  # no presets in the checkout
+        toolchain.user_presets_path = False  # writes no presets to the checkout
         toolchain.generate()
 
     def build(self):

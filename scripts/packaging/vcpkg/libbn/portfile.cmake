@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# An overlay port of the checkout it lies in: vcpkg install libbn --overlay-ports=scripts/packaging/vcpkg
-# vcpkg's binary cache does not look at a checkout's sources: after changing them, add --no-binarycaching. For a registry,
+# An overlay port of the checkout that contains it: vcpkg install libbn --overlay-ports=scripts/packaging/vcpkg
+# vcpkg's binary cache ignores changes to a checkout's sources: after changing them, add --no-binarycaching. For a registry,
 # replace this line with the release's archive.
 get_filename_component(SOURCE_PATH "${CURRENT_PORT_DIR}/../../../.." ABSOLUTE)
 
@@ -21,7 +21,7 @@ vcpkg_cmake_config_fixup(PACKAGE_NAME bn CONFIG_PATH lib/cmake/bn)
 vcpkg_fixup_pkgconfig()
 vcpkg_copy_pdbs()
 
-# The licences have a place of their own, and debug builds bring no headers.
+# Licences go to a separate folder, and debug builds install no headers.
 file(REMOVE_RECURSE "${CURRENT_PACKAGES_DIR}/debug/include" "${CURRENT_PACKAGES_DIR}/debug/share"
                     "${CURRENT_PACKAGES_DIR}/share/doc")
 file(INSTALL "${CMAKE_CURRENT_LIST_DIR}/usage" DESTINATION "${CURRENT_PACKAGES_DIR}/share/${PORT}")
