@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * For every C test. CHECK() counts and prints failures, and check_result() returns the exit status. */
+ * Used by every C test. CHECK() counts and prints failures, and check_result() returns the exit status. */
 #ifndef BN_TESTS_CHECK_H
 #define BN_TESTS_CHECK_H
 

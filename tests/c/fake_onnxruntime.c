@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * A fake ONNX Runtime, loaded in place of the real library. It computes one known function, counts
- * its objects, and fails or lacks what a test asks it to. */
+ * its objects, and fails or lacks functions as a test requests. */
 #define _GNU_SOURCE
 #include "fake_onnxruntime.h"
 #include "../../libbn/src/neural/onnxruntime_api.h"

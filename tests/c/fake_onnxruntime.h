@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * How tests control the fake ONNX Runtime, and the network that it computes. */
+ * Controls the fake ONNX Runtime, and describes the network that it computes. */
 #ifndef BN_TESTS_FAKE_ONNXRUNTIME_H
 #define BN_TESTS_FAKE_ONNXRUNTIME_H
 
@@ -15,9 +15,9 @@ typedef struct fake_state {
     int running, most_running, runs;
     int telemetry_disabled, spinning, log_level;
     int lacks_cuda, lacks_tf32, lacks_gpu, lacks_table, lacks_base;
-    const char *version;             /* NULL: a supported version */
-    int cuda_runs, rough, fallbacks; /* rough: sessions of low precision; fallbacks: that may leave
-                                      * CUDA */
+    const char *version;  /* NULL: a supported version */
+    int cuda_runs, rough; /* rough: low-precision sessions */
+    int fallbacks;        /* sessions that may leave CUDA */
     uint32_t asked_version;
 } fake_state;
 

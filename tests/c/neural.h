@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Shared by the tests of networks: the fake runtime that is built next to them, and functions that open
- * a model in it. */
+ * Shared by the network tests: the fake runtime that is built next to them, and functions that open a
+ * model in it. */
 #ifndef BN_TESTS_NEURAL_H
 #define BN_TESTS_NEURAL_H
 
@@ -14,7 +14,7 @@
 
 #define FAKE_RUNTIME BN_FAKE_DIR "/libfake_onnxruntime.so"
 
-/* Resets the state of the fake runtime, whose library stays loaded. */
+/* Resets the state of the fake runtime. Its library stays loaded. */
 static inline fake_state *fake_reset(void) {
     static fake_state *state;
     if (state == NULL) {
@@ -27,7 +27,7 @@ static inline fake_state *fake_reset(void) {
     const int living = state->living;
     memset(state, 0, sizeof *state);
     state->living = living;
-    state->spinning = 1; /* as threads of ONNX Runtime do */
+    state->spinning = 1; /* as ONNX Runtime's threads do */
     return state;
 }
 

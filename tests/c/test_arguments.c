@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * One contract for arguments: the same mistake gives the same result in every function. */
+ * All functions treat arguments alike: the same mistake gives the same result everywhere. */
 #include "check.h"
 #include "masks.h"
 #include <bn/bn.h>
@@ -15,7 +15,7 @@ static uint32_t ranks[LARGE];
 static float values[MOST], outputs[LARGE];
 static double error;
 
-/* The functions that make a mask, and those that read one. */
+/* The functions that generate a mask, and those that read one. */
 enum { VOID_AND_CLUSTER, RELAX, ANNEAL, ANNEAL_FROM, ERROR, SPECTRUM, DITHER, SAMPLER };
 enum { FUNCTIONS = SAMPLER + 1, FIRST_THAT_READS = ANNEAL_FROM };
 
@@ -225,8 +225,8 @@ static void test_strings(void) {
     CHECK(strcmp(version, bn_version_string()) == 0);
 }
 
-/* Every struct_size except the structure's own is rejected, also one that ends inside an option. A larger
- * one is accepted if the additional bytes are zero. */
+/* Every struct_size except the structure's own is rejected, including one that ends inside an option. A larger
+ * struct_size is accepted if the additional bytes are zero. */
 #define CHECK_SIZES(type, options_default, call)                                                   \
     do {                                                                                           \
         union {                                                                                    \

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The built-in masks: every rank once. */
+ * The built-in masks contain every rank exactly once. */
 #include "check.h"
 #include "masks.h"
 

@@ -63,7 +63,7 @@ static void test_formula(void) {
 
 /* With offsets, the channels of a flat colour are uncorrelated. Their covariance over 4096 independent
  * texels would have a standard deviation of 0.25 / 64; a limit of six deviations has a false-alarm rate
- * below 1e-8 in each of 3 pairs. Without offsets, the channels are equal. */
+ * below 1e-8 in each of 3 pairs. Without offsets, the channels are identical. */
 static void test_channels(void) {
     enum { size = 64 };
     static float image[size * size * 3], out[size * size * 3];

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Detects a change of any bit of any draw, choice or path: hashes of 4,096 draws of every type, at
- * ordinary and extreme arguments, must equal draw_hashes.txt. --print prints that file. The test is
- * built with the library's functions, and with the inline ones with SSE2, without SSE2 and with
+ * ordinary and extreme arguments, must match draw_hashes.txt. --print prints that file. The test is
+ * built with the library's functions, and with the inline functions with SSE2, without SSE2 and with
  * -ffast-math. The Python and Rust tests compare with the same file. */
 #include "check.h"
 #include "samplers.h"
@@ -24,7 +24,7 @@ static uint64_t random_u64(uint64_t counter) {
     return v ^ (v >> 31);
 }
 
-/* FNV-1a over the bytes of a word, the lowest first. */
+/* FNV-1a over the bytes of a word, lowest byte first. */
 static uint64_t add(uint64_t hash, uint32_t word) {
     for (int i = 0; i < 4; ++i) hash = (hash ^ (word >> 8 * i & 255u)) * 0x100000001b3u;
     return hash;
@@ -60,13 +60,13 @@ static uint32_t sample_index(uint64_t random) {
     }
 }
 
-/* Every fourth domain is an arbitrary number, the others are children. */
+/* Every fourth domain is an arbitrary number; the others are children. */
 static uint32_t sample_domain(uint64_t random) {
     uint32_t v = (uint32_t)(random >> 32);
     return (random & 3u) == 0 ? v : bn_domain_child(v & 1023u, (uint32_t)random >> 2 & 15u);
 }
 
-/* The inline draws, or those of the library. */
+/* The inline draws, or the library's draws. */
 #ifdef BN_TEST_LIBRARY
 #define DRAW(name) bn_sample_##name
 #else
@@ -192,7 +192,7 @@ static void add_ray(uint32_t *hash, const bn_sampler *sampler, const bn_path *pa
     add_floats(hash, v, 1);
 }
 
-/* A hash for each of 96 paths, of their first eight rays. */
+/* A hash of the first eight rays for each of 96 paths. */
 static uint64_t hash_paths(void) {
     static const uint32_t indices[] = {0, 1, 5, 255, 256, 70000};
     const bn_sampler sampler = bn_sampler_make(1);

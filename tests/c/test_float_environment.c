@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Draws, masks, ranks and dithering have the same bits if the host has set another rounding mode,
+ * Draws, masks, ranks and dithering are bit-identical if the host has set another rounding mode,
  * flush-to-zero, denormals-are-zero or traps, and the library restores the host's settings. */
 #include "check.h"
 #include "masks.h"

@@ -38,7 +38,7 @@ static void check_made(size_t texels, uint32_t channels) {
     for (uint32_t c = 0; c < channels; ++c) CHECK(is_permutation(made[0] + c * texels, texels));
 }
 
-/* Tiny, narrow and odd extents, at the ends of the range of every generator, and measured. */
+/* Generates and measures masks with tiny, narrow and odd extents, at the ends of every generator's range. */
 static void test_extents(void) {
     static const uint32_t extents[][3] = {
         {1, 1, 1},  {2, 1, 1},   {1, 3, 1},   {1, 1, 5}, {2, 2, 2},    {7, 1, 1},   {100, 1, 1},

@@ -55,7 +55,7 @@ static void test_noise(void) {
     CHECK(fabs(down / count * 12) < bound);
     CHECK(fabs(between_seeds / count * 12) < bound);
     CHECK(noise[2 * width + 9] == noise_of(2, 7, 3));
-    /* The bits are the same everywhere; the trainer relies on this. */
+    /* The noise is bit-identical everywhere; the trainer relies on this. */
     CHECK(noise_of(0, 0, 0) == 0x1p-24f * 3407499);
     CHECK(noise_of(-1, 1, 7) == 0x1p-24f * 2805431);
     CHECK(noise_of(-FARTHEST, FARTHEST - 1, UINT64_MAX) == 0x1p-24f * 11651764);
@@ -146,7 +146,7 @@ static void test_sparse_spacing(void) {
         model.channels = 2;
         model.spacing = i == 0   ? 0
                         : i == 1 ? 10000
-                                 : 400; /* 10000: no pattern of this mask is that sparse */
+                                 : 400; /* 10000: no pattern of this mask is so sparse */
         CHECK(open_model(&model, FAKE_RUNTIME, (uint32_t)(i == 3 ? 3 : 1), &neural) == BN_SUCCESS);
         CHECK(mask_of(neural, extent, extent, 5, ranks[i]) == BN_SUCCESS);
         bn_neural_close(neural);
@@ -438,7 +438,7 @@ static void test_values_that_are_not_finite(void) {
 }
 
 static void test_unusable_libraries(void) {
-    /* The C library is no ONNX Runtime: it lacks the entry point. */
+    /* The C library is not an ONNX Runtime: it lacks the entry point. */
     static const char *const libraries[] = {"/there/is/no/such/library.so", __FILE__, "libc.so.6",
                                             "/"};
     static const fake_state lacking[] = {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * A program with elevated privileges ignores BN_ONNXRUNTIME.
  *
- * Needs root: copies itself to a set-user-ID file of another user, and runs that with the variable
- * set to a library of the test, which must not be loaded. As any other user it is skipped (77). */
+ * Needs root: copies itself to a set-user-ID file of another user, and runs the copy with the variable
+ * set to the test's library, which must not be loaded. For any other user, the test is skipped (77). */
 #define _DEFAULT_SOURCE
 #include "check.h"
 #include "neural.h"

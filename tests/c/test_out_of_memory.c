@@ -43,7 +43,7 @@ void *__wrap_realloc(void *memory, size_t size) {
 }
 
 enum {
-    NO_MORE = 99 /* no result of the library */,
+    NO_MORE = 99 /* not a result of the library */,
     SIZE = 24,
     TEXELS = SIZE * SIZE,
     MANY = 70000 /* values that bn_ranks_from_values() divides into buckets */

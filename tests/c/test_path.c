@@ -96,7 +96,7 @@ static int compare(const void *a, const void *b) {
     return memcmp(a, b, PLACES * sizeof(float));
 }
 
-/* Decisions that share a number do so in all pixels. By chance, 24 bits may be equal, but not 96. */
+/* Decisions that share a number do so in all pixels. By chance, 24 bits may be identical, but not 96. */
 static int shared(void) {
     static float rows[MOST_NUMBERS][PLACES];
     int equal = 0;
@@ -148,7 +148,7 @@ static void rays_do_not_depend_on_earlier_draws(void) {
         bn_ray_next_2d(&sampler, &plain, u);
         bn_ray_next_2d(&sampler, &other, v);
         CHECK(u[0] == v[0] && u[1] == v[1]);
-        /* They do not affect children either. */
+        /* They do not affect children, either. */
         const bn_ray part = bn_ray_child(&plain, 12), same = bn_ray_child(&other, 12);
         const bn_ray next = bn_ray_child(&plain, 13);
         bn_ray_draw(&sampler, &part, u);

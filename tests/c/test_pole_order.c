@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The promises of the pole order of BLUE: the first 2^k samples of every aligned square of 2^s x 2^s
+ * The guarantees of BLUE's pole order: the first 2^k samples of every aligned square of 2^s x 2^s
  * pixels are a (0, k + 2 s, 2)-net in base 2 in both pairs, for each of the four domains of a family,
- * counted from draws; and the nets within a pixel, at all counts. */
+ * counted from draws; and the nets within a pixel, at all sample counts. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_draw.h>
@@ -24,7 +24,7 @@ static void draw_block(const bn_sampler *sampler, int32_t x, int32_t y, int s, i
     }
 }
 
-/* Whether they are a (0, k + 2 s, 2)-net in both pairs. */
+/* Whether these samples are a (0, k + 2 s, 2)-net in both pairs. */
 static int block_is_net(const bn_sampler *sampler, int32_t x, int32_t y, int s, int k,
                         uint32_t domain) {
     const int m = k + 2 * s;
@@ -85,7 +85,7 @@ static void test_nets(void) {
     }
 }
 
-/* ---- All bits of an index: nets at counts too large to draw, by linear algebra */
+/* ---- All bits of an index: nets at sample counts too large to draw, by linear algebra */
 
 enum { BITS = 32 };
 
@@ -159,7 +159,7 @@ static void test_nets_of_all_counts(const bn_sampler *s) {
     }
 }
 
-/* The tables equal the data file, and have the symbols that bn_draw.h links to. */
+/* The tables match the data file and have the symbols that bn_draw.h links to. */
 static void test_words(void) {
     size_t count = 0;
     uint32_t version = 0;

@@ -4,7 +4,7 @@
 #include "masks.h"
 #include <math.h>
 
-/* Ranks are correct if values sorted by rank ascend, and equal values keep their order. */
+/* Ranks are correct if values sorted by rank ascend and tied values keep their order. */
 static int are_ranks(const float *values, size_t count, const uint32_t *ranks) {
     if (!is_permutation(ranks, count)) return 0;
     uint32_t *at = malloc(count * sizeof *at);

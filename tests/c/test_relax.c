@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Relaxation: the same bits with any number of threads, and no fixed pattern. test_hard_numbers.c tests
+ * Relaxation is bit-identical for any number of threads and has no fixed pattern. test_hard_numbers.c tests
  * extents, and tests/python/test_relax_learned.py compares with the formula. */
 #include "check.h"
 #include "masks.h"
 #include <math.h>
 
-/* The height is prime, so that threads never get equal numbers of rows. */
+/* The height is prime, so that threads never get the same number of rows. */
 static void test_threads(void) {
     enum { width = 200, height = 307, count = width * height };
     uint32_t *ranks = malloc(count * sizeof *ranks);

@@ -150,8 +150,8 @@ static void test_nets(void) {
     }
 }
 
-/* ZORDER at its largest count, to which larger counts are clamped: in an aligned square of pixels, each of
- * as many intervals as there are samples contains one sample. */
+/* ZORDER at its largest sample count, to which larger counts are clamped: if n is the number of samples in
+ * an aligned square of pixels, each of n intervals contains one sample. */
 static void test_the_largest_count(void) {
     enum { COUNT = 1 << 16, POINTS = 4 * COUNT };
     static unsigned char seen[POINTS];

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Many threads share one sampler and make masks at the same time, and their results do not depend on
+ * Many threads share one sampler and generate masks at the same time. Their results do not depend on
  * the order. With the thread sanitizer, this also shows that there are no data races. */
 #include "check.h"
 #include "samplers.h"
@@ -12,7 +12,7 @@ enum { THREADS = 4, SIZE = 24, SAMPLES = 320, MASK = 32 };
 
 typedef struct job {
     const bn_sampler *samplers;
-    uint32_t number; /* of the thread; determines the order of its draws */
+    uint32_t number; /* the thread's number, which determines the order of its draws */
     uint64_t hash[TYPES];
     uint32_t cluster[MASK * MASK], relaxed[MASK * MASK];
     int failures;

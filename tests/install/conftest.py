@@ -11,14 +11,14 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-# The same library is built for many projects.
+# Many projects build the same library.
 if shutil.which("ccache"):
     for language in ("C", "CXX"):
         os.environ.setdefault(f"CMAKE_{language}_COMPILER_LAUNCHER", "ccache")
 
 
 def run(*command, **options) -> str:
-    """Runs a command and returns what it printed; its whole output is the message when it fails."""
+    """Runs a command and returns its output. If it fails, the error message is the whole output."""
     done = subprocess.run([str(part) for part in command], stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, text=True, stdin=subprocess.DEVNULL, **options)
     assert done.returncode == 0, f"{' '.join(map(str, command))}\n{done.stdout}"
@@ -26,14 +26,14 @@ def run(*command, **options) -> str:
 
 
 def listing(page: str, name: str) -> str:
-    """A listing of a page of docs/, by the name in the comment before it."""
+    """A listing from a page in docs/, found by the name in the comment before it."""
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")
     (found,) = re.findall(rf"^<!-- listing: {re.escape(name)} -->\n```\w+\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     return found
 
 
 def cmake_build(source: Path, build: Path, *options: str, target: str = "all") -> None:
-    """Without optimisation, which takes the compiler most of its time, unless an option says otherwise."""
+    """Compiles without optimisation unless an option says otherwise, because optimisation takes most of the compile time."""
     generator = ["-G", "Ninja"] if shutil.which("ninja") else []
     run("cmake", "-S", source, "-B", build, *generator, "-DCMAKE_BUILD_TYPE=Debug", *options)
     run("cmake", "--build", build, "--parallel", "2", "--target", target)
@@ -41,7 +41,7 @@ def cmake_build(source: Path, build: Path, *options: str, target: str = "all") -
 
 @dataclass(frozen=True)
 class Installed:
-    """An installed tree; it was moved after the installation."""
+    """An installed tree that was moved after its installation."""
 
     kind: str  # "static" or "shared"
     prefix: Path
@@ -64,7 +64,7 @@ class Installed:
             *self.pkg_config("--libs", *static), f"-Wl,-rpath,{self.library.parent}")
 
     def compile_cpp(self, program: Path, *arguments) -> Path:
-        """Compiles C++17 without a warning, and links it with the static library; returns the program."""
+        """Compiles C++17 without warnings and links it with the static library. Returns the program."""
         run(os.environ.get("CXX", "c++"), "-std=c++17", "-Wall", "-Wextra", "-Werror", "-O1", *self.pkg_config("--cflags"),
             *arguments, "-o", program, *self.pkg_config("--libs", "--static"), "-lm")
         return program
@@ -72,14 +72,14 @@ class Installed:
 
 def install(kind: str, folder: Path) -> Installed:
     build, first, prefix = folder / "build", folder / "first", folder / "moved" / "here"
-    # The static one is compiled as in build/, so that ccache has it.
+    # The static library is compiled as in build/, so that ccache can reuse it.
     flags = ["-DBN_BUILD_SHARED=OFF"] if kind == "static" else ["-DBN_BUILD_SHARED=ON", "-DCMAKE_C_FLAGS_RELEASE=-O1 -DNDEBUG"]
     cmake_build(ROOT, build, "-DCMAKE_BUILD_TYPE=Release", "-DBN_WERROR=ON", "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF",
                 f"-DCMAKE_INSTALL_PREFIX={first}", *flags)
     run("cmake", "--install", build)
     prefix.parent.mkdir()
     first.rename(prefix)
-    shutil.rmtree(build)  # an installed library needs nothing of the folder it was built in
+    shutil.rmtree(build)  # an installed library needs nothing from its build folder
     return Installed(kind, prefix)
 
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What a renderer does first. All consumer projects build this program; all must print the same. */
+ * A renderer's first steps. All consumer projects build this program, and its output must always be the same. */
 #include <bn/bn_path.h>
 #include <stdio.h>
 

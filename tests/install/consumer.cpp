@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The same header from C++11, the oldest standard it promises.
+// The same header in C++11, the oldest supported standard.
 #include <bn/bn.h>
 
 #include <cstdio>

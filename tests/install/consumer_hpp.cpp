@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// bn.hpp as a C++ renderer uses it: prints what consumer.c prints first, then the number of
-// things that are not as bn.hpp says.
+// bn.hpp as used by a C++ renderer. First prints the same as consumer.c, then the number of violated
+// promises of bn.hpp.
 #include <bn/bn.hpp>
 
 #include <cstdio>
@@ -11,15 +11,15 @@
 static_assert(std::is_trivially_copyable_v<bn::Sampler> && sizeof(bn::Sampler) <= 48);
 constexpr bn::Sampler at_compile_time(bn::Type::sobol, 5);
 struct Renderer {
-    bn::Sampler sampler = {}; // without a warning
+    bn::Sampler sampler = {}; // no warning
 };
 static_assert(!std::is_convertible_v<int, bn::Sampler> && !std::is_convertible_v<int, bn::Domain>);
-// A number alone is a seed; the constants of C are none.
+// A plain number is a seed; the C constants are not seeds.
 static_assert(std::is_constructible_v<bn::Sampler, int> &&
               !std::is_constructible_v<bn::Sampler, decltype(BN_SAMPLER_SOBOL)> &&
               !std::is_constructible_v<bn::Sampler, decltype(BN_SAMPLER_SOBOL), int> &&
               !std::is_constructible_v<bn::Sampler, int, int>);
-// A copy would hand out its numbers a second time.
+// A copy would return the same numbers again.
 static_assert(!std::is_copy_constructible_v<bn::RaySampler> &&
               !std::is_copy_assignable_v<bn::RaySampler> &&
               std::is_nothrow_move_constructible_v<bn::RaySampler>);
@@ -72,7 +72,7 @@ int wrong(const bn::Sampler &sampler, bn::Domain domain) {
     return count;
 }
 
-// What tests/c/test_draw_hashes.c hashes of paths, and the frozen result.
+// The path numbers hashed by tests/c/test_draw_hashes.c, and the frozen result.
 constexpr uint64_t hash_of_paths = 0x3d750840263d82dbu;
 
 bool wrong_paths() {
@@ -107,7 +107,7 @@ bool wrong_paths() {
     return hash != hash_of_paths;
 }
 
-// Numbers by explicit counters are those that a ray counts itself; a path's first numbers are those of C.
+// Explicit counters give the same numbers as a ray's own counters; a path's first numbers match those in C.
 int wrong_counters(const bn::Sampler &sampler) {
     const bn::PathSampler path(sampler, -3, 9, 5, 2);
     const bn_path own = bn_path_start(-3, 9, 5, 2);
@@ -129,7 +129,7 @@ int wrong_counters(const bn::Sampler &sampler) {
     return count + (path.time_wavelength() != std::array<float, 2>{u[0], u[1]});
 }
 
-// The numbers of ray `ray` for a pattern of requests: '1' and '2' for dimensions.
+// The numbers of ray `ray` for a request pattern of dimensions '1' and '2'.
 std::vector<float> counted(bn::SequentialSampler &numbers, const char *pattern) {
     std::vector<float> all;
     for (; *pattern; ++pattern) {
@@ -154,7 +154,7 @@ int wrong_counts(const bn::Sampler &sampler) {
     numbers.start(5, 6, 7);
     const auto triple = counted(numbers, "12");
     count += triple[0] != first[2] || triple[1] != first[0] || triple[2] != first[1];
-    // Whatever a ray draws, the next begins alike, and no number comes twice.
+    // Whatever a ray draws, the next ray begins with the same numbers, and no number occurs twice.
     std::vector<float> next;
     for (const char *pattern : {"", "1", "2", "112112", "2222222222", "1111111111111111111111"}) {
         numbers.start(5, 6, 7);
@@ -167,7 +167,7 @@ int wrong_counts(const bn::Sampler &sampler) {
         for (std::size_t i = 0; i < all.size(); ++i)
             for (std::size_t k = 0; k < i; ++k) count += all[i] == all[k];
     }
-    // From a path it draws the same, and a ray that has begun goes on.
+    // From a path it draws the same numbers, and a ray that has begun continues.
     const bn::PathSampler path(sampler, 5, 6, 7);
     bn::SequentialSampler own(path);
     numbers.start(5, 6, 7);
@@ -177,7 +177,7 @@ int wrong_counts(const bn::Sampler &sampler) {
     count += counted(own, "12") != counted(numbers, "12");
     own.start_ray(1);
     count += counted(own, "1212121") != next;
-    // From a part of a ray it draws what the ray itself does not.
+    // From a part of a ray it draws numbers that the ray itself does not draw.
     bn::RaySampler ray = path.ray(0);
     bn::SequentialSampler part(ray.child(3));
     const auto parts = counted(part, "2212");
@@ -188,7 +188,7 @@ int wrong_counts(const bn::Sampler &sampler) {
     return count + (parts[0] != path.ray(0).child(3).draw()[0]);
 }
 
-// A number and the pair after it meet all four quarters of the square of their first digits over 8 samples, at every ray.
+// Over 8 samples, the first digits of a number and of the next pair take all four combinations, at every ray.
 int tied_choices(const bn::Sampler &sampler) {
     int tied = 0;
     for (uint32_t ray = 0; ray < 8; ++ray) {
@@ -208,7 +208,7 @@ int tied_choices(const bn::Sampler &sampler) {
     return tied;
 }
 
-// What a renderer keeps for a thread.
+// The state a renderer keeps for each thread.
 struct Worker {
     bn::Sampler sampler;
     bn::SequentialSampler numbers{sampler};
@@ -216,7 +216,7 @@ struct Worker {
     bn::RaySampler ray;
 };
 
-// One that has moved does not draw from where it was.
+// After a move, it does not draw from its old location.
 int wrong_moves() {
     auto first = std::make_unique<Worker>(Worker{bn::Sampler(5), {}, {}, {}});
     first->numbers = bn::SequentialSampler(first->sampler);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An image of OpenQMC's tool: the arguments of oqmc_trace() in order, then a file for 32-bit floats.
+// Renders an image of OpenQMC's tool. Arguments: those of oqmc_trace() in order, then an output file for 32-bit floats.
 #include <cstdio>
 #include <cstdlib>
 #include <trace.h>

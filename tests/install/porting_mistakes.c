@@ -68,6 +68,6 @@ void draw(int x, int y, unsigned index, int decision, float u[3]) {
     u[0] = four[swapped ? 2 : 0], u[1] = four[swapped ? 3 : 1];
     if (decision == 0 || second_pair) return;
     u[2] = is("pair first") ? next[2] : four[2];
-    /* A number of a draw before, the lobe, then one by one. */
+    /* A number left over from an earlier draw, then the lobe, requested one by one. */
     if (is("one by one")) u[0] = four[3], u[1] = next[2];
 }

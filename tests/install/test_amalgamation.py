@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What scripts/amalgamate writes: one command compiles the two files, and they are the library, bit for bit. The folder bn/
-beside them has the headers that programs include as <bn/...>."""
+"""The output of scripts/amalgamate: one command compiles the two files, and their results are bit-identical to the library's. The
+adjacent folder bn/ contains the headers that programs include as <bn/...>."""
 
 import json
 import os
@@ -30,7 +30,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="session", params=COMPILERS)
 def compiled(request, folder):
-    """A compiler, and bn.o that it made with all warnings."""
+    """A compiler, and the bn.o it built with all warnings."""
     objects = folder / f"{request.param}.o"
     run(request.param, "-O2", "-fPIC", *STRICT, "-c", folder / "bn.c", "-o", objects)
     return request.param, objects
@@ -68,7 +68,7 @@ def test_passes_the_tests_of_the_library(test, folder, compiled):
 
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_the_draws_alone_are_one_file(compiler, tmp_path):
-    """Their hashes are those of the library; the licences are in the file."""
+    """The hashes of its draws match the library's, and the file contains the licences."""
     run(ROOT / "scripts" / "amalgamate", "--draws", "--output", tmp_path)
     (header,) = tmp_path.iterdir()
     assert all((ROOT / path).read_text().rstrip() in header.read_text() for path in ("LICENSE", "libbn/data/LICENSE"))
@@ -84,7 +84,7 @@ def test_the_draws_alone_are_one_file(compiler, tmp_path):
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="instructions of x86-64")
 def test_avx2_gives_the_same_and_fuses_no_multiplications_and_additions(folder, compiled, tmp_path):
-    # GCC would fuse nothing with -O1 or -std=c11.
+    # With -O1 or -std=c11, GCC would fuse nothing anyway.
     run(compiled[0], "-O2", "-mavx2", "-mfma", *STRICT, "-std=gnu11", "-S", folder / "bn.c", "-o", tmp_path / "bn.s")
     assembly = (tmp_path / "bn.s").read_text()
     assert "ymm" in assembly and "vfm" not in assembly

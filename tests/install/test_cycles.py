@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sampling pattern for Cycles compiles, and draws what Cycles asks for: no number twice, the library's
-bits. `scripts/patches` tries the patch."""
+"""The sampling pattern for Cycles compiles and draws the numbers that Cycles requests. Each number occurs only once and is
+bit-identical to the library's. `scripts/patches` tests the patch."""
 
 import re
 import subprocess
@@ -15,7 +15,7 @@ PATCH = OWN / "cycles.patch"
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A folder with what README.md copies to src/kernel/sample."""
+    """A folder with the files that README.md copies to src/kernel/sample."""
     folder = tmp_path_factory.mktemp("cycles")
     sample = folder / "kernel" / "sample"
     sample.mkdir(parents=True)
@@ -37,7 +37,7 @@ def draws(folder, static_library):
 def test_no_number_is_drawn_twice(draws, kind):
     lines = run(draws, "path", kind, "30").splitlines()
     assert len(lines) >= 5 + 29 * 6
-    # Equal in eight samples is no chance: one in 2^24 is equal in a single one.
+    # Being identical in eight samples is no coincidence: in a single sample, the probability is 2^-24.
     assert len(set(lines)) == len(lines)
     assert all(0 <= float(number) < 1 for line in lines for number in line.split())
 
@@ -59,7 +59,7 @@ def test_patch_changes_the_expected_files():
 
 
 def test_the_script_says_which_tags_take_the_patch(tmp_path):
-    """In a repository of the lines that the patch replaces, with a tag that has them and one that lacks one."""
+    """Uses a repository with the lines that the patch replaces: one tag contains all of them, and another lacks one."""
     for name, hunks in re.findall(r"^\+\+\+ b/(\S+)\n(.*?)(?=^diff|\Z)", PATCH.read_text(), re.MULTILINE | re.DOTALL):
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The data in libbn/data is what SHA256SUMS says, and all of it is listed there."""
+"""The files in libbn/data match SHA256SUMS, which lists all of them."""
 
 import hashlib
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The listings of the guides that are parts of programs compile, and the commands of bindings/README.md and the examples of its API run."""
+"""The guides' program fragments compile, and the commands and API examples of bindings/README.md run."""
 
 import os
 import re
@@ -12,7 +12,7 @@ from conftest import ROOT, listing, run
 
 PAGES = {name: (ROOT / name).read_text(encoding="utf-8") for name in
          ("docs/porting.md", "docs/realtime.md", "bindings/README.md", "bindings/api.md")}
-# What the fragments use of a renderer.
+# The renderer parts that the fragments use.
 RENDERER = """
 struct Ray {};
 struct Color {};
@@ -30,7 +30,7 @@ NAMES = {"int": ("x", "y", "small_x", "small_y"), "unsigned": ("index", "depth",
 
 
 def fragments(page):
-    """The listings of C++ that have no name, by which other tests find the others."""
+    """The C++ listings without a name. Other tests find named listings by their names."""
     found = re.findall(r"(<!-- listing[^\n]*\n)?^( *)```cpp\n(.*?)^ *```$", PAGES[page], re.MULTILINE | re.DOTALL)
     return [text for name, _, text in found if not name]
 

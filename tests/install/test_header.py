@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The public headers compile alone, in the oldest and newest standards of C and C++, without a warning."""
+"""Each public header compiles on its own, without warnings, in the oldest and newest C and C++ standards."""
 
 import re
 import shutil
@@ -20,7 +20,7 @@ COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 def test_compiles_alone(header, standard, compiler, tmp_path):
     language = "c++" if standard.startswith("c++") else "c"
     source = tmp_path / "alone.c"
-    # Twice: an include guard that fails shows here.
+    # Include it twice, so that a broken include guard shows.
     source.write_text(f"#include <bn/{header}>\n#include <bn/{header}>\ntypedef bn_result used;\n")
     old = ["-Wstrict-prototypes"] if language == "c" else ["-Wold-style-cast"] if header not in ("bn_draw.h", "bn_path.h") else []
     run(compiler, "-x", language, f"-std={standard}", *STRICT, *old, "-I", INCLUDE, source)
@@ -48,16 +48,16 @@ def test_the_cpp_header_says_which_standard_it_needs(compiler, tmp_path):
 def test_includes_next_to_nothing(header):
     includes = set(re.findall(r'^\s*#\s*include\s*[<"](.+?)[>"]', (INCLUDE / "bn" / header).read_text(),
                               re.MULTILINE))
-    # Three share their text with shaders; bn_draw.h uses SSE2 where the compiler targets it.
+    # Three headers share their text with shaders; bn_draw.h uses SSE2 if the compiler targets it.
     more = {"bn_draw.h": {"bn/bn_device.h", "bn/bn_draw.glsl", "emmintrin.h"},
             "bn_path.h": {"bn/bn_draw.h", "bn/bn_device.h", "bn/bn_path.glsl"},
             "bn_choose.h": {"bn/bn_device.h", "bn/bn_choose.glsl"}}
     assert includes <= {"stddef.h", "stdint.h", "bn/bn.h"} | more.get(header, set())
 
 
-# The macros that stay: include guards and constants. All others are removed at the end of each header.
+# The macros that remain defined: include guards and constants. All others are undefined at the end of each header.
 KEPT = re.compile(r"BN_(\w+_(H|GLSL|AT|KEY)|API|VERSION_\w+|DOMAIN_ROOT|DRAW_TABLE_VERSION|WORD_COUNT)")
-# A program that hands draws on under the names of both forms.
+# A program that forwards draws under the names of both forms.
 NAMES = """
 struct renderer {
     void (*bn_sample_4d)(const bn_sampler *, int32_t, int32_t, uint32_t, uint32_t, float *);
@@ -70,7 +70,7 @@ struct renderer made(void) { struct renderer r = {bn_sample_4d, bn_draw_4d}; ret
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("language", ["c", "c++"])
 def test_no_macro_is_left_behind(language, compiler, tmp_path):
-    """Neither those that redefine functions nor the portability macros of the shared text."""
+    """Neither macros that redefine functions nor the portability macros of the shared text remain defined."""
     source = tmp_path / "names.c"
     source.write_text("".join(f"#include <bn/{header}>\n" for header in HEADERS if header != "bn_device.h") + NAMES)
     run(compiler, "-x", language, "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I", INCLUDE, source)
@@ -86,7 +86,7 @@ float (*used)(const bn::Sampler &) = first;
 
 
 def test_inline_functions_have_external_linkage(tmp_path):
-    """So that inline functions of a program, and its modules, may call them: a local symbol would differ in each file."""
+    """A program's inline functions and its modules may call them; a local symbol would differ in each file."""
     (tmp_path / "inline.cpp").write_text(INLINE)
     run("c++", "-std=c++14", "-O0", "-c", "-I", INCLUDE, tmp_path / "inline.cpp", "-o", tmp_path / "inline.o")
     local = [line.split()[-1] for line in run("nm", tmp_path / "inline.o").splitlines() if " t " in line]

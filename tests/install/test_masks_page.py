@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The listings of docs/masks.md: that of C against the installed library, those of Python by this one."""
+"""The listings of docs/masks.md: the C listing uses the installed library, and this Python runs the Python listings."""
 
 import re
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""libbn behind OpenQMC's interface: draws, splits and numbers are libbn's; OpenQMC's own trace runs on it."""
+"""libbn behind OpenQMC's interface: draws, splits and numbers match libbn's, and OpenQMC's own trace runs on it."""
 
 import os
 
@@ -58,7 +58,7 @@ int main() {
         sum += rnd[0] + rnd[1] + rnd[2];
         expect(rnd[0] != sample[0], "drawRnd gives what drawSample gives");
     }
-    // Every part of a sample's name changes its independent numbers.
+    // Every argument that identifies a sample changes its independent numbers.
     const Sampler named[] = {{1, 2, 0, 3, cache.get()}, {2, 2, 0, 3, cache.get()}, {1, 3, 0, 3, cache.get()}, {1, 2, 1, 3, cache.get()},
                              {1, 2, 0, 4, cache.get()}, Sampler(1, 2, 0, 3, cache.get()).newDomain(1)};
     std::uint32_t numbers[6];
@@ -82,7 +82,7 @@ def test_calls_are_libbns(static_library, tmp_path):
 
 @pytest.mark.skipif("BN_OPENQMC_TRACES" not in os.environ, reason="BN_OPENQMC_TRACES names no folder with openqmc_trace.cpp built twice")
 def test_openqmcs_own_tool_runs_on_it(tmp_path):
-    """The folder has openqmc_trace.cpp with OpenQMC's trace as trace_theirs, and as trace_blue on libbn."""
+    """The folder contains openqmc_trace.cpp built with OpenQMC's trace as trace_theirs, and with libbn as trace_blue."""
     ndimage, folder = pytest.importorskip("scipy.ndimage"), os.environ["BN_OPENQMC_TRACES"]
     guide = (FOLDER / "README.md").read_text(encoding="utf-8")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The listings of docs/paths.md compile, and do what the page says of them."""
+"""The listings of docs/paths.md compile and behave as the page describes."""
 
 import re
 
@@ -8,7 +8,7 @@ from conftest import ROOT, run
 GUIDE = (ROOT / "docs" / "paths.md").read_text(encoding="utf-8")
 LISTINGS = re.findall(r"^<!-- listing -->\n```cpp\n(.*?)^```", GUIDE, re.MULTILINE | re.DOTALL)
 
-# Prints the number of things that are not as they should be.
+# Prints the number of errors.
 MAIN = """
 #include <algorithm>
 #include <cstdio>
@@ -31,7 +31,7 @@ int main() {
         leaves[descend(ray, left, 2, point)] += 1.0 / samples;
         crossed += (free_flight(ray, 2, half_density, 1) >= 1) / double(samples);
         below += (walk(ray) > 0) / double(samples);
-        // The same answer, whoever asked before.
+        // The answer does not depend on earlier calls.
         passed += passes(ray, 7, 0.25f) / double(samples);
         wrong += passes(ray, 7, 0.25f) != passes(path.ray(1), 7, 0.25f);
         first += first_wavelength(path) / samples;
@@ -52,9 +52,9 @@ int main() {
     wrong += !near(texels[0][0], 0.25) + (texels[0][1] + texels[0][2] > 0) + (texels[1][0] + texels[1][1] > 0) + !near(texels[1][2], 0.75);
     wrong += !near(directions[0], 0.125) + !near(directions[1], 0.125) + !near(directions[2], 0.25) + !near(directions[3], 0.5);
     wrong += !near(places, 0.5) + !near(dark, 0.25);
-    // A length of 1 and a density of 0.5.
+    // The length is 1, and the density is 0.5.
     wrong += !near(crossed, std::exp(-0.5)) + !near(passed, 0.75) + !near(first, 0.5) + !(below > 0 && below < 1);
-    // Branches that go on where the last sample stopped are one sequence, as are those of a fixed count.
+    // Branches that continue where the last sample stopped form one sequence, as do branches with a fixed count.
     for (unsigned way = 0; way < 2; ++way) {
         unsigned taken = 0, branches = 0;
         std::vector<float> all;
@@ -69,7 +69,7 @@ int main() {
             way ? split_(ray, count) : split_by_weight(ray, count, taken);
         }
         wrong += !way && taken != branches;
-        // A (0,2)-sequence: of 32 numbers, one lies in each 32nd.
+        // In a (0,2)-sequence, each 32nd of [0, 1) contains one of 32 numbers.
         all.resize(32);
         std::sort(all.begin(), all.end());
         for (unsigned i = 0; i < 32; ++i) wrong += unsigned(32 * all[i]) != i;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sampler for pbrt-v4 compiles, and draws what pbrt asks for: no number twice."""
+"""The sampler for pbrt-v4 compiles and draws the numbers that pbrt requests, each of which occurs once."""
 
 import re
 
@@ -8,13 +8,13 @@ from conftest import ROOT, run
 
 HERE = ROOT / "tests" / "install" / "pbrt"
 OWN = ROOT / "examples" / "pbrt"
-# The headers of pbrt that blue.h and blue.cpp include.
+# The pbrt headers that blue.h and blue.cpp include.
 HEADERS = sorted(set(re.findall(r"#include <(pbrt/[^>]+)>", (OWN / "blue.h").read_text() + (OWN / "blue.cpp").read_text())))
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A folder with the headers of pbrt."""
+    """A folder with these pbrt headers."""
     folder = tmp_path_factory.mktemp("pbrt")
     for name in HEADERS:
         header = folder / name
@@ -36,7 +36,7 @@ def draws(folder, static_library):
 def test_no_number_is_drawn_twice(draws, order):
     lines = run(draws, "path", order, "40").splitlines()
     assert len(lines) >= 4 + 40 * 7
-    # Equal in eight samples is no chance: one in 2^24 is equal in a single one.
+    # Being identical in eight samples is no coincidence: in a single sample, the probability is 2^-24.
     assert len(set(lines)) == len(lines)
     assert all(0 <= float(number) < 1 for line in lines for number in line.split())
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The listings of docs/porting.md compile and draw what the library draws, and examples/check tells mistakes apart."""
+"""The listings of docs/porting.md compile and draw the same numbers as the library, and examples/check detects mistakes."""
 
 import os
 import re
@@ -10,7 +10,7 @@ from conftest import ROOT, listing, run
 GUIDE = (ROOT / "docs" / "porting.md").read_text(encoding="utf-8")
 FLAGS = ("-Wall", "-Wextra", "-Werror", "-O1")
 
-# What MISTAKE is, and what the guide calls it.
+# Values of MISTAKE, and their descriptions in the guide.
 MISTAKES = {
     "none": "none",
     "index from 1": "the index starts at 1",
@@ -36,7 +36,7 @@ MISTAKES = {
 
 @pytest.fixture(scope="module")
 def build(static_library, tmp_path_factory):
-    """Compiles texts {name: text}, as C or C++ by their names, links them with the library and returns the program."""
+    """Compiles texts {name: text} as C or C++, depending on their names, and links them with the library. Returns the program."""
     def build(**files):
         folder = tmp_path_factory.mktemp("listing")
         for name, text in files.items():
@@ -71,7 +71,7 @@ def test_the_table_is_what_the_check_prints(check):
 
 
 def limits():
-    """The least and the greatest of each figure that the guide calls good: three errors, repeats, shared, first, apart."""
+    """The range that the guide calls good for each figure: three errors, repeats, shared, first, apart."""
     good = re.findall(r"^\| (?:\d+ spp|repeats|shared|first|apart) \| ([^|]+) \|", GUIDE, re.MULTILINE)
     assert len(good) == 7
     return [(float(least), float(most)) for least, most in ((cell.split(" to ") * 2)[:2] for cell in good)]
@@ -79,7 +79,7 @@ def limits():
 
 @pytest.mark.parametrize("layout", ["next ray", "second pair", "grandchild"])
 def test_correct_integrations_are_within_the_limits(check, layout):
-    """With BN_SEEDS=100 and -s it prints the extremes that the guide names."""
+    """With BN_SEEDS=100 and -s, it prints the extremes stated in the guide."""
     seeds = range(int(os.environ.get("BN_SEEDS", "4")))
     figures = list(zip(*([float(number) for number in check("none", SEED=str(seed), LAYOUT=layout)] for seed in seeds)))
     print(f"\n{layout}: " + ", ".join(f"{min(found) + 0:g} to {max(found) + 0:g}" for found in figures))
@@ -104,7 +104,7 @@ struct Film {
     void add(int, int, Color color) { colors.push_back(color); }
 };
 constexpr unsigned max_depth = 2;
-// The listing, with what it leaves out.
+// The listing, completed with the omitted code.
 TEXT
 int main() {
     const bn::Sampler sampler(4);
@@ -125,7 +125,7 @@ int main() {
 
 
 def test_tile(build):
-    """Its numbers end up in the picture."""
+    """The image contains its numbers."""
     text = listing("porting.md", "tile.hpp")
     for before, after in (
             ("    // ...\n    for", "    Color color{{px, py, s, t}};\n    (void)ray, (void)scene;\n    for"),
@@ -137,7 +137,7 @@ def test_tile(build):
     assert run(build(main_dot_cpp=TILE.replace("TEXT", text))) == "0\n"
 
 
-# Asks in an order of its arguments.
+# Requests numbers in the order given by its argument.
 ORDER = """
 #include "sampler.hpp"
 int main(int, char **arguments) {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The README's examples work as they stand: built against the installed library, run by this Python."""
+"""The README's examples work unchanged: they are built against the installed library and run by this Python."""
 
 import re
 import sys

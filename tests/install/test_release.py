@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is released: the port has the version of bn.h, and every file has a licence."""
+"""A release is consistent: the port has the same version as bn.h, and every file has a licence."""
 
 import json
 import re

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The crates of examples/rust: their own tests, and the draws of a path beside those of a C program."""
+"""The crates of examples/rust: their own tests, and a path's draws compared with those of a C program."""
 
 import os
 import re
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(shutil.which("cargo") is None, reason="no cargo"
 
 @pytest.fixture(scope="module")
 def cargo(tmp_path_factory):
-    """Runs Cargo without a network, on a copy of the crates, as in a project without the checkout."""
+    """Runs Cargo offline on a copy of the crates, as in a project outside the checkout."""
     folder = tmp_path_factory.mktemp("rust")
     shutil.copytree(CRATES, folder / "crates", ignore=shutil.ignore_patterns("target"))
     run(ROOT / "scripts" / "amalgamate", "--output", folder / "amalgamation")
@@ -38,7 +38,7 @@ def test_the_crates_own_tests(cargo):
 
 
 def test_rust_draws_what_c_draws(cargo):
-    """Its example prints the hash of each path that tests/c/test_draw_hashes.c takes together."""
+    """Its example prints the hash of each path; tests/c/test_draw_hashes.c combines these hashes."""
     printed = cargo("run", "--quiet", "--example", "draws", RUSTFLAGS="-D warnings")
     assert hash_of([int(line.split()[-1], 16) for line in printed.splitlines()]) == table()["paths"]
 

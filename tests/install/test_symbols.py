@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the built library shows to the linker: the functions and tables of its headers and nothing else."""
+"""The symbols that the built library exports: the functions and tables of its headers, and nothing else."""
 
 import re
 
@@ -7,7 +7,7 @@ from conftest import ROOT, run
 
 
 def symbols(*nm_arguments) -> set:
-    """Names that nm prints, without a version suffix."""
+    """Names printed by nm, without version suffixes."""
     names = (line.split()[-1] for line in run("nm", *nm_arguments).splitlines()
              if re.search(r" [A-Za-z] ", line))
     return {name.split("@")[0] for name in names}
@@ -25,9 +25,9 @@ def declared() -> set:
 
 def test_shared_library_exports_what_the_headers_declare(shared_library):
     exported = symbols("-D", "--defined-only", shared_library.library)
-    # Linkers of some systems add symbols of their own to every library.
+    # Some linkers add their own symbols to every library.
     assert exported - {"_init", "_fini"} == declared()
-    # With the version that brought them; what was released stays.
+    # Symbols with the version that introduced them. Released symbols must remain.
     listed = dict(line.split() for line in (ROOT / "tests/install/symbols.txt").read_text(encoding="utf-8").splitlines())
     assert exported - {"_init", "_fini"} == set(listed)
     version = ".".join(re.findall(r"^#define BN_VERSION_M(?:AJ|IN)OR (\d+)$", (ROOT / "libbn/include/bn/bn.h").read_text(), re.M))
@@ -71,7 +71,7 @@ int main(void) {
 
 
 def test_a_program_that_draws_has_no_other_data_in_it(static_library, tmp_path):
-    """The tables of the draws, and the mask of 64 x 64 texels, which the sampler type MASK takes by default."""
+    """The tables for draws, and the 64 x 64 mask that the sampler type MASK uses by default."""
     (tmp_path / "draws.c").write_text(DRAWS)
     static_library.compile(tmp_path / "draws.c", tmp_path / "draws")
     run(tmp_path / "draws")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tries the installed package bluenoise as a user would, with NumPy alone: python try_wheel.py [--neural].
+"""Tries the installed package bluenoise as a user would, with only NumPy installed: python try_wheel.py [--neural].
 
-Prints a line and exits with 0, or stops at the first thing that is wrong. With --neural, ONNX Runtime must be there too."""
+Prints a line and exits with 0, or stops at the first error. With --neural, ONNX Runtime must be installed, too."""
 
 import importlib.metadata
 import json
@@ -30,7 +30,7 @@ def try_package():
     for name in ("py.typed", "_core.pyi"):
         check((installed / name).is_file(), f"{name} is missing")
     notices = [file for file in importlib.metadata.files("libbn") if file.name in ("LICENSE", "THIRD-PARTY.md")]
-    check(len(notices) == 3, f"two licences and the notices of others expected, not {notices}")
+    check(len(notices) == 3, f"expected two licences and the third-party notices, not {notices}")
     check(bluenoise.__version__ == importlib.metadata.version("libbn"), "two versions")
 
 
@@ -40,7 +40,7 @@ def try_draws():
     u = sampler.block(5, 6, 8, 4, 0, 16, domain)
     check(u.shape == (4, 8, 16, 4) and u.dtype == np.float32, f"a block of shape {u.shape}, {u.dtype}")
     strata = np.sort((u * 16).astype(int), axis=2)
-    check((strata == np.arange(16)[None, None, :, None]).all(), "16 samples of a pixel are not one in each sixteenth")
+    check((strata == np.arange(16)[None, None, :, None]).all(), "not every sixteenth of [0, 1) contains one of a pixel's 16 samples")
     single = sampler.sample(6, 8, 3, domain)
     check((single == u[2, 1, 3]).all(), "a draw and a block differ")
 
@@ -57,11 +57,11 @@ def try_masks():
 def try_command():
     scripts = Path(sysconfig.get_path("scripts"))
     command = next(iter(scripts.glob("bluenoise*")), None)
-    check(command is not None, f"no command bluenoise in {scripts}")
+    check(command is not None, f"{scripts} contains no command bluenoise")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "mask.npy")
         subprocess.run([str(command), "mask", "--size", "32", "--seed", "3", "-o", str(path)], check=True)
-        check((np.load(path) == bluenoise.mask((32, 32), seed=3)).all(), "the command makes another mask")
+        check((np.load(path) == bluenoise.mask((32, 32), seed=3)).all(), "the command generates a different mask")
         out = subprocess.run([str(command), "measure", "--json", str(path)], check=True, capture_output=True, text=True).stdout
         check(json.loads(out)["dithering_error"]["1.0"] < NOT_BLUE, f"the command measures {out}")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures in plain NumPy, written from their definitions, to check those of the package."""
+"""Measures in plain NumPy, written from their definitions, to check the package's measures."""
 
 import math
 
@@ -26,7 +26,7 @@ def power_spectrum(values):
 
 
 def mask_error(ranks, sigma):
-    """The RMS error over 64 levels of thresholded patterns after a Gaussian, by its transfer function."""
+    """The RMS error of thresholded patterns over 64 levels after a Gaussian blur, computed with its transfer function."""
     f = np.fft.fftfreq(ranks.shape[0])[:, None] ** 2 + np.fft.fftfreq(ranks.shape[1])[None, :] ** 2
     levels = (np.arange(64) + 0.5) / 64
     patterns = [((ranks + 0.5) / ranks.size < level) - level for level in levels]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Signals during calls of the library."""
+"""Signals during library calls."""
 
 import signal
 
@@ -7,7 +7,7 @@ import pytest
 
 
 def assert_interrupted(call, signals):
-    """Signal handlers run one after the other during a call, and the call ends when the last of them raises."""
+    """Signal handlers run one after another during a call, and the call ends when the last handler raises."""
     handled = []
 
     def handle(*_):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Choices on arrays: the same bits as bn_choose.h, whose own tests check the choices, and error messages with name and value."""
+"""Choices on arrays are bit-identical to bn_choose.h, whose own tests check the choices. Error messages state name and value."""
 
 import doctest
 
@@ -20,7 +20,7 @@ def words(choices):
 
 
 def test_choices_have_the_bits_of_c():
-    """The choices that tests/c/test_draw_hashes.c hashes."""
+    """The choices hashed by tests/c/test_draw_hashes.c."""
     random = random_u64(np.arange(2 * 4096)).reshape(-1, 2)
     i = np.arange(4096)
     u = np.where(i % 16 > 1, random[:, 0] >> np.uint64(40), i % 16 * (STEPS - 1)) / STEPS

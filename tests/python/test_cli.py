@@ -96,7 +96,7 @@ def test_measure(tmp_path, capsys):
     assert found["size"] == [64, 32] and found["dithering_error"]["1.0"] == bluenoise.dithering_error(ranks)
     np.save(tmp_path / "tiny.npy", [[1, 0]])
     assert main(["measure", "--json", str(tmp_path / "tiny.npy")]) == 0
-    assert json.loads(capsys.readouterr().out)["anisotropy"] is None  # NaN is no JSON
+    assert json.loads(capsys.readouterr().out)["anisotropy"] is None  # NaN is not valid JSON
 
 
 def test_dither(tmp_path, capsys):
@@ -119,7 +119,7 @@ def test_dither(tmp_path, capsys):
 def test_dither_follows_the_orientation_of_a_photograph(tmp_path):
     photograph = Image.fromarray(np.tile(np.arange(0, 240, 4, dtype=np.uint8), (40, 1)))
     exif = Image.Exif()
-    exif[0x0112] = 6  # turned by a quarter
+    exif[0x0112] = 6  # a quarter turn
     photograph.save(tmp_path / "in.jpg", exif=exif)
     assert main(["dither", str(tmp_path / "in.jpg"), str(tmp_path / "out.png")]) == 0
     assert Image.open(tmp_path / "out.png").size == (40, 60)
@@ -180,7 +180,7 @@ def test_gamma_stays_or_is_refused(tmp_path, capsys):
 
 
 def lossy_pictures(folder):
-    """Files from which Pillow would drop something, and a word of each error message."""
+    """Files from which Pillow would drop data, and a word of each error message."""
     grey = Image.new("L", (4, 4), 90)
     grey.save(folder / "frames.gif", save_all=True, append_images=[Image.new("L", (4, 4), 20)])
     yield "frames.gif", "2 frames"
@@ -413,7 +413,7 @@ def test_temporary_files_cannot_be_guessed_and_reach_the_disk_before_the_rename(
 
 @pytest.mark.parametrize("arguments", [("measure", "{}"), ("measure", "m.npy", "{}"), ("mask", "--size", "300", "-o", "{}")])
 def test_no_control_characters_reach_the_terminal(arguments, tmp_path, capsys, monkeypatch):
-    """Neither the ASCII control characters nor those of Latin-1."""
+    """Neither ASCII nor Latin-1 control characters appear in the output."""
     monkeypatch.chdir(tmp_path)
     name = "a\x1b[31mb\x9bc\n.png"
     try:
@@ -437,7 +437,7 @@ def test_an_output_that_is_a_link_is_replaced_not_followed(tmp_path):
 
 
 def run_in_shell(command, cwd):
-    """Runs a command, in which {} is the program."""
+    """Runs a command in which {} stands for the program."""
     program = f"'{sys.executable}' -m bluenoise"
     return subprocess.run(["sh", "-c", command.replace("{}", program)], capture_output=True, text=True, cwd=cwd)
 
@@ -471,7 +471,7 @@ def test_full_output_device_is_an_error(command, tmp_path):
 
 @pytest.mark.parametrize("name", ["mask.npy", "mask.png", "mask.exr", "points.npy", "points.csv"])
 def test_full_disk_error_names_the_file(name, tmp_path):
-    """Exceeding a limit on the file size fails in the same way, with another message."""
+    """Exceeding a file size limit fails in the same way, but with another message."""
     if name == "mask.exr":
         pytest.importorskip("OpenEXR")
     (tmp_path / name).write_bytes(b"precious")

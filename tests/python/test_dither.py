@@ -23,7 +23,7 @@ def test_shape_and_type_stay_and_ends_are_exact(dtype, shape):
 @pytest.mark.parametrize("levels", [3, 4, 7, 100, 255])
 @pytest.mark.parametrize("srgb", [False, True])
 def test_means_are_kept_at_levels_that_are_not_evenly_spaced(dtype, levels, srgb):
-    """Whole copies of the mask of 4,096 ranks: half a rank is the most that a mean can be off."""
+    """With whole copies of a mask of 4,096 ranks, a mean can be off by at most half a rank."""
     def linear(values):
         v = np.asarray(values, float) / np.iinfo(dtype).max
         return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4) if srgb else v
@@ -49,7 +49,7 @@ def test_a_large_image_takes_little_memory():
     dither(image)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert peak < 9 * image.size  # 12 bytes a pixel with the image itself, and parts of constant size
+    assert peak < 9 * image.size  # 12 bytes per pixel including the image itself, and buffers of constant size
 
 
 @pytest.mark.parametrize("dtype", [">u2", ">f4", ">f8", "<u2", np.longdouble])

@@ -100,7 +100,7 @@ def test_minus_is_an_ordinary_file_name(tmp_path, monkeypatch):
 
 
 def png16(texels, kind):
-    """A PNG of 16-bit values whose rows have filter 0, or 1, the difference to the texel before; in two parts."""
+    """A PNG of 16-bit values in two chunks. Rows use filter 0, or filter 1, which stores differences from the previous texel."""
     height, width, channels = texels.shape
     data = np.frombuffer(texels.astype(">u2").tobytes(), np.uint8).reshape(height, -1)
     rows = np.insert(data, 0, kind, axis=1)

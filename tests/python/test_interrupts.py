@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C: the caller does not wait until the work is done, and the process ends properly whatever its threads are doing."""
+"""Ctrl-C: the caller does not have to wait until the work is done, and the process ends properly whatever its threads are doing."""
 
 import signal
 import subprocess
@@ -33,7 +33,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 class Late:
-    def __del__(self, sleep=time.sleep):  # when Python ends, and takes its lock from every thread that asks for it
+    def __del__(self, sleep=time.sleep):  # when Python exits and denies its lock to every thread that requests it
         sleep(1.5)
 
 
@@ -46,7 +46,7 @@ while True:
 
 
 def test_a_program_that_measures_ends_with_a_traceback():
-    """When Python ends, none of its threads is still inside the library, where it could abort the process."""
+    """When Python exits, none of its threads is still inside the library, where it could abort the process."""
     done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True)
     assert done.stderr.splitlines()[-1] == "KeyboardInterrupt" and "terminate" not in done.stderr
     assert done.returncode == -signal.SIGINT, done.stderr

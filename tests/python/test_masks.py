@@ -50,7 +50,7 @@ def test_an_integer_is_no_shape(number):
 def test_options_reach_the_library(make, name, value):
     options = {**(QUICK if make is anneal else {}), **({"channels": 2} if name == "value_sigma" else {})}
     differ = (make((24, 24), **options) != make((24, 24), **{**options, name: value})).mean()
-    # The seed breaks ties at all ranks, not only at the ends, and so determines the whole pattern.
+    # The seed breaks ties at all ranks, not only at the ends, and thus determines the whole pattern.
     assert differ > (0.95 if name == "seed" else 0)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Mitsuba sampler: same bits as the library, correct pixel coordinates, recorded loops."""
+"""The Mitsuba sampler: results bit-identical to the library, correct pixel coordinates, recorded loops."""
 
 import subprocess
 import sys
@@ -17,7 +17,7 @@ SAMPLER = bluenoise.Sampler("blue", seed=5)
 
 
 def works(variant):
-    """Whether a variant exists and renders. It needs LLVM, and ends the process if LLVM is too old."""
+    """Whether a variant exists and renders. It needs LLVM and kills the process if LLVM is too old."""
     program = (f"import mitsuba; mitsuba.set_variant('{variant}'); box = mitsuba.cornell_box(); "
                "print(mitsuba.render(mitsuba.load_dict(box), spp=1))")
     return variant in mitsuba.variants() and subprocess.run([sys.executable, "-c", program], capture_output=True).returncode == 0
@@ -45,13 +45,13 @@ def scene_of(integrator, width, height, spp, crop=None, border=False, filter="bo
 
 
 def own(x, y, index, pair, frame=0):
-    """Draw `pair` of two dimensions, in NumPy."""
+    """The two-dimensional draw `pair`, computed in NumPy."""
     ray = bluenoise.PathSampler(SAMPLER, x, y, index, frame).ray(pair // 2)
     return ray.draw_end_light() if pair % 2 else ray.draw_direction()
 
 
 def single(x, y, index, ray, k, frame=0):
-    """Single number k of a ray."""
+    """The ray's single number k."""
     ray = bluenoise.PathSampler(SAMPLER, x, y, index, frame).ray(ray)
     return [ray.next_1d() for _ in range(k + 1)][k]
 
@@ -119,7 +119,7 @@ def test_indices_and_draws_of_a_wavefront(spp):
     for first in (0, spp // 2):
         index = first + lane % (spp // 2)
         for pair in range(12):
-            # Six single numbers before a direction, and one after it.
+            # Six single numbers are drawn before a direction, and one after it.
             numbers = 6 if pair % 2 == 0 else 1
             for k in range(numbers):
                 expected = single(x, y, index, pair // 2, k if pair % 2 == 0 else 6)

@@ -103,7 +103,7 @@ def test_threads_share_a_generator(one):
 
 
 def test_providers(one, capfd):
-    """The CPU is the default. On a GPU, values are equal up to rounding; without a GPU, there is an error."""
+    """The CPU is the default. On a GPU, values differ only by rounding; without a GPU, there is an error."""
     expected = one.window(3, 4, 300, 200, seed=5)
     same = NeuralGenerator(ONE, provider="cpu")
     assert "provider='cpu'" in repr(same) and repr(pickle.loads(pickle.dumps(same))) == repr(same)
@@ -239,7 +239,7 @@ def test_finds_the_library_inside_the_installed_package(monkeypatch):
 
 
 def in_onnxruntime(folder, model, noise):
-    """The output of the package onnxruntime for noise, (channels, height, width), from a separate process."""
+    """The output (channels, height, width) of the package onnxruntime for noise, computed in a separate process."""
     program = (
         "import sys, numpy as np, onnxruntime\n"
         "session = onnxruntime.InferenceSession(sys.stdin.buffer.read())\n"

@@ -40,7 +40,7 @@ def test_points_have_shape_and_range(method, n):
         assert not np.array_equal(found, bluenoise.points(n, method=method, seed=4))
 
 
-# White noise has 0.03 for 256 points; the limits are half of the values of seeds 0 to 9.
+# White noise has 0.03 for 256 points; the limits are half the values for seeds 0 to 9.
 @pytest.mark.parametrize("method, least", [("best-candidate", 0.35), ("poisson-disk", 0.39), ("mask", 0.2)])
 @pytest.mark.parametrize("seed", range(3))
 def test_no_two_points_are_close(method, least, seed):
@@ -67,7 +67,7 @@ def test_points_of_a_mask_lie_in_its_lowest_texels():
 
 
 def test_the_best_candidate_is_the_farthest_of_all():
-    """The definition, without a grid or a tree."""
+    """The definition, computed without a grid or tree."""
     needs("best-candidate")
     found = bluenoise.points(150, seed=7, candidates=3)
     sampler = bluenoise.Sampler("white", seed=7)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The learned schedule of relaxation is the formula of libbn/tools/make_relax.py, and its integers are up to date."""
+"""Relaxation computes the formula in libbn/tools/make_relax.py, and the integers of its learned schedule are up to date."""
 
 import copy
 import importlib.util
@@ -46,7 +46,7 @@ def test_the_mask_is_that_of_the_formula(shape):
     middle = abs(expected - 0.5) < 0.38
     different = np.abs(expected - found)
     assert different[middle].mean() < 0.002
-    # Rows and columns at the border, whose neighbours lie across the torus, are as good as the rest.
+    # Border rows and columns, whose neighbours lie across the torus, are as good as all others.
     for edge in (slice(0, 3), slice(-3, None)):
         assert different[edge][middle[edge]].mean() < 0.004 and different[:, edge][middle[:, edge]].mean() < 0.004
 

@@ -9,7 +9,7 @@ import bluenoise
 from bluenoise import Sampler
 
 KINDS = ("blue", "sobol", "white", "zorder", "mask")
-# Equal pixels, or shifted ranges, at the limits of every argument.
+# Identical pixels or shifted ranges, at the limits of every argument.
 EDGE_X = np.array([-(2**31), -65537, -1, 0, 1, 127, 128, 2**31 - 1], np.int32)
 EDGE_INDEX = np.array([0, 1, 255, 256, 65535, 65536, 2**31, 2**32 - 1], np.uint32)
 
@@ -163,7 +163,7 @@ def test_immutable():
 
 def test_seed_none_is_random_and_reusable():
     sampler, other = Sampler(seed=None), Sampler(seed=None)
-    assert sampler.seed != other.seed  # equal with a probability of 2**-64
+    assert sampler.seed != other.seed  # identical with a probability of 2**-64
     assert Sampler(seed=sampler.seed) == sampler == eval(repr(sampler))
     assert (bluenoise.relax((8, 8), seed=None) != bluenoise.relax((8, 8), seed=None)).any()
 
@@ -300,7 +300,7 @@ def test_domains_of_arrays():
 
 @pytest.mark.parametrize("type", ["blue", "sobol", "white", "zorder"])
 def test_every_sample_of_a_block_is_written(type):
-    """Blocks of one sample, one row or one column, written to arrays with other contents."""
+    """Blocks of one sample, row or column, written to arrays that contain other data."""
     sampler = Sampler(type, seed=3, samples_per_pixel=4 if type == "zorder" else 0)
     for width, height, count in ((1, 1, 1), (1, 5, 1), (5, 1, 1), (3, 2, 1), (1, 1, 3)):
         out = np.full((height, width, count, 4), 7, np.float32)

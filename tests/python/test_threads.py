@@ -18,14 +18,14 @@ from bluenoise import _core as core
 
 @pytest.fixture
 def no_forced_switches():
-    """The GIL is passed to another thread only if the running one releases it."""
+    """Another thread gets the GIL only if the running thread releases it."""
     before = sys.getswitchinterval()
     sys.setswitchinterval(1000.0)
     yield
     sys.setswitchinterval(before)
 
 
-# Only functions of the extension, because NumPy also releases the GIL.
+# Call only functions of the extension, because NumPy also releases the GIL.
 RANKS = white((256, 256))
 X = np.arange(2**18, dtype=np.int32)
 INDEX = np.zeros(2**18, np.uint32)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The view of editors and type checkers: literals for names, typed options and results."""
+"""The types that editors and type checkers see: literals for names, typed options and results."""
 
 import inspect
 import typing

@@ -7,7 +7,7 @@ import pytest
 
 import bluenoise
 
-TIE = 1e-4  # the library breaks ties with noise of 2^-16 of the kernel's centre
+TIE = 1e-4  # the library breaks ties with noise of 2^-16 times the kernel's central value
 
 
 def squares(shape):
@@ -17,8 +17,8 @@ def squares(shape):
 
 
 def evenness(apart, texels, shape):
-    """The smallest distance of two texels, relative to their spacing, which is the square root of the area per texel. A square grid has 1,
-    and a triangular grid 1.07."""
+    """The smallest distance between two texels, relative to their spacing (the square root of the area per texel). A square grid has 1, and
+    a triangular grid has 1.07."""
     y, x = np.divmod(texels, shape[1])
     square = apart[y[:, None] - y, x[:, None] - x]
     return np.sqrt(square[np.triu_indices(len(texels), 1)].min() * len(texels) / apart.size)

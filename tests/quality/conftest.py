@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def part(a, b, c):
-    """The area of the unit square with a x + b y < c, where neither a nor b is zero."""
+    """The area of the part of the unit square with a x + b y < c, where neither a nor b is zero."""
     c, a, b = c - min(a, 0) - min(b, 0), abs(a), abs(b)
     above = [np.maximum(0, c - less) ** 2 for less in (0, a, b, a + b)]
     return (above[0] - above[1] - above[2] + above[3]) / (2 * a * b)
@@ -42,7 +42,7 @@ def blur_gain(sigma, radius=7):
 
 @pytest.fixture(scope="session")
 def compiled(tmp_path_factory):
-    """function(C source) -> its functions, through ctypes."""
+    """function(C source) -> its functions, called through ctypes."""
     def library(text):
         path = tmp_path_factory.mktemp("compiled") / "library.so"
         subprocess.run([os.environ.get("CC", "cc"), "-O2", "-shared", "-fPIC", f"-I{ROOT}/libbn/include", f"-I{ROOT}", "-x", "c", "-",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The scramblings of SOBOL, and the independence of samples, pixels, digits, domains and seeds of every sampler type. Everything is
+"""SOBOL's scramblings, and the independence of samples, pixels, digits, domains and seeds for every sampler type. Everything is
 seeded; false-alarm rates are for fresh seeds."""
 
 import typing
@@ -14,13 +14,13 @@ Y, X = np.mgrid[:64, :64]
 
 
 def digits(sampler, *where):
-    """The 24 digits of floats, (..., 4)."""
+    """The 24 digits of floats (..., 4)."""
     return (sampler.sample(*where) * 2.0**24).astype(np.uint32)
 
 
 def test_sobol_scrambles_both_dimensions_of_a_pair():
-    """Two of the first four samples of a pixel have equal first digits in both dimensions of a pair. If both dimensions had the same
-    scrambling, their second digits would also be equal in both samples or in neither. With independent scramblings, this happens half
+    """Two of a pixel's first four samples have identical first digits in both dimensions of a pair. If both dimensions had the same
+    scrambling, their second digits would also be identical in both samples or in neither. With independent scramblings, this happens half
     of the time. A limit of six deviations has a false-alarm rate below 1e-8."""
     u = digits(Sampler("sobol", seed=8), np.arange(4096)[:, None], 5, np.arange(4), 9)
     for pair in (0, 2):
@@ -33,7 +33,7 @@ def test_sobol_scrambles_both_dimensions_of_a_pair():
 
 @every_kind
 def test_no_period(kind):
-    """No sampler type repeats after a power of two of pixels, as identical tiles would."""
+    """No sampler type repeats after a power-of-two number of pixels, as identical tiles would."""
     sampler = Sampler(kind, seed=3)
     x, y, index = X[:8, :8, None] - 3, Y[:8, :8, None] - 4, np.arange(4)
     here = sampler.sample(x, y, index, 77)
@@ -44,8 +44,8 @@ def test_no_period(kind):
 
 @every_kind
 def test_digits_are_even(kind):
-    """Each digit is set in half of the pixels, also the digits below those that a mask or a tile determines. The limit is six deviations
-    of independent pixels, a false-alarm rate below 1e-6 in total."""
+    """Each digit is set in half of the pixels, including the digits below those determined by a mask or a tile. The limit is six deviations
+    for independent pixels, which gives a total false-alarm rate below 1e-6."""
     y, x = np.ogrid[:512, :512]
     u = digits(Sampler(kind, seed=5), x, y, 0, 12)
     for digit in range(24):
@@ -54,7 +54,7 @@ def test_digits_are_even(kind):
 
 @every_kind
 def test_no_repeats(kind):
-    """Among 2^16 samples, at distant indices or of an image, pairs repeat no more often than by chance (expected: 1e-5)."""
+    """Among 2^16 samples at distant indices, or in an image, pairs repeat no more often than by chance (expected: 1e-5)."""
     sampler, i = Sampler(kind), np.arange(2**16)
     indices = np.where(i < 2**15, i, i * 65521 % 2**32)
     for where in ((10, 20, indices, 9), ((i & 255) - 99, i >> 8, 0, 9)):
@@ -66,14 +66,14 @@ def test_no_repeats(kind):
 def test_domains_and_seeds_are_independent(kind):
     """If two streams are independent and white, the correlation of their first samples over 64 x 64 pixels, times sqrt(pixels), is about
     standard normal. For blue streams its variance depends on their shifts, so the limit is generous: for white noise, |z| > 6 has a
-    probability of 2e-9 per pair. Two lookups of MASK at the same or at neighbouring texels of its 4096 do correlate. This happens in
-    about one of 400 pairs, so more than 4 of 110 have a probability of 1e-6."""
+    probability of 2e-9 per pair. Two lookups of MASK do correlate if they hit the same texel or neighbours among its 4096 texels. This
+    happens in about one of 400 pairs, so more than 4 of 110 have a probability of 1e-6."""
     def correlation(s, t, d, e, i, j):
         u, v = (sampler.sample(X, Y, 0, number).astype(float) - 0.5 for sampler, number in ((s, d), (t, e)))
         return (u[..., i] * v[..., j]).sum() * 12 / 64
 
     s, t = Sampler(kind, seed=1), Sampler(kind, seed=2)
-    assert correlation(s, s, 5, 5, 0, 0) > 30  # the statistic sees dependence
+    assert correlation(s, s, 5, 5, 0, 0) > 30  # the statistic detects dependence
     found = []
     for pair in range(40):
         d, e, i, j = domain(pair), domain(pair + 1000), pair % 4, pair // 4 % 4
@@ -92,8 +92,8 @@ def seed_of(key):
 @every_kind
 @pytest.mark.parametrize("half", [0, 1])
 def test_both_halves_of_a_hashed_seed_matter_to_every_member_of_every_family(kind, half):
-    """The first two digits of a dimension in two samplers have sixteen combinations. Over 64 x 64 pixels, each occurs about 256 times if
-    the samplers are independent. If one sampler is the other with flipped digits, because shifts, orders or the curve are the same, a
+    """The first two digits of a dimension form sixteen combinations in two samplers. Over 64 x 64 pixels, each occurs about 256 times if
+    the samplers are independent. If one sampler is the other with flipped digits, because shifts, orders or the curve are the same, one
     combination occurs 1,024 times."""
     key = 0x0123456789ABCDEF
     s, t = Sampler(kind, seed=seed_of(key)), Sampler(kind, seed=seed_of(key ^ 0x5EED5EED << 32 * half))

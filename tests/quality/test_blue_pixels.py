@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The differences between pixels of BLUE: all pixels of a copy of the tile share one sample order, and each copy has its own. Each sample
-is therefore as blue as the first. False-alarm rates are for fresh seeds."""
+"""The differences between pixels of BLUE: all pixels in a copy of the tile share one sample order, and each copy has its own order. Each
+sample is therefore as blue as the first. False-alarm rates are for fresh seeds."""
 
 import numpy as np
 import pytest
@@ -14,20 +14,20 @@ TILE, SEED = 64, 21
 
 
 def look(x, y, domain, count=64):
-    """The digits of sample 0, and the order of the first samples: relative to sample 0, the pixel's own digits cancel."""
+    """The digits of sample 0, and the order of the first samples: relative to sample 0, each pixel's own digits cancel."""
     samples = bluenoise.Sampler("blue", seed=SEED).sample(x[..., None], y[..., None], np.arange(count), domain)
     digits = (samples * 2.0**24).astype(np.uint32)
     return digits[..., 0, :], digits[..., 1:, 0] ^ digits[..., :1, 0]
 
 
 def is_chance(equal, expected):
-    """At most six deviations plus six above the expected count; by chance, more has a probability below 1e-7."""
+    """At most six deviations plus six above the expected count. Larger counts occur by chance with a probability below 1e-7."""
     return equal <= expected + 6 * np.sqrt(expected) + 6
 
 
 @pytest.mark.parametrize("i", range(4))
 def test_pixels_of_a_copy_have_one_order_and_low_digits_of_their_own(i):
-    """Over 128 x 128 pixels, the order changes at two columns and at two rows, one tile apart."""
+    """Over 128 x 128 pixels, the order changes at two columns and at two rows, which are one tile apart."""
     y, x = np.mgrid[:2 * TILE, :2 * TILE]
     first, order = look(x + 77 * i - 200, y + 777 * i * i - 1000, bluenoise._core.domain_child(4, i))
     for axis in (0, 1):
@@ -58,8 +58,8 @@ def test_copies_share_an_order_only_by_chance(domain):
 
 @pytest.mark.parametrize("family", range(3))
 def test_copies_add_random_digits(family):
-    """Each copy adds random digits to the first eight digits of all coordinates of all members. Over copies, each random digit is even,
-    and so is the sum of any two. Six deviations have a probability of 2e-9 in each of 25,000 sums."""
+    """Each copy adds random digits to the first eight digits of all coordinates of all members. Over copies, each random digit is
+    uniform, and so is the sum of any two. Six deviations have a probability of 2e-9 in each of 25,000 sums."""
     y, x = TILE * (np.mgrid[:64, :64] - 32)
     first = np.stack([look(x, y, bluenoise.domain(3, 4 * family + member), 1)[0] for member in range(4)], -2) >> 16
     signs = 1 - 2 * ((first ^ first[0, 0]).reshape(64 * 64, 16, 1) >> np.arange(8, dtype=np.uint32) & 1).astype(int).reshape(64 * 64, 128)
@@ -75,7 +75,7 @@ def test_single_samples(index):
     y, x = np.mgrid[:128, :128]
     square = 0
     for f in range(12):
-        angle, near = 2.4 * f + 0.1, 0.15 * np.sin(12 * f)  # how far it passes the middle
+        angle, near = 2.4 * f + 0.1, 0.15 * np.sin(12 * f)  # how far the edge passes the middle
         a, b, c, mean = plane_at_angle(0.5 + near * np.cos(angle), 0.5 + near * np.sin(angle), angle)
         u = bluenoise.Sampler("blue", seed=SEED).sample(x, y, index, bluenoise._core.domain_child(11, f), pair=f // 2 % 2)
         error = (a * u[..., 0] + b * u[..., 1] < c) - mean

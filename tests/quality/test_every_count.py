@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The error of BLUE falls with nearly every sample. After a blur of sigma 2.1, the mean error rises by less than 15 % from n to n + 1
+"""BLUE's error falls with nearly every sample. After a blur of sigma 2.1, the mean error rises by less than 15 % from n to n + 1
 samples, n = 1 to 63, for half-planes, discs, and products over the pairs of a domain and over two members of a family. If each pixel had
-its own sample order, the error of half-planes would rise by a third to a half from 2 to 3, 4 to 5 and 8 to 9. Everything is seeded."""
+its own sample order, half-plane errors would rise by a third to a half from 2 to 3, 4 to 5 and 8 to 9. Everything is seeded."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ import bluenoise
 ndimage = pytest.importorskip("scipy.ndimage")
 
 SIZE, COUNTS, PARENTS, MEMBERS, INTEGRANDS = 64, 64, 2, 4, 12
-SAMPLES = {}  # by parent and member, (height, width, count, 4): across two blocks of 32 x 32 pixels each way
+SAMPLES = {}  # samples (height, width, count, 4) by parent and member, across two blocks of 32 x 32 pixels in each direction
 
 
 def samples(parent, member):
@@ -23,7 +23,7 @@ def samples(parent, member):
 
 
 def shape(number, disc=False):
-    """A half-plane, or a disc, through a well-spread point: a function of x and y, and its mean."""
+    """A half-plane or disc through a well-spread point: a function of x and y, and its mean."""
     u, v = well_spread(number)
     if disc:
         r = 0.1 + 0.35 * (0.618033988749895 * number % 1)
@@ -57,7 +57,7 @@ def test_the_error_falls_with_nearly_every_sample(what):
 
 @pytest.mark.parametrize("count", [1, 4, 16])
 def test_zorder_must_reach_its_count(count):
-    """After a blur, ZORDER has the error of padded Sobol' if it stops before its count, and half of it if it is tuned for the count."""
+    """After a blur, ZORDER has the same error as padded Sobol' if stopped before its sample count, and half the error if tuned for it."""
     def error(sampler):
         squares = []
         for run in range(24):

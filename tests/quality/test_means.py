@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Errors over distances of a tile: the mean of a whole image, and errors 64 pixels apart, for BLUE, whose tiles have 64 x 64 pixels.
+"""BLUE's errors over distances of a tile (64 x 64 pixels): the mean error of a whole image, and the correlation of errors 64 pixels apart.
 Everything is seeded. Run with -s to print all figures."""
 
 import numpy as np
@@ -21,13 +21,13 @@ FACTORS = {"one pair": 1, "three members": 3, "a single number": 1}
 
 
 def half_plane(random, single):
-    """a x + b y < c at random, and its mean over the unit square."""
+    """A random half-plane a x + b y < c, and its mean over the unit square."""
     angle, x, y = 2 * np.pi * random.random(), *random.random(2)
     return (1.0, 0.0, x, x) if single else plane_at_angle(x, y, angle)
 
 
 def errors(what, k, size, count, seed):
-    """For each pixel, the sum of its samples minus the expected sum; and the variance of white noise over the image."""
+    """Each pixel's sum of samples minus the expected sum, and the variance of white noise over the image."""
     random, mean = np.random.default_rng([k, len(what)]), 1.0
     y, x, index = np.ogrid[:size, :size, :count]
     inside = True
@@ -43,7 +43,7 @@ def errors(what, k, size, count, seed):
 @pytest.mark.parametrize("what", WHATS)
 @pytest.mark.parametrize(("size", "count", "integrands"), [(64, 1, 96), (256, 1, 32), (256, 16, 12), (1024, 1, 12)])
 def test_means_of_images_are_closer_than_with_white_noise(what, size, count, integrands):
-    """The RMS error of the mean of an image relative to white noise, over many integrands. If every copy of the tile had the same digits,
+    """The RMS error of an image's mean, relative to white noise, over many integrands. If every copy of the tile had the same digits,
     products over two members would have 12.8 at 1024 x 1024."""
     found = [errors(what, k, size, count, 5) for k in range(integrands)]
     ratio = np.sqrt(np.mean([error.sum() ** 2 / variance for error, variance in found]))

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers of different decisions are not tied: for every sampler type, over all pairs of coordinates of a
-path's first rays, further numbers and splits. Everything is seeded. Run with -s to print the worst of each sampler type."""
+"""The numbers of different decisions are not tied. Tests every sampler type over all pairs of coordinates of a
+path's first rays, further numbers and splits. Everything is seeded. Run with -s to print the worst value for each sampler type."""
 
 import typing
 
@@ -14,13 +14,13 @@ SIDE, SAMPLES, DIGITS = 8, 64, 4
 
 @pytest.fixture
 def sampler(request):
-    """function(samples per pixel, seed) -> a sampler of a type."""
+    """function(samples per pixel, seed) -> a sampler of the given type."""
     return lambda count, seed: bluenoise.Sampler(request.param, seed=seed, samples_per_pixel=count)
 
 
 def decisions(sampler, x, y, index):
-    """[numbers of a domain (..., 4)] of a path: its first rays, the camera's domain, further pairs, fours and single numbers, a loop and
-    rays of a branch."""
+    """A path's numbers as a list of domains (..., 4): its first rays, the camera's domain, further pairs, fours and single numbers, a loop,
+    and rays of a branch."""
     path = bluenoise.PathSampler(sampler, x, y, index)
     first, second = path.ray(0), path.ray(1)
     branch, loop = second.next_split(4)[0], second.next_loop()
@@ -31,7 +31,7 @@ def decisions(sampler, x, y, index):
 
 
 def apart(rows, drawn):
-    """Which pairs of rows belong to different domains, all with the same number of rows."""
+    """Which pairs of rows belong to different domains, where all domains have the same number of rows."""
     domain = np.arange(len(rows)) * len(drawn) // len(rows)
     return domain[:, None] != domain
 
@@ -60,13 +60,13 @@ def test_no_digits_follow_from_those_of_another_decision(sampler):
 
 @every_sampler
 def test_every_cell_of_two_decisions_is_met(sampler, request):
-    """The smallest number of samples in any of 8 x 8 cells over an image, relative to the expected number."""
+    """The smallest sample count in any of 8 x 8 cells over an image, relative to the expected count."""
     if "mask" in request.node.callspec.id:
-        return  # its first sample is a mask, shifted for each coordinate: one pair of coordinates in 4,096 has one shift
+        return  # its first sample is a mask, shifted for each coordinate: one pair of coordinates in 4,096 has the same shift
     y, x = np.mgrid[:256, :256]
     drawn = decisions(sampler(1, 9), x, y, 0)
     cells = (np.concatenate(drawn, -1).reshape(-1, 4 * len(drawn)).T * 8).astype(np.uint8)
     met = (cells[:, None] == np.arange(8, dtype=np.uint8)[:, None]).astype(np.float32).reshape(8 * len(cells), -1)
     least = (met @ met.T)[apart(met, drawn)].min() * 64 / x.size
-    print(f"\ncells with {least:.3f} of their due or more")
+    print(f"\nevery cell has at least {least:.3f} of its expected samples")
     assert least > 0.75

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Images of BLUE show no pattern, and a choice before a pair is stratified with it. Everything is seeded. Run with -s to print figures."""
+"""Images rendered with BLUE show no pattern, and a choice before a pair is stratified together with it. Everything is
+seeded. Run with -s to print figures."""
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ def planes(seed, period):
 
 
 def peaks(image):
-    """The mean of the largest 1 % of the powers over the mean of all: 5.6 for white noise."""
+    """The mean of the largest 1 % of the powers, relative to the mean of all powers: 5.6 for white noise."""
     powers = np.sort((np.abs(np.fft.fft2(image - image.mean())) ** 2).ravel())
     return powers[-len(powers) // 100:].mean() / powers.mean()
 
@@ -65,7 +66,7 @@ def test_peaks_tell_a_pattern_from_white_noise():
 
 
 def forms(ray):
-    """{way to draw a number and a pair: numbers (..., 3)}."""
+    """{method of drawing a number and a pair: numbers (..., 3)}."""
     drawn, four = ray.draw(), ray.draw_4d(0)
     return {"draw": drawn[..., [2, 0, 1]], "draw_4d": four[..., [2, 0, 1]],
             "draw_1d beside draw": np.concatenate([ray.draw_1d(0)[..., None], drawn[..., :2]], -1),
@@ -76,7 +77,7 @@ def forms(ray):
 def test_a_choice_before_a_pair(number):
     """A number below 1/2 selects a ramp, otherwise its mirror image, in each coordinate of a pair. Errors are relative to white noise. At 8
     samples, a number of the same draw whose first digit follows that of a coordinate has 1.8 in single pixels. At 2 and 4 samples, no
-    stratified number avoids this (1.4), and the errors of neighbours cancel after a blur. A number of another domain is not stratified
+    stratified number avoids this (1.4), and neighbouring errors cancel after a blur. A number of another domain is not stratified
     together with the pair, so draw_4d() returns both."""
     counts, squares = np.array([2, 4, 8]), {}
     for seed in range(6):

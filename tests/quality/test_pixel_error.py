@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The error of single pixels, without a blur, compared to scrambled Sobol' points: making the error blue on screen must not increase
+"""The error of single pixels, without a blur, compared with scrambled Sobol' points: making the error blue on screen must not increase
 it.
 
 For 64 seeds, the RMSE of `blue` over pixels, domains and integrands, each relative to white noise, is divided by that of a reference. In
 the pairs (0,1) and (2,3), the reference is two dimensions of the Sobol' sequence of Joe and Kuo, scrambled and shifted by SciPy, whose
 variance equals that of Owen scrambling. In the four cross pairs and for integrands of all four dimensions, it is the sampler type `sobol`:
 padded (0,2)-sequences with independent shuffles. The 95 % interval of the mean ratio must reach below 1.06 at every count. Everything is
-seeded. Run with -s to print the worst of each family.
+seeded. Run with -s to print the worst ratio for each family.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ special = pytest.importorskip("scipy.special")
 SEEDS, PIXELS, LAST, MEMBERS = 64, 32, 256, 60
 COUNTS = np.array([1, 2, 3, 4, 5, 6, 7, 8, 11, 12, 16, 23, 24, 32, 48, 50, 64, 96, 100, 128, 150, 192, 200, 256])
 PAIRS = [(0, 1), (2, 3), (0, 2), (0, 3), (1, 2), (1, 3)]
-FAMILIES = [*PAIRS, None]  # the last: all four dimensions
+FAMILIES = [*PAIRS, None]  # the last one has all four dimensions
 GRID = (np.arange(8192) + 0.5) / 8192
 
 
@@ -52,7 +52,7 @@ def factor(kind, random):
 
 
 def integrands(family):
-    """(function of samples (..., 4), mean, variance). If all dimensions count, products of two factors over all ways to form two pairs."""
+    """(function of samples (..., 4), mean, variance). With all dimensions, products of two factors, over all ways to form two pairs."""
     kinds, random = ("plane", "plane", "disc", "bump", "product"), np.random.default_rng(FAMILIES.index(family))
     for k in range(MEMBERS):
         f, mean, square = factor(kinds[k % 5], random)
@@ -101,8 +101,8 @@ def test_the_error_is_not_larger(samples, family):
 
 @pytest.mark.parametrize("triple", [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)], ids=str)
 def test_three_dimensions(triple):
-    """Half-spaces, balls and Gaussians over three numbers of a draw, compared to the Owen-scrambled Sobol' sequence in four dimensions, at
-    16 to 1,024 samples. With 384 integrands each, the figures of four triples at four counts vary by up to 15 %."""
+    """Half-spaces, balls and Gaussians over three numbers of a draw, compared with the Owen-scrambled Sobol' sequence in four dimensions,
+    at 16 to 1,024 samples. With 384 integrands each, the figures of four triples at four counts vary by up to 15 %."""
     counts, blue, sobol = np.array([16, 64, 256, 1024]), 0, 0
     for seed in range(48):
         random = np.random.default_rng([seed, *triple])
@@ -112,7 +112,7 @@ def test_three_dimensions(triple):
         for _ in range(8):
             normal, centre, kind = random.normal(size=3), random.uniform(.25, .75, 3), random.integers(3)
             values = []
-            for points in (*drawn, qmc.Sobol(3, seed=1).random(2**13)):  # the last gives the mean
+            for points in (*drawn, qmc.Sobol(3, seed=1).random(2**13)):  # the last one gives the mean
                 away = (points[:, triple] if points.shape[1] == 4 else points) - centre
                 squares = (away**2).sum(1)
                 values.append(away @ normal < 0 if kind == 0 else squares < .1 if kind == 1 else np.exp(-squares / .15))

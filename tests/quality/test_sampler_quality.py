@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares the blueness of the samplers with the committed limits in sampler_limits.csv.
 
-Each row limits one figure of one sampler after one blur, with a column for each count. A figure is the mean RMSE of the blurred per-pixel
-errors of 64 x 64 pixels over 24 integrands and 4 domains, relative to white noise (in closed form). Figures:
+Each row limits one figure of one sampler after one blur, with one column per sample count. A figure is the mean RMSE of the blurred
+per-pixel errors of 64 x 64 pixels over 24 integrands and 4 domains, relative to white noise (in closed form). Figures:
 
     half-planes-01, half-planes-23   half-planes in a pair of dimensions
     products                         half-planes in both pairs of a domain, multiplied
@@ -38,13 +38,13 @@ LIMITS = Path(__file__).with_name("sampler_limits.csv")
 ROWS = list(csv.DictReader(LIMITS.open(encoding="utf-8")))
 COUNTS = list(ROWS[0])[4:]
 PLANES, DOMAINS, MEMBERS = 24, 4, 4
-RADIUS, INNER = 8, 64  # pictures have a margin as wide as the blur
+RADIUS, INNER = 8, 64  # images have a margin as wide as the blur
 SIZE = INNER + 2 * RADIUS
 SIBLINGS = list(combinations(range(MEMBERS), 2))
 
 
 def plane(k, second=0):
-    """A half-plane; angles are evenly spread, and a second set has different ones."""
+    """A half-plane; angles are evenly spread, and a second set uses different angles."""
     angle = 2 * np.pi * ((k * (7 if second else 1) + 11 * second) % PLANES + 0.41) / PLANES
     return plane_at_angle(*well_spread(k + 100 * second), angle)
 
@@ -69,7 +69,7 @@ def step(k):
 
 
 def integrand(figure, member, k):
-    """Factors: half-planes, each with its member and pair."""
+    """The factors: half-planes, each with its member and pair."""
     if figure == "steps":
         return [(step(k), 0, 0)]
     if figure == "axes":
@@ -96,9 +96,9 @@ def blurred(errors, sigma, axes):
     return (errors[inner, inner] ** 2).mean((0, 1)), blur_gain(sigma, RADIUS) ** (len(axes) / 2) if sigma else 1.0
 
 
-@functools.lru_cache(1)  # rows of one figure at several blurs follow each other
+@functools.lru_cache(1)  # rows for the same figure at several blurs are adjacent
 def error_images(kind, declared, figure, counts):
-    """For each integrand: its number, its errors at each count, and its variance at one sample."""
+    """For each integrand: its number, its errors at each sample count, and its variance at one sample."""
     sampler, found = bluenoise.Sampler(kind, samples_per_pixel=declared), []
     for member in range(DOMAINS):
         integrands = [integrand(figure, member, k) for k in range(PLANES)]
@@ -115,7 +115,7 @@ def error_images(kind, declared, figure, counts):
 
 
 def measured(kind, declared, figure, sigma, counts):
-    """The figure at each count."""
+    """The figure at each sample count."""
     error = white = 0
     for k, errors, variance in error_images(kind, declared, figure, counts):
         if figure == "axes":

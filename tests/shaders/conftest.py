@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The cases of shader_cases, and tools that may be missing: scripts/shaders installs them and sets BN_SHADERS_REQUIRED."""
+"""The cases from shader_cases, and tools that may be missing. scripts/shaders installs the tools and sets BN_SHADERS_REQUIRED."""
 
 import ctypes.util
 import importlib.util
@@ -16,12 +16,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 HERE = ROOT / "tests" / "shaders"
 INCLUDE = ROOT / "libbn" / "include"
-sys.path.append(str(ROOT))  # for the browser of evidence/
+sys.path.append(str(ROOT))  # for evidence/base/browser.py
 GLSLANG = shutil.which("glslangValidator") or shutil.which("glslang")
 
 
 def run(*command) -> str:
-    """Runs a command and returns what it printed; its whole output is the message when it fails."""
+    """Runs a command and returns its output. If it fails, the error message is the whole output."""
     done = subprocess.run([str(part) for part in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                           stdin=subprocess.DEVNULL, check=False)
     assert done.returncode == 0, f"{' '.join(map(str, command))}\n{done.stdout}"
@@ -52,7 +52,7 @@ def need_opengl() -> None:
 
 
 def write_cases(folder) -> SimpleNamespace:
-    """What shader_cases writes: its folder, and the contents as arrays, one row of cases for each seed."""
+    """The output of shader_cases: its folder, and the files' contents as arrays with one row of cases for each seed."""
     program = ROOT / "build" / "tests" / "shaders" / "shader_cases"
     assert program.exists(), f"{program} is missing; run scripts/setup"
     run(program, folder)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs a shader over buffers 0, 1 ... and returns a result of which each thread writes its part.
+"""Runs a shader over buffers 0, 1 ... and returns a result. Each thread writes a part of it.
 
 A compute shader writes the last buffer: WGSL and SPIR-V with wgpu, GLSL with OpenGL, HLSL with Slang on the CPU, CUDA on its devices.
-A fragment shader reads textures in place of buffers, and its pixels are the result.
+A fragment shader reads textures instead of buffers, and its pixels are the result.
 """
 
 import ctypes
@@ -50,7 +50,7 @@ void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2
 
 
 def run_fragments(code: str, textures: dict, width: int, result_size: int) -> bytes:
-    """Draws a picture of 32-bit numbers, `width` wide. `textures`: {name: (width, type of numbers, data)}."""
+    """Draws an image of 32-bit numbers, `width` pixels wide. `textures`: {name: (width, number type, data)}."""
     import moderngl
 
     context = moderngl.create_standalone_context(backend="egl")
@@ -69,7 +69,7 @@ def run_fragments(code: str, textures: dict, width: int, result_size: int) -> by
 
 
 def run_slang(path: Path, buffers: list, result_size: int, threads: int) -> bytes:
-    """HLSL, compiled by Slang for the CPU. The file must call its entry point other than main."""
+    """Runs HLSL compiled by Slang for the CPU. The entry point in the file must not be called main."""
     import slangpy
 
     device = slangpy.Device(type=slangpy.DeviceType.cpu, compiler_options={"include_paths": [str(path.parent)]})
@@ -92,7 +92,7 @@ def cuda(function: str, *arguments) -> None:
 
 
 def cuda_devices():
-    """(number, name, architecture) of each device of CUDA; none without a driver that starts."""
+    """(number, name, architecture) of each CUDA device; empty if no driver starts."""
     try:
         cuda("cuInit", 0)
     except (OSError, RuntimeError):
@@ -108,7 +108,7 @@ def cuda_devices():
 
 
 def run_cuda(code: bytes, buffers: list, result_size: int, threads: int, device: int) -> bytes:
-    """`code`: a module whose kernel `draw` takes the buffers and the number of its one thread."""
+    """`code`: a module whose kernel `draw` takes the buffers and the number of its single thread."""
     context, module, kernel = ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_void_p()
     cuda("cuDevicePrimaryCtxRetain", ctypes.byref(context), device)
     cuda("cuCtxSetCurrent", context)

@@ -1,6 +1,6 @@
 #version 430
 /* SPDX-License-Identifier: Apache-2.0
- * Draws and chooses for all cases, with buffers; includes are replaced by the texts. */
+ * Computes draws and choices for all cases, using buffers. Includes are replaced with the texts of the files. */
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer bn_table {
     uint bn_words[];

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The same as draw.comp in CUDA and HIP. With RUN_ON_HOST it is a program of C++ that compares. */
+ * The same as draw.comp in CUDA and HIP. With RUN_ON_HOST, it is a C++ program that compares the results. */
 #include <bn/bn_choose.h>
 #include <bn/bn_draw.h>
 #include <bn/bn_path.h>
@@ -24,7 +24,7 @@ DEVICE_INLINE float uintBitsToFloat(uint32_t v) {
     return u.number;
 }
 
-/* The names of GLSL. Functions of C write to arrays, and take tables and pointers. */
+/* GLSL's names. C functions write to arrays and take tables and pointers. */
 struct vec4 {
     float x, y, z, w;
 };
@@ -48,7 +48,7 @@ struct vec2 {
 #define bn_ray_child(ray, ...) bn_ray_child(&ray, __VA_ARGS__)
 #define bn_ray_draw_split(ray, ...) bn_ray_draw_split(&ray, __VA_ARGS__)
 #define bn_split_path(split, ...) bn_split_path(&split, __VA_ARGS__)
-/* The draws of a ray by name are those of its domains. */
+/* A ray's named draws are the draws of its domains. */
 #define AT_4D(seed, path, domain) bn_draw_blue_4d(seed, (path).x, (path).y, (path).index, domain)
 #define AT_2D(seed, path, domain, pair) bn_draw_blue_2d(seed, (path).x, (path).y, (path).index, domain, pair)
 #define bn_ray_draw(seed, ray) AT_4D(seed, ray.path, ray.domain)
@@ -85,7 +85,7 @@ struct loop_of {
 #else
 extern "C" __global__ void draw(const uint32_t *words, const float *cdf, const uint32_t *cases, uint32_t *results,
                                 uint32_t first) {
-    /* One thread a block, so that compilers without the headers of CUDA and HIP can compile this. */
+    /* One thread per block, so that compilers without the CUDA and HIP headers can compile this. */
     answer(words, cdf, cases + 16u * first, results + 16u * first);
 }
 #endif

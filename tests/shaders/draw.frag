@@ -1,7 +1,7 @@
 #version 300 es
 /* SPDX-License-Identifier: Apache-2.0
- * Draws and chooses for all cases, with textures, as in WebGL 2; includes are replaced by the texts. Each
- * pixel of the picture is one word of the results, and a row has the words of many cases. */
+ * Computes draws and choices for all cases, using textures as in WebGL 2. Includes are replaced with the texts of the
+ * files. Each pixel of the image is one word of the results, and a row holds the words of many cases. */
 precision highp float;
 precision highp int;
 uniform highp usampler2D bn_words;

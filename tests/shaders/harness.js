@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs a shader in WebGPU or WebGL 2 and returns its results, for test_browser.py.
 
-const WIDTH = 4096; // of a picture of results, one word for each pixel
+const WIDTH = 4096; // of the result image, which holds one word per pixel
 
 const bytes = text => Uint8Array.from(atob(text), character => character.charCodeAt(0)).buffer;
 const words = text => new Uint32Array(bytes(text));
 const floats = text => new Float32Array(bytes(text));
 
-// Inputs are arrays, or {width, texels} for a texture of integers; they have bindings 0, 1 ... and the results the next.
+// Inputs are arrays, or {width, texels} for a texture of integers. They use bindings 0, 1 ..., and the results use the next one.
 async function webgpu(code, inputs, size, threads) {
     const device = await (await navigator.gpu.requestAdapter()).requestDevice();
     device.pushErrorScope("validation");

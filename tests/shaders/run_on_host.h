@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * A device's text on the host: the including file defines answer(), which fills the results of one case as
- * shader_cases.c describes them. Compares all of them and prints their number. */
+ * Runs the text of a device on the host. The including file defines answer(), which fills the results of one case as
+ * described in shader_cases.c. Compares all cases and prints how many there are. */
 #include <stdio.h>
 #include <stdlib.h>
 

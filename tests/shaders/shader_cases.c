@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Writes what the shader tests need, as 32-bit words of this machine, into a folder:
+ * Writes the data for the shader tests, as 32-bit words of this machine, into a folder:
  *
- *     words.bin     [BN_WORD_COUNT]: of bn_tables()
+ *     words.bin     [BN_WORD_COUNT]: the words of bn_tables()
  *     cdf.bin       [CDF]: tables of cumulative weights
  *     cases.bin     [cases][16]: type + 4 pair, x, y, index, parent, key; probability, u, count, first + 256
  *                   cdf_count; the two words of a seed; of a path, the ray, k, the branches of a split, and
@@ -40,7 +40,7 @@ static uint32_t random_u32(void) {
     return v ^ v >> 15;
 }
 
-/* Few bits as often as many. */
+/* Numbers with few bits are as frequent as numbers with many. */
 static uint32_t random_size(void) {
     const uint32_t v = random_u32();
     return v >> (random_u32() & 31u);
@@ -111,7 +111,7 @@ static uint32_t words_of(uint32_t factor, const float v[2]) {
     return factor * bits_of(v[0]) + (factor + 2) * bits_of(v[1]);
 }
 
-/* What bn_path.h draws with the names that shaders have too. */
+/* The draws of bn_path.h that shaders provide under the same names. */
 static uint32_t drawn_words(const bn_path *path, const uint32_t seed[2], uint32_t number,
                             uint32_t k, uint32_t count, const bn_path *branch) {
     float u[4], first[2], time[2], direction[2], light[2], four[4], pair[2], one = 0;
@@ -134,8 +134,8 @@ static uint32_t drawn_words(const bn_path *path, const uint32_t seed[2], uint32_
            words_of(79u, time) + 83u * bits_of(one);
 }
 
-/* All that bn_path.glsl gives, for sample `index` of the pixel. The domains are those from which the
- * objects of bn_path.h draw. */
+/* Everything that bn_path.glsl computes for sample `index` of the pixel. The domains are those from which
+ * the objects of bn_path.h draw. */
 static uint32_t path_words(uint32_t *record, uint32_t *expected) {
     const bn_uint2 seed = {record[10], record[11]};
     const uint32_t number = random_size() >> 4, k = random_size() >> 4;

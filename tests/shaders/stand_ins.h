@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Stand-ins in C++ for what the tests take from shader languages: GLSL's names of types, and Metal's. */
+ * C++ stand-ins for the features that the tests use from shader languages: the type names of GLSL and Metal. */
 #include <stdint.h>
 
 typedef uint32_t uint;

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""In headless Chromium, with WGSL in WebGPU and GLSL in WebGL 2, in software: draws and choices equal the library's, and so do the
-numbers of the package of examples/web/package."""
+"""Software WebGPU (WGSL) and WebGL 2 (GLSL) in headless Chromium: draws, choices and the numbers of the package examples/web/package are
+identical to the library's."""
 
 import base64
 import json
@@ -11,17 +11,17 @@ import pytest
 from conftest import HERE, ROOT, need
 from test_shaders import TEXTURES, compare, wgsl, with_texts
 
-WIDTH = 4096  # of a picture of results
+WIDTH = 4096  # of the result image
 
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
-    """With the functions of harness.js."""
+    """A browser page with the functions of harness.js."""
     found = pytest.importorskip("evidence.base.browser", reason="not in the source distribution")
     need(found.chromium(), "Chromium")
     folder = tmp_path_factory.mktemp("chromium")
     browser = found.Browser(found.chromium(), folder, 300)
-    page = folder / "page.html"  # WebGPU is for files and servers
+    page = folder / "page.html"  # WebGPU needs a file or a server
     page.write_text(f"<!doctype html><script>{(HERE / 'harness.js').read_text()}</script>")
     browser.open(page.as_uri(), 100, 100)
     yield browser
@@ -29,12 +29,12 @@ def browser(tmp_path_factory):
 
 
 def numbers(data, kind="words") -> str:
-    """What numbers are in JavaScript."""
+    """Numbers as a JavaScript expression."""
     return f"{kind}('{base64.b64encode(data).decode()}')"
 
 
 def run_webgpu(browser, code, inputs, size, threads):
-    """The code and the inputs are in JavaScript."""
+    """The code and the inputs are JavaScript expressions."""
     return np.array(browser.value(f"webgpu({code}, [{', '.join(inputs)}], {size}, {threads}).then(found => Array.from(found))"), "<u4")
 
 
@@ -71,8 +71,8 @@ def test_webgl(browser, some):
 
 PACKAGE = ROOT / "examples" / "web" / "package"
 SEED = 2**64 - 1
-# For a renderer without a lens or with one. Effects with these names have a place in the layout; without a lens, those of
-# the lens, the environment and the choice are names as all others are.
+# Effects of a renderer without a lens, and with a lens. Effects with these roles have a place in the layout; without a lens, the
+# effects of the lens, the environment and the choice are keys like all others.
 EFFECTS = [{"pixel": 0, "direction": 3, "light": 5}, {"pixel": 0, "lens": 4, "direction": 3, "light": 5, "choice": 6, "environment": 7}]
 
 WGSL = """
@@ -119,7 +119,7 @@ void main() {
 
 @pytest.fixture(scope="module")
 def asked():
-    """x, y, index, bounce, effect, two words of a seed and zero of 4,096 cases."""
+    """x, y, index, bounce, effect, two seed words and zero for each of 4,096 cases."""
     i = np.arange(4096, dtype=np.uint32)
     random = i * np.uint32(0x9E3779B9) ^ i >> 5
     x, bounce = np.where(i % 7 > 0, random >> 20, -i), np.array([0, 0, 0, 1, 2, 3, 4, 50])[i // 10 % 8]
@@ -130,7 +130,7 @@ def asked():
 
 
 def expected(asked, effects):
-    """The layout of docs/paths.md: what rand1() to rand4() draw, ten numbers, and six zeros."""
+    """The layout of docs/paths.md: the ten numbers that rand1() to rand4() draw, and six zeros."""
     import bluenoise
 
     x, y, index, bounce, effect = asked[:, :5].T
@@ -157,7 +157,7 @@ def expected(asked, effects):
 
 @pytest.fixture(scope="module")
 def package(browser):
-    """Loads the package's module as `bn`; a page from disk may not import a file."""
+    """Loads the package's module as `bn` from a blob, because a page opened from disk may not import files."""
     browser.value((PACKAGE / "texts.js").read_text() + "; 0")
     code = (PACKAGE / "index.js").read_text().replace('import "./texts.js";', "")
     blob = f"new Blob([{json.dumps(code)}], {{type: 'text/javascript'}})"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The text of CUDA, HIP, Metal and GLSL, run on the host, and compiled for devices where compilers are found."""
+"""The texts for CUDA, HIP, Metal and GLSL are run on the host, and compiled for devices if compilers are installed."""
 
 import ctypes
 import importlib.util
@@ -12,10 +12,10 @@ import pytest
 from conftest import HERE, INCLUDE, ROOT, need, run
 
 CXX = os.environ.get("CXX", "c++")
-# Without the instructions that newer versions of GLSL have, so that their replacements are tested.
+# Without the instructions of newer GLSL versions, so that their replacements are tested.
 GLSL_VERSION = ["-U__VERSION__", "-D__VERSION__=300"]
 WARNINGS = ["-Wall", "-Wextra", "-Werror"]
-# What the headers of CUDA and HIP define. Clang has no such headers here, and compiles without.
+# Definitions from the CUDA and HIP headers. Clang compiles without these headers here.
 ATTRIBUTES = [f"-D__{name}__=__attribute__(({name}))" for name in ("host", "device", "global")]
 
 
@@ -33,7 +33,7 @@ def test_cuda_and_hip_on_the_host(cases, tmp_path, language):
 
 
 def test_cuda_in_c(tmp_path):
-    """The functions that take words alone are for C too."""
+    """Functions that take only words also work in C."""
     (tmp_path / "words.c").write_text("#include <bn/bn_draw.h>\nvoid draw(const uint32_t *words, bn_uint2 seed, float u[4]) "
                                       "{ bn_draw_blue_4d(words, seed, -1, 2, 3, 4, u); }\n")
     run(os.environ.get("CC", "cc"), "-std=c99", *WARNINGS, "-I", INCLUDE, "-c", tmp_path / "words.c", "-o", tmp_path / "o")
@@ -69,10 +69,10 @@ def compile_with_nvrtc(source: bytes, architecture="compute_75", form="PTX") -> 
 
 
 def test_nvrtc_compiles():
-    # With types that the program defines for itself too, not all as libbn would.
+    # The program also defines these types itself, some of them differently from libbn.
     types = b"typedef unsigned int uint32_t;\ntypedef unsigned long uint64_t;\n"
     ptx = compile_with_nvrtc(types + (HERE / "draw.cu").read_bytes()).decode()
-    # Bits are reversed in one instruction, and nothing is in double.
+    # Bits are reversed by one instruction, and no arithmetic uses double precision.
     assert ".entry draw(" in ptx and "brev.b32" in ptx and ".f64" not in ptx
 
 
@@ -82,7 +82,7 @@ def test_clang_compiles(language, target, tmp_path):
     need(clang, "clang++")
     need(f"    {target} " in subprocess.run([clang, "--print-targets"], capture_output=True, text=True, check=False).stdout,
          f"clang++ for {target}")
-    # What each language's headers define, and its names for the instruction.
+    # Definitions from each language's headers, and its names for the instruction.
     language_options = {"cuda": ["--cuda-gpu-arch=sm_75", "-nocudainc", "-nocudalib", "-D__CUDACC__",
                                  "-Wno-unknown-cuda-version"],
                         "hip": ["--offload-arch=gfx906", "-nogpuinc", "-nogpulib", "-D__HIPCC__"]}[language]

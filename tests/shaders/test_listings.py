@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The examples of docs/shaders.md and docs/realtime.md and of the headers' comments compile as they stand there."""
+"""The examples in docs/shaders.md, docs/realtime.md and the headers' comments compile unchanged."""
 
 import os
 import re
@@ -60,7 +60,7 @@ def test_cuda(tmp_path):
 
 
 def test_metal(tmp_path):
-    """As C++, without the attributes; C++ has no vectors of vectors either."""
+    """As C++, without the attributes; C++ has no vectors of vectors, either."""
     text = re.sub(r" \[\[[^]]*\]\]", "", listing("example.metal")).replace("float4(u.xy,", "float4(u.x, u.y,")
     words = "#define device\n#define thread\n#define constant const\n"
     (tmp_path / "metal_stdlib").write_text((HERE / "stand_ins.h").read_text() + words)
@@ -69,10 +69,10 @@ def test_metal(tmp_path):
         "-I", INCLUDE / "bn", "-c", tmp_path / "a.cpp", "-o", tmp_path / "a.o")
 
 
-# ---- The comments of headers: paragraphs of lines that are four spaces deeper than the text
+# ---- Comments in headers: paragraphs whose lines are indented four spaces more than the text
 
 SAMPLING = "uint64_t seed, int32_t x, int32_t y, uint32_t index, uint32_t depth"
-# What the listings of each header take from their surroundings.
+# The names that each header's listings take from their surroundings.
 C_LISTINGS = {
     "bn.h": ("", f"{SAMPLING}, uint32_t decision, uint32_t bounce"),
     "bn_path.h": ("", f"{SAMPLING}, uint32_t max_depth, uint32_t count, const bn_sampler *sampler, bn_ray ray, uint32_t primitive"),
@@ -86,7 +86,7 @@ NUMBERS = "uint x = 1u, y = 2u, index = 3u, domain = 4u, depth = 5u, ray = 6u, l
 
 
 def paragraphs(header):
-    """The listings of a header, each paragraph of code a text."""
+    """The listings of a header, with one text per paragraph of code."""
     comment = (INCLUDE / "bn" / header).read_text(encoding="utf-8").partition("*/\n" if not header.endswith("hpp") else "#ifndef")[0]
     found = re.findall(r"(?:^(?: \*|//)     .*(?: \*/)?\n?)+", comment + "\n", re.MULTILINE)
     texts = [re.sub(r"^(?: \*|//)     ", "", each, flags=re.MULTILINE).rstrip().removesuffix("*/") for each in found]
@@ -105,7 +105,7 @@ def test_every_header_has_its_listings_here():
 def test_listings_of_c_headers(tmp_path, header):
     before, parameters = C_LISTINGS[header]
     texts = paragraphs(header)
-    if header == "bn.h":  # the one comment with code that is not the first
+    if header == "bn.h":  # the only comment with code that is not the first comment
         texts += [re.sub(r"^ \*     ", "", each, flags=re.MULTILINE) for each in re.findall(
             r"(?:^ \*     uint32_t .*\n)+", (INCLUDE / "bn" / header).read_text(), re.MULTILINE)]
     nested = "{\n".join(re.sub(r"^#.*\n", "", text, flags=re.MULTILINE) + "\n" for text in texts) + "}" * (len(texts) - 1)
@@ -130,7 +130,7 @@ def shader_of_listings(language, texture=False):
         for text in paragraphs(f"{name}.{language}"):
             declares = re.match(r"#|layout|uniform|StructuredBuffer", text)
             (declared if declares else statements).append(text)
-    # GLSL declares the words as a buffer and as a texture.
+    # GLSL declares the words both as a buffer and as a texture.
     declared = [text for text in declared if "bn_words" not in text or ("usampler2D" in text) == texture]
     version = "#version 430\n" if language == "glsl" and texture else ""
     signed, unsigned, main = SHADER_TYPES[language]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The package of examples/web/package: its module in Node.js; test_browser.py runs its shaders."""
+"""The package examples/web/package: its module in Node.js. test_browser.py runs its shaders."""
 
 import json
 import re
@@ -17,7 +17,7 @@ needs_node = pytest.mark.skipif(NODE is None, reason="no Node.js")
 
 
 def in_node(expression):
-    """What an expression over the module `bn` is, through JSON."""
+    """The value of an expression that uses the module `bn`, passed as JSON."""
     code = f'import * as bn from {json.dumps((PACKAGE / "index.js").as_uri())}; console.log(JSON.stringify({expression}));'
     return json.loads(run(NODE, "--input-type=module", "-e", code))
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws, paths and choices in WGSL, GLSL and HLSL, run by Vulkan and OpenGL drivers, equal the library's. Without a GPU these drivers
-are Mesa's, in software."""
+"""Draws, paths and choices in WGSL, GLSL and HLSL, run by Vulkan and OpenGL drivers, are identical to the library's. Without a GPU, Mesa's
+software drivers run them."""
 
 import re
 import shutil
@@ -14,12 +14,12 @@ RESULTS = ["draws of a path", *(f"bits {d}" for d in range(4)), *(f"float {d}" f
            "bn_choose_u32", "what it left", "bn_choose_cdf", "what it left", "pair or path"]
 
 
-# Textures in place of the buffers: {name: (width, kind of number)}; 0: as many as there are.
+# Textures instead of buffers: {name: (width, number type)}. A width of 0 means as wide as the data.
 TEXTURES = {"bn_words": (64, "u4"), "bn_cdf": (0, "f4"), "cases": (4096, "u4")}
 
 
 def compare(run_shader, code, cases, first=0):
-    asked, expected = cases.asked.reshape(-1, 16), cases.expected.reshape(-1, 16)  # of all seeds
+    asked, expected = cases.asked.reshape(-1, 16), cases.expected.reshape(-1, 16)  # for all seeds
     result = run_shader(code, [cases.words.tobytes(), cases.cdf.tobytes(), asked.tobytes()], asked.nbytes, len(asked))
     different = np.argwhere((np.frombuffer(result, "<u4").reshape(expected.shape) != expected)[:, first:])
     assert len(different) == 0, (
@@ -27,7 +27,7 @@ def compare(run_shader, code, cases, first=0):
 
 
 def with_texts(source):
-    """GLSL with what it includes."""
+    """GLSL with its includes."""
     def text(line):
         (path,) = (folder / line[1] for folder in (INCLUDE / "bn", HERE) if (folder / line[1]).exists())
         return path.read_text()
@@ -39,7 +39,7 @@ TYPES = {"uint": "u32", "float": "f32", "vec2": "vec2f", "vec4": "vec4f", "bn_ui
 
 
 def wgsl():
-    """draw.wgsl with what it names."""
+    """draw.wgsl with the texts it names."""
     def variables(found):
         indent, of, names = found.groups()
         return "\n".join(f"{indent}var {each}{'' if '=' in each else ': ' + TYPES[of]};" for each in re.split(r", (?=\w+ = )", names))
@@ -100,7 +100,7 @@ def test_hlsl(cases, tmp_path):
 
 
 def test_hlsl_in_slang(cases, tmp_path):
-    """Another compiler, for the CPU."""
+    """HLSL goes through another compiler, for the CPU."""
     need_module("slangpy")
     for name in ("bn_draw", "bn_path", "bn_choose"):
         for language in ("glsl", "hlsl"):

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The few names of Cycles that blue.h uses, as its kernels for the CPU have them.
+// The few Cycles names that blue.h uses, as in the CPU kernels.
 #pragma once
 
 #include <bn/bn.h>

@@ -124,8 +124,8 @@ int domains() {
     return wrong;
 }
 
-// With one to seven samples in a pixel their wavelengths modulo 1/4, times 4, are 1 / count apart. Each sample's are
-// uniform, and a mask's with one sample.
+// With one to seven samples in a pixel, their wavelengths modulo 1/4, times 4, are 1 / count apart. The wavelengths of
+// each sample are uniform, and those of a mask are uniform with one sample.
 int wavelengths() {
     int wrong = 0;
     bn_sampler mask;

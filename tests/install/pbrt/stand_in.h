@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The names of pbrt-v4 that examples/pbrt uses, so that it compiles where pbrt is not.
+// The pbrt-v4 names that examples/pbrt uses, so that it compiles without pbrt.
 #ifndef STAND_IN_H
 #define STAND_IN_H
 
