@@ -220,8 +220,8 @@ class Report(other_renderer.OtherReport):
 of samples per pixel: 1.20 means that Cycles' pattern has 1.20 times the error of `blue`. They are geometric means over scenes and seeds.
 
 Each error is a root mean square over pixels and channels, with or without a Gaussian blur. Images have {SIZE[0]}x{SIZE[1]} pixels and show
-the middle of frames {ZOOM} times as wide. *As displayed* clips the image to 0..1 before the blur. *Exposed and displayed* first scales it so that the
-mean luminance of the reference is {EXPOSED}. *Raw* does neither.
+the middle of frames {ZOOM} times as wide. *As displayed* clips the image to 0..1 before the blur. *Exposed and displayed* first scales it
+so that the mean luminance of the reference is {EXPOSED}. *Raw* does neither.
 """
     METHOD = """Cycles is at {version}. Its patterns are the values `tabulated_sobol`, `sobol_burley`, `blue_noise_first` and `blue_noise_pure` of
 `sampling_pattern`. They are tuned for each image's sample count (`aa_samples`) unless a table says otherwise; `blue` does not need to know

@@ -219,7 +219,7 @@ def answer(rows, threads):
 
     white = next(row["e_1"] for row in rows if row["method"] == "white")
     return (f"At {size}x{size} on {threads} threads, `void-and-cluster` takes {of('void-and-cluster')}, `relax` takes {of('relax')}, and the network takes "
-            f"{of('network')}. White noise has an E_1 of {white:.4f}. For a single mask, prefer the first two: their masks are bit-identical on every machine, "
+            f"{of('network')}. White noise has an E_1 of {white:.4f}. For a single mask, prefer the first two methods: their masks are bit-identical on every machine, "
             "and they do not need ONNX Runtime. Use a network for windows of an endless, aperiodic plane, or for two channels that are also jointly "
             "blue, for which annealing takes far longer. [masks.md](../../docs/masks.md) helps you choose.")
 
@@ -232,7 +232,7 @@ def report_text(rows, threads, command):
         "endless plane. *Channels* is the number of channels, which are blue individually and jointly. *Same bits* says whether masks are "
         "bit-identical on every machine (for networks, see bn/neural.h). All methods generate masks of any size.", "",
         choice_table(rows, threads), "",
-        "`bluenoise mask --method auto` chooses by shape and number of channels. For one channel, it uses relaxation for two-dimensional masks of "
+        "`bluenoise mask --method auto` chooses a method by shape and number of channels. For one channel, it uses relaxation for two-dimensional masks of "
         "more than 512x512 texels, and void-and-cluster otherwise. For two channels, it uses the vector network; for more, it uses annealing "
         "with 100 sweeps.", "",
         f"## {PLAIN}x{PLAIN}", "",

@@ -217,7 +217,7 @@ class Report:
                 parts += [f"{MEASURES[measure]}:", "", self.table(way, measure), ""]
         return "\n".join([*parts, "## Which inputs to use", "", "Keep directly visible light (lamps and the sky) out of the denoiser. Denoise the rest, then add this light "
                           f"from {PRIMARY_RAYS} primary rays, which end at the first surface. Take albedo and normal from the same rays, and declare them noise-free. "
-                          f"The table compares the {MEASURES['relative']} with that of `plain`:", "", self.way_table("relative")]) + "\n"
+                          f"The table below compares the {MEASURES['relative']} with that of `plain`:", "", self.way_table("relative")]) + "\n"
 
     def draw(self, path):
         figure, axes = plt.subplots(1, len(DENOISED), figsize=(3.4 * len(DENOISED), 3.6), sharey=True)

@@ -72,7 +72,7 @@ def of_renders(found):
         f"{white['zorder']} with Z-order, tuned for the sample count; and {white['sobol']} with padded Sobol'. The 95 % intervals in brackets are wide because scenes differ"), "renders.md#samples-needed"
     sharp = [own for spp in COUNTS if (own := found.get(("displayed", "", "blue", spp)))]
     ends = " to ".join(f"{end(own.value for own in sharp):.2f}" for end in (min, max)) + " times that of padded Sobol'" + " (not significant)" * (not any(own.significant for own in sharp))
-    yield "How much depends on the blur?", (
+    yield "How much does the gain depend on the blur?", (
         f"after a blur of sigma 2.1 pixels, `blue` has {less_at(found, 'blue', 'displayed_2.1', (1, 4, 16, 64))} less error than padded Sobol' at 1, 4, 16 and 64 samples; after sigma 1.0, "
         f"it has {less_at(found, 'blue', 'displayed_1.0', (1, 4, 16, 64))} less. Without a blur, its error is {ends}"), "renders.md"
     scenes = {scene: own for (measure, scene, label, spp), own in found.items() if (measure, label, spp) == (HEADLINE, "blue", 16) and scene}
@@ -157,7 +157,7 @@ def of_samplers(rows):
 def of_worst(rows):
     blue, sobol = (sorted(row[name] for row in rows) for name in ("blue", "sobol"))
     worse = sum(row["blue"] > row["sobol"] for row in rows)
-    yield "How bad can a seed be?", (f"in a crop of `penumbra`, the scene that gains most, rendered at 4 samples (`scripts/bench picture`), {worse} of {len(rows)} seeds give `blue` more error than padded Sobol'. The worst seed of `blue` has "
+    yield "How bad can a seed be?", (f"in a crop of `penumbra`, the scene that gains most, with 4 samples per pixel (`scripts/bench picture`), {worse} of {len(rows)} seeds give `blue` more error than padded Sobol'. The worst seed of `blue` has "
                                        f"{blue[-1] / sobol[len(sobol) // 2]:.2f} times the median error of padded Sobol', and the worst seed of padded Sobol' has {sobol[-1] / sobol[len(sobol) // 2]:.2f} times this median"), "worst.csv"
 
 
