@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Dask cluster: contains all calls to distributed."""
+"""The Dask cluster. All calls to distributed are here."""
 
 import asyncio
 import contextlib

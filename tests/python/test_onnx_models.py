@@ -21,10 +21,10 @@ def quantiles(values):
     return ",".join(map(str, values))
 
 
-# Values of the metadata entries. A convolution with the wide radius reads every 256th texel.
+# Valid and invalid values of the metadata entries. A convolution with the wide radius reads every 256th texel.
 GOOD = {"align": [1, 64], "sparse_spacing": [1, 10000], "quantiles": [quantiles(range(-1000, 64000, 1000))]}
 BAD = {"version": ["", "1.0"], "align": [0, 65, ""], "sparse_spacing": [0, 10001, 3.5],
-       "receptive_radius": [257, -1, " 1", 2**32 + 1, "", 2],  # 2 is not what the model does
+       "receptive_radius": [257, -1, " 1", 2**32 + 1, "", 2],  # the model's actual radius is not 2
        "quantiles": [*map(quantiles, (range(64), range(66), [7] * 65, range(65, 0, -1))), ",", "0.5", "--1", "1,,2"]}
 WIDE = model(node("Conv", "noise,weights", "mask", dilations=(256, 256)) + tensor("weights", (1, 1, 3, 3), bytes(36)),
              receptive_radius=256)

@@ -33,7 +33,7 @@ def peaks(image):
 
 
 def peaks_of(samples, period, seed):
-    """At each of COUNTS, over many half-planes in one pair (SIZE, SIZE, COUNTS[-1], 2)."""
+    """The mean peaks at each of COUNTS, over many half-planes in one pair (SIZE, SIZE, COUNTS[-1], 2)."""
     found = []
     for a, b, c, mean in planes(seed, period):
         inside = (a * samples[..., 0] + b * samples[..., 1] < c).cumsum(-1)[..., COUNTS - 1] / COUNTS

@@ -6,11 +6,11 @@
  *     cases.bin     [cases][16]: type + 4 pair, x, y, index, parent, key; probability, u, count, first + 256
  *                   cdf_count; the two words of a seed; of a path, the ray, k, the branches of a split, and
  *                   the frame
- *     expected.bin  [cases][16]: what the objects of a path draw: drawn_words(); the draw's bits, the same as
- *                   floats; then what bn_choose(), bn_choose_u32() and bn_choose_cdf() return, each with the
- *                   u it leaves; last v.x + 3 v.y + 5 w.x + 7 w.y, v the bits of the pair drawn alone, w those of
- *                   its floats, plus the domain and all words of a path, each times another odd number:
- *                   path_words() */
+ *     expected.bin  [cases][16]: the draws of a path's objects, from drawn_words(); the draw as bits and as
+ *                   floats; the results of bn_choose(), bn_choose_u32() and bn_choose_cdf(), each with its
+ *                   remaining u; last, from path_words(), the sum v.x + 3 v.y + 5 w.x + 7 w.y plus the domain
+ *                   and all words of a path, each times another odd number. v is the pair drawn alone, as bits,
+ *                   and w is the same pair as floats. */
 #include "../c/check.h"
 #include "../c/samplers.h"
 #include <bn/bn_choose.h>

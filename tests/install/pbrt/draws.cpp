@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Draws like pbrt's integrators, and prints the numbers of a path or the outcome of a comparison:
 //     draws path DIMENSIONS DEPTHS     one line per number: its values in eight samples
-//     draws wavefront DEPTHS           how many numbers differ from those of a path without a break
-//     draws domains                    how many numbers are not those of the domain they should be of
-//     draws wavelengths                how many pixels' wavelengths are not at equal distances, 1 to 7 samples
+//     draws wavefront DEPTHS           the number of values that differ from an unbroken path
+//     draws domains                    the number of values that do not come from their domain
+//     draws wavelengths                the number of pixels with unevenly spaced wavelengths, at 1 to 7 samples
 #include <pbrt/blue.h>
 
 #include <bn/bn.h>
@@ -41,7 +41,7 @@ void camera(pbrt::BlueSampler &sampler, Numbers &numbers) {
     one_then_two(sampler, numbers);
 }
 
-// Light, direction, roulette, and with ten dimensions the probe below the surface, as in the wavefront integrator.
+// Light, direction, Russian roulette and, with ten dimensions, the probe below the surface, as in the wavefront integrator.
 void surface(pbrt::BlueSampler &sampler, Numbers &numbers, int dimensions) {
     one_then_two(sampler, numbers);
     one_then_two(sampler, numbers);
@@ -49,8 +49,8 @@ void surface(pbrt::BlueSampler &sampler, Numbers &numbers, int dimensions) {
     if (dimensions == 10) one_then_two(sampler, numbers);
 }
 
-// "7" and "10": the wavefront integrator's starts. "cpu": with media, two pairs in a row, and roulette now and then. "late":
-// the same, with the position in the pixel after another number.
+// "7" and "10": the starts of the wavefront integrator. "cpu": with media, two pairs in a row, and occasional Russian roulette.
+// "late": the same, with the position in the pixel drawn after another number.
 Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const std::string &order,
              int depths) {
     Numbers numbers;
