@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samplers from other projects, for comparison.
+// Other projects' samplers, for comparison.
 #include "sampler.h"
 
 #if __has_include(<boost/random/sobol.hpp>)
@@ -27,13 +27,13 @@ uint64_t mix64(uint64_t v) {
 
 // The sampler "sobol-global": one Sobol' sequence over the whole screen, as in pbrt (Gruenschloss, Raab and
 // Keller, "Enumerating Quasi-Monte Carlo Point Sequences in Elementary Intervals", 2012). Its first two
-// dimensions are the position on a screen of 4096 x 4096 pixels, which repeats. Every 2^24 points hit each
-// pixel once; sample i of a pixel is its point in round i. The other numbers are further dimensions of that
+// dimensions give the position on a screen of 4096 x 4096 pixels, which repeats. Every 2^24 points hit each
+// pixel exactly once; sample i of a pixel is its point in round i. The other numbers are further dimensions of that
 // point: time, lens, first light, then six for each ray. Boost.Random supplies Joe and Kuo's direction
-// numbers. Each dimension has its own Owen scrambling, which for the position differs in each pixel. Loops,
-// and rays past the last dimension, use random numbers.
+// numbers. Each dimension uses its own Owen scrambling; for the position, it also differs in each pixel.
+// Loops, and rays past the last dimension, use random numbers.
 
-constexpr unsigned SCREEN = 12, BITS = 64; // log2 of the screen's extent; digits
+constexpr unsigned SCREEN = 12, BITS = 64; // log2 of the screen's width; digits
 constexpr uint32_t DIMENSIONS = 512, PIXELS = (1u << SCREEN) - 1;
 
 class SobolGlobal final : public PeerSampler {
@@ -48,7 +48,7 @@ class SobolGlobal final : public PeerSampler {
                 *column = engine() ^ (bit > 0 ? column[-1] : 0);
             }
         }
-        // Gauss-Jordan elimination: which bits below 2 SCREEN move a point by one digit.
+        // Gauss-Jordan elimination finds the bits below 2 SCREEN that move a point by one digit.
         uint32_t moves[2 * SCREEN];
         for (unsigned bit = 0; bit < 2 * SCREEN; ++bit) {
             moves[bit] = pixel_of(uint64_t{1} << bit);
@@ -56,7 +56,7 @@ class SobolGlobal final : public PeerSampler {
         }
         for (unsigned digit = 0; digit < 2 * SCREEN; ++digit) {
             unsigned pivot = digit;
-            while (!(moves[pivot] >> digit & 1u)) ++pivot; // the position is a net, so there is one
+            while (!(moves[pivot] >> digit & 1u)) ++pivot; // positions form a net, so one exists
             std::swap(moves[pivot], moves[digit]);
             std::swap(inverse_[pivot], inverse_[digit]);
             for (unsigned other = 0; other < 2 * SCREEN; ++other) {
@@ -83,7 +83,7 @@ class SobolGlobal final : public PeerSampler {
             }
             for (uint32_t d = first; d < first + 2; ++d) {
                 uint64_t digits = digits_of(point, d), scrambling = mix64(seed + 1) + d;
-                if (d < 2) { // the position: below the digits of the pixel
+                if (d < 2) { // the position: use the digits below those of the pixel
                     digits <<= SCREEN;
                     scrambling += uint64_t{d == 0 ? pixel & PIXELS : pixel >> SCREEN} << 32;
                 }
@@ -112,7 +112,7 @@ class SobolGlobal final : public PeerSampler {
         return digits;
     }
 
-    // The pixel of a point: its column, and SCREEN bits higher its row.
+    // The pixel of a point: the column, with the row in the next higher SCREEN bits.
     uint32_t pixel_of(uint64_t point) const {
         return uint32_t(digits_of(point, 0) >> (BITS - SCREEN)) |
                uint32_t(digits_of(point, 1) >> (BITS - SCREEN)) << SCREEN;
@@ -123,7 +123,7 @@ class SobolGlobal final : public PeerSampler {
         return uint32_t(mix64(seed + 0x9e3779b97f4a7c15u)) >> (32 - 2 * SCREEN);
     }
 
-    std::vector<uint64_t> columns_; // of each dimension
+    std::vector<uint64_t> columns_; // BITS columns for each dimension
     uint32_t inverse_[2 * SCREEN];
 };
 
@@ -131,9 +131,9 @@ class SobolGlobal final : public PeerSampler {
 #ifdef BN_WITH_OPENQMC
 
 // OpenQMC's blue-noise samplers (Framestore, https://github.com/AcademySoftwareFoundation/openqmc), used as
-// its README recommends: the root is a sampler for one pixel and index, each decision of a path is a child
+// its README recommends: the root is a sampler for one pixel and index, each of a path's decisions is a child
 // of it, and split light samples come from newDomainSplit(). OpenQMC takes no seed, so the frame number is
-// a hash of the seed, which shifts the tables equally for all pixels.
+// a hash of the seed, which shifts the tables by the same amount in all pixels.
 
 template <typename Native>
 class OpenQmcSampler final : public PeerSampler {
@@ -161,7 +161,7 @@ class OpenQmcSampler final : public PeerSampler {
         return Native(x, y, frame_, int(index), cache_.data());
     }
 
-    int frame_; // of 30 bits, because OpenQMC adds the high half of the index to it
+    int frame_; // has 30 bits, because OpenQMC adds the high half of the index to it
     std::vector<char> cache_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The samplers for comparison: sobol-global's nets, and that they draw as libbn's do.
+// The samplers for comparison: sobol-global's nets, and split samples.
 #include <numeric>
 #include <string>
 
@@ -34,7 +34,7 @@ bool is_net(const std::vector<Point> &points, int m, int t, const std::vector<si
     return true;
 }
 
-// Position on the screen and time of all samples of an aligned block of 8 x 8 pixels are a net too.
+// In an aligned block of 8 x 8 pixels, the screen positions and times of all samples form a net, too.
 void test_the_screen_is_a_net() {
     bool built = false; // with Boost
     for (const SamplerEntry &entry : sampler_entries())
@@ -65,7 +65,7 @@ void test_the_screen_is_a_net() {
     }
 }
 
-// Parts of split samples are one sequence, unless the peer splits in its own way.
+// The parts of split samples form one sequence, unless the peer splits in its own way.
 void test_split_samples() {
     for (const SamplerEntry &entry : sampler_entries()) {
         if (!entry.peer || std::string(entry.name).rfind("openqmc", 0) == 0) continue;
