@@ -199,7 +199,7 @@ def is_permutation(flat: npt.NDArray[Any]) -> bool:
 
 
 def has_channels(ranks: npt.NDArray[Any]) -> bool:
-    """Whether an array of two or three dimensions consists of masks along its first axis, as from mask(..., channels=2)."""
+    """Whether an array of two or three dimensions consists of masks along its first axis, like the result of mask(..., channels=2)."""
     if ranks.ndim not in (2, 3) or len(ranks) < 2 or ranks.dtype.kind not in "iu":
         return False
     return all(is_permutation(channel.flatten()) for channel in ranks)

@@ -311,7 +311,7 @@ class _Bar:
         percent = int(100 * fraction)
         if percent != _Bar.shown:
             _Bar.shown = percent
-            print(f"\r{percent:3d} %", end="", file=sys.stderr, flush=True)
+            print(f"\r{percent:3d}%", end="", file=sys.stderr, flush=True)
         if fraction >= 1:
             _Bar.end_line()
 

@@ -358,7 +358,7 @@ def save(path: PathLike, mask: npt.ArrayLike, *, bits: int = 16) -> None:
         ``.npy`` stores the ranks. ``.png`` stores (rank + 0.5) / n * 2**bits, rounded down. ``.exr`` (needs OpenEXR) stores floats in [0,
         1). PNG and EXR files have one to four channels: grey, grey and alpha (EXR: R and G), RGB, RGBA.
     mask : array_like of int
-        Ranks, as from `mask`. A row becomes an image of height 1.
+        Ranks, as returned by `mask`. A row becomes an image of height 1.
     bits : {16, 8}, optional
         Bits per channel of a PNG. Up to 65536 ranks stay distinct at 16 bits, and up to 2**24 in EXR.
 

@@ -164,7 +164,7 @@ def anneal(
 ) -> Ranks:
     """Make a mask by simulated annealing, which is slow but gives the least error.
 
-    Compared with void-and-cluster, 10,000 sweeps lower the error after a blur of 1 texel by about 4 %.
+    Compared with void-and-cluster, 10,000 sweeps lower the error after a blur of 1 texel by about 4%.
 
     Parameters
     ----------
@@ -237,7 +237,7 @@ def neural(
     shape, seed, out, progress
         See `mask`. `shape` has two dimensions.
     channels, model, runtime, threads, provider
-        See `NeuralGenerator`. Two channels are jointly blue. They are nearly as good as from `anneal` and take far less time.
+        See `NeuralGenerator`. Two channels are jointly blue. They are nearly as good as those from `anneal` and take far less time.
 
     Returns
     -------
@@ -255,7 +255,7 @@ def neural(
 
 
 def builtin(shape: Shape, *, out: Optional[Ranks] = None) -> Ranks:
-    """Return a copy of a built-in mask, which was optimised at length.
+    """Return a copy of a built-in mask, which took minutes to optimise.
 
     Parameters
     ----------
@@ -317,8 +317,8 @@ def to_float(ranks: npt.ArrayLike, count: Optional[int] = None) -> npt.NDArray[n
     ranks : array_like of int
         An array of integers from 0 to ``count - 1``, of any shape.
     count : int, optional
-        The number of ranks. Defaults to the number of elements, or to that of one channel for an array of channels (as from
-        ``mask(..., channels=2)``). Required if `ranks` is only part of a mask.
+        The number of ranks. Defaults to the number of elements, or of elements per channel for an array of channels, such as
+        ``mask(..., channels=2)`` returns. Required if `ranks` is only part of a mask.
 
     Returns
     -------

@@ -168,7 +168,7 @@ class NeuralGenerator:
         *,
         out: Optional[npt.NDArray[np.float32]] = None,
     ) -> npt.NDArray[np.float32]:
-        """Compute a window into an endless plane of blue noise that never repeats.
+        """Compute a window into an infinite plane of blue noise that never repeats.
 
         Parameters
         ----------

@@ -50,7 +50,7 @@ class PathSampler:
     """Random numbers for one path (a sample of a pixel) or for an array of paths, requested by purpose.
 
     A path consists of rays: ray 0 leaves the camera, ray d leaves the d-th surface or other event. Each ray has four numbers (two for its
-    direction, and two for the light sample at its end) and as many further ones as you like. No two decisions share a number, and paths
+    direction, and two for the light sample at its end) and as many more as you like. No two decisions share a number, and paths
     that drew different numbers of samples at one ray are back in step at the next ray. ``bn_path.h`` describes the layout; the bits are
     the same as in C for every sampler type.
 
@@ -121,7 +121,7 @@ class PathSampler:
         Returns
         -------
         RaySampler
-            A second `RaySampler` for the same ray returns the same numbers again.
+            A second `RaySampler` for the same ray returns the same numbers.
         """
         return RaySampler(self, number)
 
@@ -288,8 +288,8 @@ class RaySampler(_OnceOnly):
         Returns
         -------
         RaySampler
-            Draw from it as from a ray. It does not depend on earlier draws. A second child with the same key returns the same numbers
-            again.
+            Draw from it as you would from a ray. Its numbers do not depend on earlier draws: a second child with the same key
+            returns the same numbers.
         """
         keys = arguments.integers("key", key, np.uint32, *arguments.UINT32)
         part = RaySampler.__new__(RaySampler)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Statistics of error ratios. Errors of different crops differ by large factors, so logarithms are averaged.
 
-The 95 % interval of a mean over scenes comes from a bootstrap that resamples scenes, images within scenes, crops within images and seeds
+The 95% interval of a mean over scenes comes from a bootstrap that resamples scenes, images within scenes, crops within images and seeds
 within crops. It covers results for similar scenes, crops and seeds. Tests of one scene pool the variance over its crops.
 """
 

@@ -111,7 +111,7 @@ class Report:
         return (f"`blue` has significantly more error than padded Sobol' in {len(lost)} of {len(losses)} comparisons (one per scene, sample count and blur)"
                 + (f", {len(lost) - len(blurred)} of them without a blur ({', '.join(f'{scene} {count}' for scene, count in worst.items())})" if lost else "")
                 + f". The {len(biases)} tests for bias (one per scene and sampler) found {len(biased) or 'none'}{': ' * bool(biased)}{', '.join(biased)}. Both sets are t-tests with Holm's "
-                f"correction; the probability of any false alarm in a set is {100 * statistics.FALSE_ALARMS:g} %.")
+                f"correction; the probability of any false alarm in a set is {100 * statistics.FALSE_ALARMS:g}%.")
 
     # ---- The page
 
@@ -154,7 +154,7 @@ class Report:
                 parts += [f"As displayed, after sigma 2.1, {name}:", "", self.table(HEADLINE, chosen), ""]
         parts += ["## Scene by scene", "", "As displayed, after sigma 2.1:", "", self.scenes_table("blue"), ""]
         parts += ["## Samples needed", "", "The table shows how many samples each sampler needs to reach the same error, as displayed after sigma 2.1. Values are "
-                  "interpolated between sample counts; they are geometric means over the crops in which the sampler reaches the error. Brackets show 95 % intervals.", "", self.reach_table(), ""]
+                  "interpolated between sample counts; they are geometric means over the crops in which the sampler reaches the error. Brackets show 95% intervals.", "", self.reach_table(), ""]
         return "\n".join([*parts, "## How it was measured", "",
                           "Images have 1280x960 pixels or more. A hash placed four crops in each image before anything was rendered (set "
                           f"*{options.views}*: {views.SETS[options.views][1]}). The third-party models come from the pip package {models.GRADIO} and "

@@ -57,8 +57,8 @@ def series(words):
 
 
 def less(*values):
-    """"30, 24 and 20 %" of errors over padded Sobol'."""
-    return series([f"{100 * (1 - value):.0f}" for value in values]) + " %"
+    """"30, 24 and 20%" of errors over padded Sobol'."""
+    return series([f"{100 * (1 - value):.0f}" for value in values]) + "%"
 
 
 def less_at(found, label, measure, counts, scene=""):
@@ -69,7 +69,7 @@ def of_renders(found):
     white = {label: f"{16 * own.value:.1f} ({16 * own.low:.1f} to {16 * own.high:.1f})" for (measure, _, label, _), own in found.items() if measure == TO_WHITE}
     yield "How many samples do I save?", (
         f"to match the visible error of 16 independent random samples, you need {white['blue']} samples with `blue`; {white['sobol-global']} with global Sobol'; "
-        f"{white['zorder']} with Z-order, tuned for the sample count; and {white['sobol']} with padded Sobol'. The 95 % intervals in brackets are wide because scenes differ"), "renders.md#samples-needed"
+        f"{white['zorder']} with Z-order, tuned for the sample count; and {white['sobol']} with padded Sobol'. The 95% intervals in brackets are wide because scenes differ"), "renders.md#samples-needed"
     sharp = [own for spp in COUNTS if (own := found.get(("displayed", "", "blue", spp)))]
     ends = " to ".join(f"{end(own.value for own in sharp):.2f}" for end in (min, max)) + " times that of padded Sobol'" + " (not significant)" * (not any(own.significant for own in sharp))
     yield "How much does the gain depend on the blur?", (
@@ -139,8 +139,8 @@ def of_cost(found, draws, samples):
     if samples:
         cost = over(samples, "white")
         share = {label: f"{100 * time * found[TO_WHITE, '', label, 16].value:.0f}" for label, time in cost.items() if (TO_WHITE, "", label, 16) in found}
-        text += (f". `blue` reaches the visible error of 16 independent random samples in {share['blue']} % of their CPU time. The others take: OpenQMC latticebn "
-                 f"{share['openqmc-latticebn']} %, Z-order {share['zorder']} %, padded Sobol' {share['sobol']} % and global Sobol' {share['sobol-global']} % "
+        text += (f". `blue` reaches the visible error of 16 independent random samples in {share['blue']}% of their CPU time. The others take: OpenQMC latticebn "
+                 f"{share['openqmc-latticebn']}%, Z-order {share['zorder']}%, padded Sobol' {share['sobol']}% and global Sobol' {share['sobol-global']}% "
                  "([times](results/times.csv) in eight scenes)")
     yield "What does it cost?", text, "samplers.md#time-per-draw"
 

@@ -86,13 +86,13 @@ def row_table(rows, row, counts=COUNTS):
 
 
 def wins_table(rows):
-    """One row per integrand and sampler with at least 5 % less error than `blue` at some sample count."""
+    """One row per integrand and sampler with at least 5% less error than `blue` at some sample count."""
     errors = {(row["row"], row["sampler"], row["spp"]): row["value"] for row in rows if not row["row"].startswith("spectral")}
     found = {}
     for (row, name, spp), value in errors.items():
         if value < (1 - WIN) * errors[row, "blue", spp]:
             found.setdefault((row if "sigma" in row or "pixels" in row or row.startswith("edges along") else f"{row}, sigma 2.1", name), []).append(
-                f"{100 * (1 - value / errors[row, 'blue', spp]):.0f} % at {spp}")
+                f"{100 * (1 - value / errors[row, 'blue', spp]):.0f}% at {spp}")
     return md_table(["integrand", "sampler", "less error than `blue`"], [[row, NAMES.get(name, name), ", ".join(less)] for (row, name), less in sorted(found.items())], 2)
 
 
@@ -141,14 +141,14 @@ def report_text(rows, times, every, options):
              + "[samplers.csv](samplers.csv) contains all rows.", ""]
     for row, what in ROWS.items():
         parts += [f"## {what}", "", row_table(rows, row), ""]
-    parts += ["## Where others win", "", f"The table lists all cases in samplers.csv in which another sampler has at least {100 * WIN:.0f} % less error than `blue`, at 1 to 64 "
+    parts += ["## Where others win", "", f"The table lists all cases in samplers.csv in which another sampler has at least {100 * WIN:.0f}% less error than `blue`, at 1 to 64 "
               "samples. *Choice* selects one of two half-planes by a third number. *Edges that lean* are half-planes nearly parallel to a side of the pixel. *Edges that move* depend on "
               "the position in the pixel and on a third number. *Period* is the period of a drift across the screen.", "", wins_table(rows), ""]
     parts += ["## Every count", "", "These tables show some of the sample counts measured: 1 to 32, and powers of two up to 4,096. They use other integrands and "
               f"{RUNS_OF_EVERY} seeds. [samplers_counts.csv](samplers_counts.csv) lists all sample counts.", ""]
     for row in ("half-planes", "half-planes, single pixels", "products of both pairs", "products of both pairs, single pixels"):
         parts += [f"{row.capitalize()}{'' if row.endswith('pixels') else ', after sigma 2.1'}:", "", row_table(every, row, SHOWN_COUNTS), ""]
-    parts += ["## Spectral peaks", "", "The eye sees spectral peaks as a weave or a checkerboard. The table shows the mean of the 41 largest powers (1 %) in an error image's "
+    parts += ["## Spectral peaks", "", "The eye sees spectral peaks as a weave or a checkerboard. The table shows the mean of the 41 largest powers (1%) in an error image's "
               "spectrum, divided by the mean power, for the worst pair of numbers. Regular sample arrangements have little error after a blur, but large peaks.", "",
               row_table(rows, PEAKS), "",
               "## Time per draw", "", "The table shows nanoseconds per 4-D draw on one core, measured by `bench_draws`. It draws in a path tracer's order: pixel by pixel, with 16 sample "

@@ -27,7 +27,7 @@ def test_a_reference_tells_its_own_error_by_its_halves():
     truth = np.full((128, 128, 3), 5.0)
     halves = truth + noise((128, 128, 3)), truth + noise((128, 128, 3), 2)
     found = own_errors((halves[0] + halves[1]) / 2, halves[0])
-    # 49152 numbers: five relative standard errors are 1.6 %.
+    # 49152 numbers: five relative standard errors are 1.6%.
     assert found["rmse"] == pytest.approx(math.sqrt(0.5), rel=0.016)
 
 

@@ -81,7 +81,7 @@ def test_figures_are_those_of_single_renders(pathtracer, tmp_path):
 
 
 def made_up(blue, seeds=8):
-    """A report on four crops of one scene: white has error 1, sobol 1/2 and blue `blue`, all with 1 % noise."""
+    """A report on four crops of one scene: white has error 1, sobol 1/2 and blue `blue`, all with 1% noise."""
     rng, chosen = np.random.default_rng(11), views.crops("development", ("cornell",), (64, 64), (16, 16))
     labels = ("white", "sobol", "blue")
     options = types.SimpleNamespace(labels=labels, counts=(1, 16), seeds=seeds, size=(64, 64), views="development", out=Path("o"),

@@ -22,7 +22,7 @@ def test_a_bootstrap_is_a_mean_of_means_with_its_spread():
 
 
 def test_intervals_cover_what_they_are_of():
-    """Runs 200 trials over 40 scenes, where a bootstrap covers 93 to 94 %. Fewer than 178 hits have a probability of 1 in 5000."""
+    """Runs 200 trials over 40 scenes, where a bootstrap covers 93 to 94%. Fewer than 178 hits have a probability of 1 in 5000."""
     rng, hits = np.random.default_rng(5), 0
     for _ in range(200):
         groups = [[scene + 0.2 * rng.standard_normal(3) for _ in range(2)] for scene in rng.standard_normal(40)]

@@ -266,7 +266,7 @@ Film resume_film(const Options &o, const ExrHead &image, const ExrHead &wanted) 
 // ---- Rendering
 
 void print_progress(double fraction, const RenderTotals &totals) {
-    std::fprintf(stderr, "\r%5.1f %%  %6.1f M rays/s", 100 * fraction,
+    std::fprintf(stderr, "\r%5.1f%%  %6.1f M rays/s", 100 * fraction,
                  1e-6 * double(totals.rays) / std::max(totals.seconds, 1e-9));
     if (fraction > 0)
         std::fprintf(stderr, "  %.0f s left   ",
@@ -281,7 +281,7 @@ void print_summary(const Options &o, const Film &film, const RenderTotals &total
     if (o.number<double>("--noise") > 0)
         spp = joined(counts.least, " to ", counts.most, " spp, ", counts.mean, " on average");
     const auto rays = double(totals.rays);
-    std::printf("%s: %s, %s, %s, %.2f s, %.0f rays, %.2f M rays/s, %.2f %% cut off at depth %s\n",
+    std::printf("%s: %s, %s, %s, %.2f s, %.0f rays, %.2f M rays/s, %.2f%% cut off at depth %s\n",
                 without_controls(o.text("-o")).c_str(), without_controls(o.text("--scene")).c_str(),
                 o.text("--sampler").c_str(), spp.c_str(), totals.seconds, rays,
                 1e-6 * rays / totals.seconds,

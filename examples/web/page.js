@@ -69,7 +69,7 @@ function frame() {
   if (!catchingUp) tracer.show(settings.left, settings.right, Math.round(split / 100 * tracer.width) * enlarged, sigma, enlarged);
 
   element("stage").style.setProperty("--split", `${split}%`);
-  element("split").setAttribute("aria-valuetext", `${NAMES[settings.left]} to ${split} %, then ${NAMES[settings.right]}`);
+  element("split").setAttribute("aria-valuetext", `${NAMES[settings.left]} to ${split}%, then ${NAMES[settings.right]}`);
   element("left-name").textContent = NAMES[settings.left];
   element("right-name").textContent = NAMES[settings.right];
   element("blur").textContent = sigma ? `${sigma.toFixed(1)} px blur` : "no blur";

@@ -22,7 +22,7 @@ static void test_threads(void) {
 }
 
 /* Over seeds, the ranks of a texel are as uniform as independent ranks. For a chi-squared statistic of
- * 1,024 terms, 30 % is six standard deviations. */
+ * 1,024 terms, 30% is six standard deviations. */
 static void test_no_fixed_pattern(void) {
     enum { size = 32, count = size * size, seeds = 100 };
     static uint32_t ranks[count];

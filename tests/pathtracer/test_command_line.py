@@ -177,7 +177,7 @@ def test_a_terminal_sees_progress(pathtracer):
     shown = b""
     with pathtracer.start(*short, stderr=follower, stdout=subprocess.DEVNULL) as program:
         os.close(follower)
-        while b"100.0 %" not in shown:
+        while b"100.0%" not in shown:
             shown += os.read(leader, 4096)
         os.close(leader)
         assert program.wait(timeout=60) == 0

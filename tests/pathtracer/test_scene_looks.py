@@ -174,7 +174,7 @@ def ior(value, **specular):
     # Clear glass under an even sky cannot be seen, from outside or from within; tinted glass can.
     ([1, 1, 1, 1], 0, 1, ior(1.4), "OPAQUE", 4, 1), ([1, 1, 1, 1], 0, 1, ior(1.4), "OPAQUE", 0.3, 1),
     ([0.5, 0.5, 0.5, 1], 0, 1, ior(1.01), "OPAQUE", 4, 0.25),
-    # An index of 1000 beside a colour, as converters write it: 4 % are those of 1.5.
+    # An index of 1000 beside a colour, as converters write it: 4% are those of 1.5.
     ([0.5, 0.5, 0.5, 1], 0, 1, ior(1000, specularColorFactor=[0.0401606] * 3), "OPAQUE", 4, 0.04 + 0.96**2 / 4 / 0.96),
     # A black one that covers a quarter lets three quarters through twice, also where metallicFactor is left out.
     ([0, 0, 0, 0.25], 0, 0.75, ior(1.01), "BLEND", 4, 0.75**2), ([0, 0, 0, 0.25], None, 0.75, ior(1.01), "BLEND", 4, 0.75**2),

@@ -41,7 +41,7 @@ def test_furnace(pathtracer, depth):
     expected = 1 - 0.5 ** (depth + 1)
     arguments = ["--scene", "furnace", "--size", "64x64", "--spp", 16, "--max-depth", depth, "-o", "out.exr"]
     said = pathtracer.success(*arguments).stdout
-    assert f"{100 * 0.5**depth:.2f} % cut off at depth {depth}" in said
+    assert f"{100 * 0.5**depth:.2f}% cut off at depth {depth}" in said
     layers = read_layers(pathtracer.folder / "out.exr")
     for blocks, error in ((1, 0.001), (4, 0.01)):  # five standard deviations or more
         np.testing.assert_allclose(block_means(layers, blocks)[0], expected, rtol=error if depth else 0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""BLUE's error falls with nearly every sample. After a blur of sigma 2.1, the mean error rises by less than 15 % from n to n + 1
+"""BLUE's error falls with nearly every sample. After a blur of sigma 2.1, the mean error rises by less than 15% from n to n + 1
 samples, n = 1 to 63, for half-planes, discs, and products over the pairs of a domain and over two members of a family. If each pixel had
 its own sample order, half-plane errors would rise by a third to a half from 2 to 3, 4 to 5 and 8 to 9. Everything is seeded."""
 
@@ -51,7 +51,7 @@ def test_the_error_falls_with_nearly_every_sample(what):
         error = ndimage.gaussian_filter(error.astype(np.float32), (2.1, 2.1, 0), mode="wrap", truncate=7 / 2.1)
         rmse += np.sqrt((error**2).mean((0, 1)))
     rise, at = (rmse[1:] / rmse[:-1]).max(), 1 + (rmse[1:] / rmse[:-1]).argmax()
-    print(f"\n{what}: largest rise {100 * (rise - 1):.1f} %, from {at} to {at + 1} samples")
+    print(f"\n{what}: largest rise {100 * (rise - 1):.1f}%, from {at} to {at + 1} samples")
     assert rise < 1.15
 
 

@@ -27,7 +27,7 @@ def planes(seed, period):
 
 
 def peaks(image):
-    """The mean of the largest 1 % of the powers, relative to the mean of all powers: 5.6 for white noise."""
+    """The mean of the largest 1% of the powers, relative to the mean of all powers: 5.6 for white noise."""
     powers = np.sort((np.abs(np.fft.fft2(image - image.mean())) ** 2).ravel())
     return powers[-len(powers) // 100:].mean() / powers.mean()
 

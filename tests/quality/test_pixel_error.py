@@ -5,7 +5,7 @@ it.
 For 64 seeds, the RMSE of `blue` over pixels, domains and integrands, each relative to white noise, is divided by that of a reference. In
 the pairs (0,1) and (2,3), the reference is two dimensions of the Sobol' sequence of Joe and Kuo, scrambled and shifted by SciPy, whose
 variance equals that of Owen scrambling. In the four cross pairs and for integrands of all four dimensions, it is the sampler type `sobol`:
-padded (0,2)-sequences with independent shuffles. The 95 % interval of the mean ratio must reach below 1.06 at every count. Everything is
+padded (0,2)-sequences with independent shuffles. The 95% interval of the mean ratio must reach below 1.06 at every count. Everything is
 seeded. Run with -s to print the worst ratio for each family.
 """
 
@@ -102,7 +102,7 @@ def test_the_error_is_not_larger(samples, family):
 @pytest.mark.parametrize("triple", [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)], ids=str)
 def test_three_dimensions(triple):
     """Half-spaces, balls and Gaussians over three numbers of a draw, compared with the Owen-scrambled Sobol' sequence in four dimensions,
-    at 16 to 1,024 samples. With 384 integrands each, the figures of four triples at four counts vary by up to 15 %."""
+    at 16 to 1,024 samples. With 384 integrands each, the figures of four triples at four counts vary by up to 15%."""
     counts, blue, sobol = np.array([16, 64, 256, 1024]), 0, 0
     for seed in range(48):
         random = np.random.default_rng([seed, *triple])

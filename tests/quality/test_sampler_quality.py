@@ -17,7 +17,7 @@ per-pixel errors of 64 x 64 pixels over 24 integrands and 4 domains, relative to
                                      pairs
 
 Steps are at irrational positions. At multiples of 1/16 nets are exact, and figures that are zero by construction would hide defects, so
-every figure must also be above 0.02. Everything is seeded. Run as a program, this prints the file with limits 3 % above the measured
+every figure must also be above 0.02. Everything is seeded. Run as a program, this prints the file with limits 3% above the measured
 figures.
 """
 

@@ -132,7 +132,7 @@ def test_each_count_from_1_to_16_is_a_step(small):
 
 def test_the_errors_of_all_counts_are_measured_and_plotted(small):
     """Against the pictures themselves: what differs from the mean of pictures with other random numbers. Over six runs each, which
-    are fixed, the two estimates differ by 1 to 5 %."""
+    are fixed, the two estimates differ by 1 to 5%."""
     small.value("(element('restart').click(), limitTo(3))")
     small.wait("errors.done && tracer.count === 3")
     found = small.value("errors.values")

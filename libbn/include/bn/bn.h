@@ -313,7 +313,7 @@ BN_INLINE void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
 
 /* Three algorithms make masks. Void-and-cluster makes good masks in milliseconds on one core. Relaxation is
  * nearly as good, runs faster and uses all cores. Annealing is slow, but compared with void-and-cluster,
- * 10,000 sweeps lower E_1 (bn_mask_error) by about 4 %. All three call `progress` in C's default
+ * 10,000 sweeps lower E_1 (bn_mask_error) by about 4%. All three call `progress` in C's default
  * floating-point environment. Errors: INVALID_ARGUMENT (a NULL pointer, a zero extent, an option out of
  * range, rank_bits too small or other than 16 or 32, a depth or channel count the algorithm does not
  * support), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
@@ -405,7 +405,7 @@ BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_
 BN_API float bn_rank_to_float(uint32_t rank, size_t count);
 
 /* Returns the built-in mask of size x size texels, whose 16-bit ranks are in static storage (licence:
- * CC0-1.0). It was annealed at length and, after a blur of 1 texel, has 5 % less error than a
+ * CC0-1.0). Annealing took up to several minutes. After a blur of 1 texel, it has 5% less error than a
  * void-and-cluster mask. The sizes are 16, 32, 64, 128 and, unless built with BN_SMALL_DATA, 256; for any
  * other size, ranks is NULL. A statically linked program contains these masks (175 KB) only if it calls this
  * function; samplers and bn_dither() use only the 64 x 64 mask. */

@@ -255,7 +255,7 @@ class Split {
 };
 
 // One ray of a path. It is stateful, so it can be moved but not copied: pass it by reference. A second RaySampler for
-// the same ray returns the same numbers again.
+// the same ray returns the same numbers.
 class RaySampler {
   public:
     // Empty: assign a path's ray before you draw.
@@ -304,7 +304,7 @@ class RaySampler {
         return LoopSampler(bn_ray_draw_loop(sampler_, &ray_, k));
     }
 
-    // Numbers for further decisions. Every call returns new ones.
+    // Numbers for other decisions. Every call returns new ones.
     float next_1d() noexcept { return bn_ray_next_1d(sampler_, &ray_); }
     std::array<float, 2> next_2d() noexcept {
         std::array<float, 2> out{};
@@ -325,8 +325,8 @@ class RaySampler {
     }
     LoopSampler next_loop() noexcept { return LoopSampler(bn_ray_next_loop(sampler_, &ray_)); }
 
-    // A sub-sampler of the ray, selected by a key such as a primitive's index. Draw from it as from a ray. A second
-    // child with the same key returns the same numbers again.
+    // A sub-sampler of the ray, selected by a key such as a primitive's index. Draw from it as you would from
+    // a ray. A second child with the same key returns the same numbers.
     RaySampler child(uint32_t key) const noexcept {
         return RaySampler(sampler_, bn_ray_child(&ray_, key));
     }
@@ -381,7 +381,7 @@ inline PathSampler Split::operator[](uint32_t k) const noexcept {
 }
 
 // For renderers that ask a stateful sampler for the next number or pair, as pbrt does. A number and the pair after it,
-// or two consecutive pairs, share a domain. Each ray has its own endless sequence. Draw one pair, not two numbers, for
+// or two consecutive pairs, share a domain. Each ray has its own infinite sequence. Draw one pair, not two numbers, for
 // a 2-D decision. Store numbers in variables before you pass them on, because C++ does not specify the evaluation order
 // in f(next_1d(), next_2d()).
 class SequentialSampler {

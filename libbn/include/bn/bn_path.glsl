@@ -4,7 +4,7 @@
  * libbn/tools/make_wgsl.py translates it to bn_path.wgsl.
  *
  * Include this file after bn_draw.glsl. Names and results are the same as in C, except that there are
- * no counters: the shader itself numbers a ray's splits, loops and further decisions, starting at 0u.
+ * no counters: the shader itself numbers a ray's splits, loops and other decisions, starting at 0u.
  *
  *     bn_path path = bn_path_start(uint(pixel.x), uint(pixel.y), index, 0u);
  *     bn_ray ray = bn_path_ray(path, depth);
@@ -62,7 +62,7 @@ BN_FUNCTION BN_UINT bn_path_camera_domain(bn_path path) {
     return bn_draw_domain_child(path.domain, BN_PATH_CAMERA_KEY);
 }
 
-/* ---- A ray's further numbers, from its domain. Each type of decision has its own endless sequence. */
+/* ---- A ray's other numbers, from its domain. Each type of decision has its own infinite sequence. */
 
 /* The domain of single number k, and the pair that holds it, 0 or 1. The number is the first of that
  * pair, or the second if k is odd. */
@@ -98,7 +98,7 @@ BN_FUNCTION BN_UINT bn_ray_loop_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, (k * 4u + 3u) ^ BN_PATH_LOOPS_KEY);
 }
 
-/* The domain of a ray's child for a key. Draw from it as from a ray's domain. */
+/* The domain of a ray's child for a key. Draw from it as you would from a ray's domain. */
 BN_FUNCTION BN_UINT bn_ray_child_domain(BN_UINT ray, BN_UINT key) {
     return bn_draw_domain_child(bn_draw_domain_child(ray, BN_PATH_CHILDREN_KEY), key);
 }
@@ -172,7 +172,8 @@ BN_FUNCTION bn_ray bn_path_ray(bn_path path, BN_UINT number) {
     return ray;
 }
 
-/* A sub-sampler of a ray, selected by a key such as a primitive's index. Draw from it as from a ray. */
+/* A sub-sampler of a ray, selected by a key such as a primitive's index. Draw from it as you would
+ * from a ray. */
 BN_FUNCTION bn_ray bn_ray_child(bn_ray ray, BN_UINT key) {
     bn_ray child = ray;
     child.domain = bn_ray_child_domain(ray.domain, key);
@@ -192,7 +193,7 @@ BN_FUNCTION BN_FLOAT2 bn_ray_draw_end_light(BN_TABLE bn_uint2 seed, bn_ray ray) 
     return bn_path_draw_2d(BN_PASS_TABLE seed, ray.path, ray.domain, 1u);
 }
 
-/* Further decisions: single number k, pair k and the k-th group of four. */
+/* Other decisions: single number k, pair k and the k-th group of four. */
 BN_FUNCTION float bn_ray_draw_1d(BN_TABLE bn_uint2 seed, bn_ray ray, BN_UINT k) {
     BN_UINT domain = bn_ray_1d_domain(ray.domain, k);
     BN_FLOAT2 pair = bn_path_draw_2d(BN_PASS_TABLE seed, ray.path, domain, bn_ray_1d_pair(k));

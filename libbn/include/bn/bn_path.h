@@ -7,7 +7,7 @@
  *         bn_ray ray = bn_path_ray(&path, depth);
  *         float u[4], probe[2];
  *         bn_ray_draw(sampler, &ray, u);                // the direction; a light at the ray's end
- *         float lobe = bn_ray_next_1d(sampler, &ray);   // further decisions: as many as you like
+ *         float lobe = bn_ray_next_1d(sampler, &ray);   // other decisions: as many as you like
  *         bn_ray_next_2d(sampler, &ray, probe);
  *     }
  *
@@ -25,13 +25,13 @@
  * of ray 0, or if you take several light samples there, call bn_path_first_light() for the light. Call
  * bn_path_time_wavelength() for time and wavelength, once for all branches of the path.
  *
- * For all further decisions, call bn_ray_next_1d(), bn_ray_next_2d() and bn_ray_next_4d(). Each function has
+ * For all other decisions, call bn_ray_next_1d(), bn_ray_next_2d() and bn_ray_next_4d(). Each function has
  * its own sequence within the ray, so two pixels that drew different numbers of samples at one ray are back
  * in step at the next ray. For a discrete choice followed by a pair, such as a light and a point on it, call
  * bn_ray_next_4d() and use u[2], then (u[0], u[1]).
  *
  * Make one bn_ray for each ray and pass it by pointer. It is stateful, and a second bn_ray for the same ray
- * returns the same numbers again. To number the draws yourself, call bn_ray_draw_1d(sampler, &ray, k) and its
+ * returns the same numbers. To number the draws yourself, call bn_ray_draw_1d(sampler, &ray, k) and its
  * relatives. It returns the same result as call k + 1 of bn_ray_next_1d().
  *
  * SPLITS, LOOPS, KEYS
@@ -80,7 +80,7 @@ BN_DEVICE_INLINE bn_path bn_path_start(int32_t x, int32_t y, uint32_t index, uin
     return path;
 }
 
-/* A ray of a path, and how many further numbers it has drawn. */
+/* A ray of a path, and how many more numbers it has drawn. */
 typedef struct bn_ray {
     bn_path path;
     uint32_t domain;
@@ -93,8 +93,9 @@ BN_DEVICE_INLINE bn_ray bn_path_ray(const bn_path *path, uint32_t ray) {
     return result;
 }
 
-/* A sub-sampler of a ray, selected by a key such as a primitive's index. Draw from it as from a ray. It does
- * not depend on earlier draws. A second child with the same key returns the same numbers again. */
+/* A sub-sampler of a ray, selected by a key such as a primitive's index. Draw from it as you would
+ * from a ray. Its numbers do not depend on earlier draws: a second child with the same key returns the same
+ * numbers. */
 BN_DEVICE_INLINE bn_ray bn_ray_child(const bn_ray *ray, uint32_t key) {
     bn_ray result = bn_path_ray(&ray->path, 0);
     result.domain = bn_ray_child_domain(ray->domain, key);

@@ -54,7 +54,7 @@ fn bn_path_camera_domain(path: bn_path) -> u32 {
     return bn_domain_child(path.domain, BN_PATH_CAMERA_KEY);
 }
 
-/* ---- A ray's further numbers, from its domain. Each type of decision has its own endless sequence. */
+/* ---- A ray's other numbers, from its domain. Each type of decision has its own infinite sequence. */
 
 /* The domain of single number k, and the pair that holds it, 0 or 1. The number is the first of that
  * pair, or the second if k is odd. */
@@ -90,7 +90,7 @@ fn bn_ray_loop_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, (k * 4u + 3u) ^ BN_PATH_LOOPS_KEY);
 }
 
-/* The domain of a ray's child for a key. Draw from it as from a ray's domain. */
+/* The domain of a ray's child for a key. Draw from it as you would from a ray's domain. */
 fn bn_ray_child_domain(ray: u32, key: u32) -> u32 {
     return bn_domain_child(bn_domain_child(ray, BN_PATH_CHILDREN_KEY), key);
 }
@@ -163,7 +163,8 @@ fn bn_path_ray(path: bn_path, number: u32) -> bn_ray {
     return ray;
 }
 
-/* A sub-sampler of a ray, selected by a key such as a primitive's index. Draw from it as from a ray. */
+/* A sub-sampler of a ray, selected by a key such as a primitive's index. Draw from it as you would
+ * from a ray. */
 fn bn_ray_child(ray: bn_ray, key: u32) -> bn_ray {
     var child = ray;
     child.domain = bn_ray_child_domain(ray.domain, key);
@@ -183,7 +184,7 @@ fn bn_ray_draw_end_light(seed: vec2u, ray: bn_ray) -> vec2f {
     return bn_path_draw_2d(seed, ray.path, ray.domain, 1u);
 }
 
-/* Further decisions: single number k, pair k and the k-th group of four. */
+/* Other decisions: single number k, pair k and the k-th group of four. */
 fn bn_ray_draw_1d(seed: vec2u, ray: bn_ray, k: u32) -> f32 {
     let domain = bn_ray_1d_domain(ray.domain, k);
     let pair = bn_path_draw_2d(seed, ray.path, domain, bn_ray_1d_pair(k));

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Masks from a neural network: whole masks of any size, and windows into an endless plane that never repeats.
+ * Masks from a neural network: whole masks of any size, and windows into an infinite plane that never repeats.
  * The conventions of bn.h apply. A library built with BN_NEURAL=OFF lacks these functions.
  *
  *     const bn_mask mask = bn_mask_u32(ranks, 640, 480);
@@ -145,7 +145,7 @@ BN_API uint32_t bn_neural_channels(const bn_neural *neural);
 BN_API bn_result bn_neural_mask(const bn_neural *neural, const bn_mask *mask, uint64_t seed,
                                 bn_progress progress, void *user);
 
-/* Computes a window into a seed's endless plane: width x height texels starting at (x0, y0). Writes them to
+/* Computes a window into a seed's infinite plane: width x height texels starting at (x0, y0). Writes them to
  * values[C][height][width]; they are in [0, 1) and uniformly distributed over the plane. Overlapping windows
  * agree within 1e-5. Coordinates range from -2^40 to 2^40. For progress and errors, see bn_neural_mask();
  * also fails with SIZE_MISMATCH, and with INVALID_ARGUMENT for a window that extends past the plane. If the

@@ -9,7 +9,7 @@
 #include "masks/eliminate.h"
 #include <float.h>
 
-/* The window's radius in sigmas, where the kernel exp(-d^2 / (4 sigma^2)) has fallen to 0.3 %. */
+/* The window's radius in sigmas, where the kernel exp(-d^2 / (4 sigma^2)) has fallen to 0.3%. */
 static const double BN_ANNEAL_CUTOFF = 4.8;
 
 /* The distance in sigmas beyond which texels of equal value do not interact. */

@@ -6,7 +6,7 @@
 #include "base/portable_math.h"
 #include <string.h>
 
-/* Where the Gaussian is cut off, in standard deviations: there it is below 0.4 % of its maximum. A
+/* Where the Gaussian is cut off, in standard deviations: there it is below 0.4% of its maximum. A
  * larger reach does not change any quality measure; a smaller one reduces quality at sigma 1.9. */
 static const double BN_KERNEL_CUTOFF = 10.0 / 3;
 
