@@ -95,7 +95,7 @@ def void_and_cluster(
     out: Optional[Ranks] = None,
     progress: Optional[Progress] = None,
 ) -> Ranks:
-    """Make a mask in one to three dimensions by void-and-cluster, which takes milliseconds.
+    """Make a mask in one to three dimensions with void-and-cluster, which takes milliseconds.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def void_and_cluster(
 def relax(
     shape: Shape, *, seed: Seed = 0, threads: int = 0, out: Optional[Ranks] = None, progress: Optional[Progress] = None
 ) -> Ranks:
-    """Make a mask by parallel relaxation: the fastest generator for large masks, but slightly worse than void-and-cluster.
+    """Make a mask with parallel relaxation: the fastest generator for large masks, but slightly worse than void-and-cluster.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def anneal(
     out: Optional[Ranks] = None,
     progress: Optional[Progress] = None,
 ) -> Ranks:
-    """Make a mask by simulated annealing, which is slow but gives the least error.
+    """Make a mask with simulated annealing, which is slow but gives the lowest error.
 
     Compared with void-and-cluster, 10,000 sweeps lower the error after a blur of 1 texel by about 4%.
 
@@ -185,7 +185,7 @@ def anneal(
         Temperatures as fractions of the largest possible gain from one texel's pairs, where 0 < end <= start <= 1. Cooling is
         geometric.
     order_ends : bool, default True
-        Whether to order the first and last ranks by void-and-cluster, because their texels are too far apart for the blurs to
+        Whether to order the first and last ranks with void-and-cluster, because their texels are too far apart for the blurs to
         reach.
     start_from_ranks : array_like of int, optional
         A mask of the result's shape to start from, instead of void-and-cluster.

@@ -238,7 +238,8 @@ class RaySampler(_OnceOnly):
     def next_4d(self) -> _Floats:
         """Draw four numbers. Shape ``(..., 4)``.
 
-        Use them for two pairs that multiply, or for a choice (the third number) followed by a pair (the first two).
+        Use them for two 2-D decisions that multiply in the integrand, or for a choice (the third number) followed by a pair (the
+        first two).
         """
         four = self.draw_4d(self._4d)
         self._4d += 1

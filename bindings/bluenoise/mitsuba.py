@@ -10,7 +10,7 @@
 Samples are bit-identical to those of ``bluenoise.Sampler("blue", seed=seed)`` at the film's pixels, including its crop offset.
 ``seed`` ranges from 0 to 2**31 - 1. The seed passed to ``mitsuba.render`` becomes the stream of a ``bluenoise.PathSampler``, so you
 can pass a frame number. Two-dimensional draws 2 r and 2 r + 1 are ``draw_direction`` and ``draw_end_light`` of ray r: for the
-camera ray, the position in the pixel and the first light; for later rays, the direction and the next light. One-dimensional draws
+camera ray, the pixel position and the first light; for later rays, the direction and the next light. One-dimensional draws
 are ``next_1d`` of the ray whose direction or light is drawn next.
 
 Draws run in Dr.Jit, even inside recorded loops. Scalar variants are not supported.
@@ -77,7 +77,7 @@ class _Film:
 
 
 def _sensor(number: int) -> Any:
-    """The sensor that has this number in Dr.Jit's registry, or None.
+    """The sensor with this number in Dr.Jit's registry, or None.
 
     Dr.Jit numbers the existing sensors from 1, and an array of sensors is an array of these numbers. Mitsuba does not pass the
     sensor to a sampler, and has no list of sensors without a scene, so this function uses an array with one number instead."""

@@ -115,7 +115,7 @@ LIGHT = re.compile(r'<light\b([^>]*?)\btfm="([^"]*)"([^>]*)/>')
 
 
 def placed(light):
-    """Moves a light into a transform: since v4.5, Cycles ignores the attribute `tfm`. It lists three rows, whereas a transform lists columns."""
+    """Moves a light into a transform: since v4.5, Cycles ignores the `tfm` attribute. It lists three rows, whereas a transform lists columns."""
     rows = [*map(float, light[2].split()), 0, 0, 0, 1]
     return f'<transform matrix="{" ".join(f"{rows[i]:g}" for j in range(4) for i in range(j, 16, 4))}"><light{light[1]}{light[3]}/></transform>'
 

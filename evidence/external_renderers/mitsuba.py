@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the sampler `bluenoise` with Mitsuba's own samplers: `scripts/bench mitsuba` writes the table in docs/mitsuba.md and its image
+"""Compares the `bluenoise` sampler with Mitsuba's own samplers: `scripts/bench mitsuba` writes the table in docs/mitsuba.md and its image
 
-Renders small scenes in Mitsuba 3 (optional package `mitsuba`, with LLVM) and compares errors after a blur. References use
+Renders small scenes in Mitsuba 3 (optional `mitsuba` package, with LLVM) and compares errors after a blur. References use
 independent samples from other seeds.
 """
 

@@ -88,7 +88,7 @@ images of {WIDTH}x{HEIGHT} pixels. *As displayed* clips the image to 0..1 before
 mean luminance of a crop's reference is {EXPOSED}. *Raw* does neither. Hashes of the scenes' names placed the crops. These scenes were not
 used to choose or tune anything.
 
-With *fixed wavelengths* (pbrt's option `disablewavelengthjitter`), all samples of an image use the same four wavelengths, so only the
+With *fixed wavelengths* (pbrt's `disablewavelengthjitter` option), all samples of an image use the same four wavelengths, so only the
 sampler differs. By default, each path uses four random wavelengths. `blue` spreads them evenly; in evenly lit areas, they are the only
 source of noise.
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenes for `scripts/bench pbrt` in pbrt-v4's format, and the crops of them to render.
 
-Images have 1280x960 pixels. The film uses pbrt's neutral sensor (cie1931) and a box filter one pixel wide, so that a
+Images are 1280x960 pixels. The film uses pbrt's neutral sensor (cie1931) and a box filter one pixel wide, so that a
 pixel's samples contribute only to this pixel. z points up.
 """
 

@@ -82,7 +82,7 @@ class Report:
     # ---- Tests
 
     def losses(self):
-        """{(scene, spp, measure): p-value of a one-sided test that blue has more error than padded Sobol', adjusted for multiple tests}."""
+        """{(scene, spp, measure): p-value of a one-sided test that blue has higher error than padded Sobol', adjusted for multiple tests}."""
         chances = {}
         for (scene, crops), spp, measure in ((part, spp, measure) for part in self.compared.by_scene().items() for spp in self.counts
                                              for measure in ("rmse", "rmse_1.0", "rmse_2.1")):
@@ -108,7 +108,7 @@ class Report:
         blurred = [at for at in lost if at[2] != "rmse"]
         biased = [f"{label} in {scene}" for (scene, label), value in biases.items() if value <= statistics.FALSE_ALARMS]
         worst = {scene: sum(at[0] == scene for at in lost) for scene, *_ in lost}
-        return (f"`blue` has significantly more error than padded Sobol' in {len(lost)} of {len(losses)} comparisons (one per scene, sample count and blur)"
+        return (f"`blue` has significantly higher error than padded Sobol' in {len(lost)} of {len(losses)} comparisons (one per scene, sample count and blur)"
                 + (f", {len(lost) - len(blurred)} of them without a blur ({', '.join(f'{scene} {count}' for scene, count in worst.items())})" if lost else "")
                 + f". The {len(biases)} tests for bias (one per scene and sampler) found {len(biased) or 'none'}{': ' * bool(biased)}{', '.join(biased)}. Both sets are t-tests with Holm's "
                 f"correction; the probability of any false alarm in a set is {100 * statistics.FALSE_ALARMS:g}%.")
@@ -156,7 +156,7 @@ class Report:
         parts += ["## Samples needed", "", "The table shows how many samples each sampler needs to reach the same error, as displayed after sigma 2.1. Values are "
                   "interpolated between sample counts; they are geometric means over the crops in which the sampler reaches the error. Brackets show 95% intervals.", "", self.reach_table(), ""]
         return "\n".join([*parts, "## How it was measured", "",
-                          "Images have 1280x960 pixels or more. A hash placed four crops in each image before anything was rendered (set "
+                          "Images are 1280x960 pixels or larger. A hash placed four crops in each image before anything was rendered (set "
                           f"*{options.views}*: {views.SETS[options.views][1]}). The third-party models come from the pip package {models.GRADIO} and "
                           f"the Debian packages {' and '.join(models.DEBIAN)}; they stand on a floor under the sky or in a room with a lamp. `zorder` is tuned for each sample "
                           "count. The mask sampler adds a mask's values to padded Sobol' points."

@@ -95,7 +95,7 @@ def of_renders(found):
     yield "Where do others win?", (
         "averaged over scenes, other samplers lead `blue` by most in these cases (errors over padded Sobol' in brackets): " + ("; ".join(wins) or "none") + ". Leads are larger in [single frames]"
         "(results/realtime.md), for single numbers, and where u[3] selects a light or lobe ([list](results/samplers.md#where-others-win)). Beyond 64 samples, Z-order "
-        "has less error for products over four numbers"), "renders.md"
+        "has lower error for products over four numbers"), "renders.md"
 
 
 def of_denoise(found):
@@ -157,7 +157,7 @@ def of_samplers(rows):
 def of_worst(rows):
     blue, sobol = (sorted(row[name] for row in rows) for name in ("blue", "sobol"))
     worse = sum(row["blue"] > row["sobol"] for row in rows)
-    yield "How bad can a seed be?", (f"in a crop of `penumbra`, the scene that gains most, with 4 samples per pixel (`scripts/bench picture`), {worse} of {len(rows)} seeds give `blue` more error than padded Sobol'. The worst seed of `blue` has "
+    yield "How bad can a seed be?", (f"in a crop of `penumbra`, the scene that gains most, with 4 samples per pixel (`scripts/bench picture`), {worse} of {len(rows)} seeds give `blue` a higher error than padded Sobol'. The worst seed of `blue` has "
                                        f"{blue[-1] / sobol[len(sobol) // 2]:.2f} times the median error of padded Sobol', and the worst seed of padded Sobol' has {sobol[-1] / sobol[len(sobol) // 2]:.2f} times this median"), "worst.csv"
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Integrands that were never used in a search, and the errors and spectral peaks of samplers with them.
 
-Images have 64 x 64 pixels. One run gives all sample counts, except that zorder needs one run per sample count. Families, seeds and
+Images are 64 x 64 pixels. One run gives all sample counts, except that zorder needs one run per sample count. Families, seeds and
 integrands are random."""
 
 import functools

@@ -31,7 +31,7 @@ BASE, PEAKS = "sobol", "spectral peaks, the largest of any pair"
 ROWS = {
     "half-planes": "Half-planes over a pair, after sigma 2.1",
     "half-planes, sigma 1.0": "Half-planes over a pair, after sigma 1.0",
-    "half-planes, single pixels": "Half-planes over a pair, in single pixels",
+    "half-planes, single pixels": "Half-planes over a pair, without a blur",
     "half-planes, period 64": "Half-planes that drift with a period of 64 pixels, after sigma 2.1",
     "products of both pairs": "Products of half-planes over both pairs, after sigma 2.1",
     "products of two members": "Products of half-planes over two domains of a family, after sigma 2.1",
@@ -123,7 +123,7 @@ def answer(rows):
         return f"{min(values):.2f} to {max(values):.2f}" if row != PEAKS else f"{max(values):.1f}"
 
     return (f"After a blur of 2.1 pixels, `blue` has {ends('half-planes', 'blue')} times the error of padded Sobol' for half-planes over a pair of numbers, "
-            f"and {ends('products of both pairs', 'blue')} times its error for products over both pairs. In single pixels, it has {ends('half-planes, single pixels', 'blue')} "
+            f"and {ends('products of both pairs', 'blue')} times its error for products over both pairs. Without a blur, it has {ends('half-planes, single pixels', 'blue')} "
             f"times its error for half-planes. It shows no patterns: its largest spectral peaks are {ends(PEAKS, 'blue')} times the mean power, compared with "
             f"{ends(PEAKS, 'white')} for white noise, {ends(PEAKS, 'zorder')} for Z-order and {ends(PEAKS, 'sobol-global')} for global Sobol'.")
 
@@ -143,7 +143,7 @@ def report_text(rows, times, every, options):
         parts += [f"## {what}", "", row_table(rows, row), ""]
     parts += ["## Where others win", "", f"The table lists all cases in samplers.csv in which another sampler has at least {100 * WIN:.0f}% less error than `blue`, at 1 to 64 "
               "samples. *Choice* selects one of two half-planes by a third number. *Edges that lean* are half-planes nearly parallel to a side of the pixel. *Edges that move* depend on "
-              "the position in the pixel and on a third number. *Period* is the period of a drift across the screen.", "", wins_table(rows), ""]
+              "the pixel position and on a third number. *Period* is the period of a drift across the screen.", "", wins_table(rows), ""]
     parts += ["## Every count", "", "These tables show some of the sample counts measured: 1 to 32, and powers of two up to 4,096. They use other integrands and "
               f"{RUNS_OF_EVERY} seeds. [samplers_counts.csv](samplers_counts.csv) lists all sample counts.", ""]
     for row in ("half-planes", "half-planes, single pixels", "products of both pairs", "products of both pairs, single pixels"):

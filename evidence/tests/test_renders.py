@@ -103,7 +103,7 @@ def made_up(blue, seeds=8):
 def test_the_answer_comes_first_and_says_losses_and_biases():
     report = made_up(0.25)
     assert report.text().split("\n")[4] == report.short() and "**0.50**" in report.text() and "**2.00**" in report.text()
-    assert "more error than padded Sobol' in 0 of 6 comparisons" in report.short() and "3 tests for bias (one per scene and sampler) found none." in report.short()
+    assert "higher error than padded Sobol' in 0 of 6 comparisons" in report.short() and "3 tests for bias (one per scene and sampler) found none." in report.short()
     report = made_up(0.6)
     for cell in [cell for at, cell in report.cells.values.items() if at[1] == "sobol"]:
         cell["mean"] = [mean + 0.01 for mean in cell["mean"]]
@@ -119,7 +119,7 @@ def test_tables_of_the_readme():
 def test_seeds_with_more_error_are_counted():
     rows = [{"seed": seed, "sobol": sobol, "blue": blue} for seed, (sobol, blue) in enumerate([(1, 0.5), (2, 3), (4, 0.25)])]
     _, text, _ = next(iter(summary.of_worst(rows)))
-    assert "1 of 3 seeds give `blue` more error" in text and "worst seed of `blue` has 1.50 times the median error" in text and "worst seed of padded Sobol' has 2.00 times" in text
+    assert "1 of 3 seeds give `blue` a higher error" in text and "worst seed of `blue` has 1.50 times the median error" in text and "worst seed of padded Sobol' has 2.00 times" in text
 
 
 # ---- Views

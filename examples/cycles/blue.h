@@ -43,7 +43,7 @@ ccl_device_inline float2 blue_pair(KernelGlobals kg, const bn_path path, const u
                        float(v.y >> 8) * (1.0f / 16777216.0f));
 }
 
-/* The domain of a decision. The position in the pixel and the lens share the domain of ray 0. Time and the first light
+/* The domain of a decision. The pixel position and the lens share the domain of ray 0. Time and the first light
  * share the camera's domain. A scattered ray's direction uses that ray's domain. All other decisions have their own
  * domains. */
 ccl_device_inline uint blue_domain(const bn_path path, const int dimension) {

@@ -3,7 +3,7 @@
 //
 // The integrator draws from a bn::PathSampler, which bn/bn_path.h documents. Its decisions use
 //
-//     ray 0            draw()     position in the pixel, and light where it ends or the lens
+//     ray 0            draw()     pixel position, and light where it ends or the lens
 //     ray d            draw()     direction off surface d, and light where it ends
 //                      next_1d()  lobe of rough glass, and then Russian roulette
 //                      draw_loop(0) free flight through a medium

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// libbn's sampler "blue" for pbrt-v4's CPU integrators. README.md explains how to add it.
+// libbn's "blue" sampler for pbrt-v4's CPU integrators. README.md explains how to add it.
 
 #ifndef PBRT_BLUE_H
 #define PBRT_BLUE_H
@@ -16,7 +16,7 @@
 namespace pbrt {
 
 // Draws a number and the pair after it from one libbn domain: first u[2], then (u[0], u[1]). The wavelengths and
-// the position in the pixel share domain 0. This class cannot be a bn::SequentialSampler, which counts rays: pbrt
+// the pixel position share domain 0. This class cannot be a bn::SequentialSampler, which counts rays: pbrt
 // counts the dimensions of a whole path, and may start at any dimension.
 class BlueSampler {
   public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// libbn's sampler `blue` behind the interface of an OpenQMC sampler, for renderers built on OpenQMC. OpenQMC itself is
+// libbn's `blue` sampler behind the interface of an OpenQMC sampler, for renderers built on OpenQMC. OpenQMC itself is
 // not needed. Requires C++14 and libbn. README.md lists how each call maps to libbn.
 #ifndef BN_OQMC_H
 #define BN_OQMC_H
@@ -35,7 +35,7 @@ class OpenQmcSampler {
         assert(cache != nullptr && index >= 0);
     }
 
-    // Domains with keys 4 k to 4 k + 3 are stratified together. Use them for decisions that multiply in the integrand.
+    // Domains with keys 4*k to 4*k + 3 are stratified together. Use them for decisions that multiply in the integrand.
     OpenQmcSampler newDomain(int key) const {
         return with(path_.index, bn_domain_child(path_.domain, static_cast<uint32_t>(key)));
     }

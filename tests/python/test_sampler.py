@@ -163,7 +163,7 @@ def test_immutable():
 
 def test_seed_none_is_random_and_reusable():
     sampler, other = Sampler(seed=None), Sampler(seed=None)
-    assert sampler.seed != other.seed  # identical with a probability of 2**-64
+    assert sampler.seed != other.seed  # identical with probability 2**-64
     assert Sampler(seed=sampler.seed) == sampler == eval(repr(sampler))
     assert (bluenoise.relax((8, 8), seed=None) != bluenoise.relax((8, 8), seed=None)).any()
 

@@ -21,7 +21,7 @@ def look(x, y, domain, count=64):
 
 
 def is_chance(equal, expected):
-    """At most six deviations plus six above the expected count. Larger counts occur by chance with a probability below 1e-7."""
+    """At most six deviations plus six above the expected count. Larger counts occur by chance with probability below 1e-7."""
     return equal <= expected + 6 * np.sqrt(expected) + 6
 
 

@@ -47,7 +47,7 @@ PRODUCTS = {"one pair": [(0, 0)], "both pairs": [(0, 0), (0, 1)], "two members":
 
 def test_means_over_keys():
     """The mean over 2^20 keys of each of 12 products, at two indices. Over keys, each sample is uniform in both pairs, all members and two
-    families jointly, so the sum of the squares of z is chi-square with 24 degrees of freedom, above 74 with a probability of 5e-7."""
+    families jointly, so the sum of the squares of z is chi-square with 24 degrees of freedom, above 74 with probability 5e-7."""
     sampler, key, squares = bluenoise.Sampler("blue", seed=31), np.arange(2**20, dtype=np.uint32), dict.fromkeys(PRODUCTS, 0.0)
     for k, (i, index) in itertools.product(range(12), enumerate((0, 5))):
         parent = domain_child(2 * k + i, 4 * key)

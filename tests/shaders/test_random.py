@@ -17,7 +17,7 @@ needs_node = pytest.mark.skipif(NODE is None, reason="no Node.js")
 
 
 def in_node(expression):
-    """The value of an expression that uses the module `bn`, passed as JSON."""
+    """The value of an expression that uses the `bn` module, passed as JSON."""
     code = f'import * as bn from {json.dumps((PACKAGE / "index.js").as_uri())}; console.log(JSON.stringify({expression}));'
     return json.loads(run(NODE, "--input-type=module", "-e", code))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quality and cost of a model. libbn computes the errors through the package `bluenoise`."""
+"""Quality and cost of a model. libbn computes the errors through the `bluenoise` package."""
 
 from __future__ import annotations
 

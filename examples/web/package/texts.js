@@ -737,7 +737,7 @@ globalThis.LIBBN_TEXTS = {
     " * bn_ray_child_domain() of the ray that ends at the bounce, unless a macro gives it a role in the layout of",
     " * bn_path.h:",
     " *",
-    " *     BN_EFFECT_PIXEL        rand2: the position in the pixel, at bounce 0",
+    " *     BN_EFFECT_PIXEL        rand2: the pixel position, at bounce 0",
     " *     BN_EFFECT_LENS         rand2: the lens, at bounce 0; rand3: the same plus one number. With a lens,",
     " *                            the first light moves to the camera's domain",
     " *     BN_EFFECT_DIRECTION    rand2: the direction in which the path continues",

@@ -116,9 +116,9 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
 /* A domain identifies one decision along a path, or two that belong together, such as a ray's direction and
  * the light sample at its end. Within a pixel, a domain's samples are well distributed; across the image,
  * their error is blue noise. Samples of different domains are independent, except within a family. Derive
- * domains along the call tree, so that adding a decision does not change the samples of the others:
+ * domains along the call tree so that adding a decision does not change the samples of the others:
  *
- *     uint32_t camera   = bn_domain_child(BN_DOMAIN_ROOT, 0);      // position in the pixel, first light
+ *     uint32_t camera   = bn_domain_child(BN_DOMAIN_ROOT, 0);      // pixel position, first light
  *     uint32_t ray      = bn_domain_child(BN_DOMAIN_ROOT, bounce); // 1, 2, ...: direction, next light
  *     uint32_t roulette = bn_domain_child(ray, 0);
  *
@@ -126,9 +126,9 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  * only once. Paths in stream 0 use children of the root; if you also use your own domains, put the paths in
  * other streams.
  *
- * Families. A domain's children with keys 4 k to 4 k + 3 form a family. BLUE stratifies a domain's four
+ * Families. A domain's children with keys 4*k to 4*k + 3 form a family. BLUE stratifies a domain's four
  * dimensions together, and any two members of a family almost as well. Use a family for decisions that
- * multiply in the integrand, such as the position in the pixel and the point on a light. For a discrete
+ * multiply in the integrand, such as the pixel position and the point on a light. For a discrete
  * choice followed by a pair, such as a light and a point on it, use dimension 2, then dimensions (0, 1).
  *
  * Position in the pixel. Draw (x, y) from dimensions (0, 1) of a domain whose key is a multiple of four. Such
@@ -321,7 +321,7 @@ BN_INLINE void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
 typedef struct bn_void_and_cluster_options {
     size_t struct_size; /* sizeof(bn_void_and_cluster_options) */
     /* Standard deviation of the Gaussian in texels, from 0.25 to 16. Default 1.5. After wider blurs than
-     * that, masks made with sigma 1.9 have less error. */
+     * that, masks made with sigma 1.9 have lower error. */
     double sigma;
     double initial_fraction; /* fraction of texels set initially, in (0, 0.5]; default 0.1 */
     uint64_t seed;           /* default 0 */
@@ -349,7 +349,7 @@ BN_INLINE bn_relax_options bn_relax_options_default(void) {
     return options;
 }
 
-/* Makes a single-channel 2-D mask by parallel relaxation. This is the fastest way to make a large mask, and
+/* Makes a single-channel 2-D mask with parallel relaxation. This is the fastest way to make a large mask, and
  * the result is nearly as good as that of void-and-cluster. Relaxation starts from white noise. Each of 20
  * learned steps changes all texels at once by a weighted sum of clipped differences from their neighbours.
  * The result is then ranked. */
@@ -371,7 +371,7 @@ typedef struct bn_anneal_options {
      * <= 1. Cooling is geometric. The defaults are 4e-4 and 2e-6. */
     double start_temperature, end_temperature;
     uint32_t sweeps; /* trial swaps per texel; default 1000 */
-    /* One channel only. 1 (default): order the first and last ranks by void-and-cluster, because their texels
+    /* One channel only. 1 (default): order the first and last ranks with void-and-cluster, because their texels
      * are too far apart for the blurs to reach. 0: keep them as annealed. */
     int32_t order_ends;
     /* 1: start from the mask's ranks. 0 (default): start from void-and-cluster. */
@@ -434,7 +434,7 @@ typedef struct bn_dither_options {
     /* 0 (default): preserve the local mean of the values. 1: input and output are sRGB-encoded; preserve the
      * local mean of linear light. */
     int32_t srgb;
-    /* 1 (default): shift the mask from channel to channel, so that the channels' errors are uncorrelated. */
+    /* 1 (default): shift the mask from channel to channel so that the channels' errors are uncorrelated. */
     int32_t channel_offset;
     const bn_mask *mask; /* 2-D, single-channel; NULL (default): the built-in 64 x 64 mask */
 } bn_dither_options;

@@ -107,7 +107,7 @@ class Domain {
     constexpr Domain() noexcept = default;
     constexpr explicit Domain(uint32_t value) noexcept : value_(value) {}
 
-    // Calls bn_domain_child(). Keys 4 k to 4 k + 3 form a family.
+    // Calls bn_domain_child(). Keys 4*k to 4*k + 3 form a family.
     Domain child(uint32_t key) const noexcept { return Domain(bn_domain_child(value_, key)); }
 
     // The value to pass to bn.h, bn_draw.h and shaders.
@@ -405,7 +405,7 @@ class SequentialSampler {
         path_ = bn_path_start(x, y, index, stream);
         begin(0);
     }
-    // Call this before each later ray, so that neighbouring paths are back in step. To continue the current ray, as in
+    // Call this before each later ray so that neighbouring paths are back in step. To continue the current ray, as in
     // loops that step over transparent surfaces, pass its number again. An earlier number also continues the current
     // ray, because the earlier rays' numbers are used up; debug builds assert.
     void start_ray(uint32_t ray) noexcept {

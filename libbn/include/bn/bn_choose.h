@@ -43,11 +43,11 @@ BN_DEVICE_INLINE int bn_choose(float probability, float *u);
  * are more than 2^24 items, only 2^24 evenly spaced ones can be chosen. Returns 0 if count is 0. */
 BN_DEVICE_INLINE uint32_t bn_choose_u32(uint32_t count, float *u);
 
-/* Returns item i with a probability proportional to cdf[i] - cdf[i - 1]: the first item for which *u * sum <
- * cdf[i]. The cumulative weights must ascend to a sum between 1e-30 and 1e30. They are rounded up to steps of
- * 2^-24 of the sum; if they are whole steps, the probabilities are exact. An item whose limits round to the
- * same step is never chosen. Any table is safe: even if it is out of order, contains a NaN or has a sum
- * outside that range, the function returns an item. Returns 0 if count is 0.
+/* Returns item i with probability proportional to cdf[i] - cdf[i - 1]: the first item for which *u * sum <
+ * cdf[i]. The cumulative weights must be non-decreasing, with a sum between 1e-30 and 1e30. They are rounded
+ * up to multiples of 2^-24 of the sum; if they already are multiples, the probabilities are exact. An item
+ * whose bounds round to the same step is never chosen. Any table is safe: even if it is out of order,
+ * contains a NaN or has a sum outside that range, the function returns an item. Returns 0 if count is 0.
  *
  * For a 2-D map, use one number of a pair to choose the row, and the other to choose the column from that
  * row's table. A single search over all texels would break the pair's stratification. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Random numbers for a path. You request them by purpose, so that no two decisions share a number. All
+ * Random numbers for a path. You request them by purpose so that no two decisions share a number. All
  * functions are inline and draw through bn_draw.h:
  *
  *     bn_path path = bn_path_start(x, y, index, 0);
@@ -18,7 +18,7 @@
  *
  * Ray 0 leaves the camera; ray d leaves the d-th surface or other event. Each ray has four numbers:
  *
- *     u[0], u[1]   its direction; for ray 0, the position in the pixel
+ *     u[0], u[1]   its direction; for ray 0, the pixel position
  *     u[2], u[3]   the light sample at its end
  *
  * The two pairs multiply in the integrand, so they are stratified together. If the lens takes u[2] and u[3]
@@ -191,7 +191,7 @@ BN_HOST_INLINE void bn_ray_next_2d(const bn_sampler *s, bn_ray *ray, float out[2
     bn_ray_draw_2d(s, ray, ray->drawn_2d++, out);
 }
 
-/* The next four numbers: for two pairs that multiply, or a choice (out[2]) followed by a pair (out[0],
+/* The next four numbers: for two pairs that multiply in the integrand, or a choice (out[2]) and a pair (out[0],
  * out[1]). */
 BN_HOST_INLINE void bn_ray_next_4d(const bn_sampler *s, bn_ray *ray, float out[4]) {
     bn_ray_draw_4d(s, ray, ray->drawn_4d++, out);

@@ -154,7 +154,7 @@ BN_API bn_result bn_neural_window(const bn_neural *neural, int64_t x0, int64_t y
                                   uint32_t height, uint64_t seed, float *values, size_t count,
                                   bn_progress progress, void *user);
 
-/* Computes the network's input, so that you can train a network or run it elsewhere. noise[height][width] is
+/* Computes the network's input so that you can train a network or run it elsewhere. noise[height][width] is
  * white noise in [0, 1): a hash of the seed and the coordinates, whose bits are the same everywhere. A window
  * holds the network's output for the noise around it; a mask uses the noise that starts at (0, 0) and repeats
  * at the mask's extents. Errors: INVALID_ARGUMENT (noise is NULL, a zero extent, coordinates beyond +-2^41),

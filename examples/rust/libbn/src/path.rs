@@ -116,7 +116,7 @@ impl<'s> RaySampler<'s> {
         filled(|out| unsafe { sys::bn_rs_ray_next_2d(&self.sampler.state, &mut self.state, out) })
     }
 
-    /// The next four: for two pairs that multiply, or a choice (the third) followed by a pair (the first two).
+    /// The next four numbers: for two pairs that multiply in the integrand, or a choice (the third) and a pair (the first two).
     pub fn next_4d(&mut self) -> [f32; 4] {
         filled(|out| unsafe { sys::bn_rs_ray_next_4d(&self.sampler.state, &mut self.state, out) })
     }

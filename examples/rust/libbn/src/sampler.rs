@@ -45,7 +45,7 @@ impl Domain {
     /// The ancestor of all domains.
     pub const ROOT: Domain = Domain(0);
 
-    /// The child for a key. Keys 4 k to 4 k + 3 form a family, whose members are nearly stratified together.
+    /// The child for a key. Keys 4*k to 4*k + 3 form a family, whose members are nearly stratified together.
     pub fn child(self, key: u32) -> Domain {
         // SAFETY: a pure function.
         Domain(unsafe { sys::bn_domain_child(self.0, key) })
