@@ -2,7 +2,6 @@
 """Writes small glTF and GLB files for the tests: nothing is checked, so that wrong ones can be written too."""
 
 import base64
-import copy
 import io
 import json
 import struct
@@ -38,8 +37,7 @@ class Gltf:
             names.append(extension)
 
     def view(self, data, **properties):
-        while len(self.bytes) % 4:
-            self.bytes.append(0)
+        self.bytes += bytes(-len(self.bytes) % 4)
         offset = len(self.bytes)
         self.bytes += data
         return self.add("bufferViews", buffer=0, byteOffset=offset, byteLength=len(data), **properties)
@@ -98,29 +96,23 @@ class Gltf:
         picture = self.add("images", bufferView=self.view(data), mimeType=f"image/{kind.lower()}")
         return self.add("textures", source=picture, sampler=self.add("samplers", **sampler))
 
-    def document(self, **buffer):
-        result = copy.deepcopy(self.json)
-        if self.bytes or buffer:
-            result["buffers"] = [{"byteLength": len(self.bytes), **buffer}]
-        return result
-
-    def save(self, path):
-        """By its ending: .glb in one piece, .gltf with its buffer inside."""
-        path.write_bytes(self.glb() if path.suffix.lower() == ".glb" else self.gltf())
-        return path
+    def text(self, **buffer):
+        """The JSON, with properties of the buffer such as its URI."""
+        return json.dumps({**self.json, "buffers": [{"byteLength": len(self.bytes), **buffer}]})
 
     def gltf(self):
-        uri = "data:application/octet-stream;base64," + base64.b64encode(bytes(self.bytes)).decode()
-        return json.dumps(self.document(uri=uri)).encode()
+        """With its buffer inside."""
+        return self.text(uri="data:application/octet-stream;base64," + base64.b64encode(self.bytes).decode()).encode()
 
     def glb(self):
-        text = json.dumps(self.document()).encode()
-        text += b" " * (-len(text) % 4)
-        data = bytes(self.bytes) + b"\0" * (-len(self.bytes) % 4)
-        chunks = struct.pack("<I4s", len(text), b"JSON") + text
-        if data:
-            chunks += struct.pack("<I4s", len(data), b"BIN\0") + data
-        return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+        text, data = self.text().encode(), self.bytes
+        chunks = ((text + b" " * (-len(text) % 4), b"JSON"), (data + bytes(-len(data) % 4), b"BIN\0"))
+        whole = b"".join(struct.pack("<I4s", len(chunk), kind) + chunk for chunk, kind in chunks)
+        return struct.pack("<4sII", b"glTF", 2, 12 + len(whole)) + whole
+
+    def save(self, path):
+        path.write_bytes(self.glb() if path.suffix == ".glb" else self.gltf())
+        return path
 
 
 def encoded(pixels, kind="PNG", **options):
@@ -140,7 +132,7 @@ def linear(values):
 ROOM_EYE = [0, 1, 4]
 
 
-def room(scale=1.0, shift=(0.0, 0.0, 0.0)):
+def room(scale=1.0, shift=(0, 0, 0)):
     """A floor, a red wall and a lamp that shines down, seen from the front; the root is scaled, then moved."""
     g = Gltf()
     g.quads([QUAD], g.material())
@@ -148,7 +140,7 @@ def room(scale=1.0, shift=(0.0, 0.0, 0.0)):
     g.quads([0.2 * QUAD[::-1] + np.float32([0, 1.5, 0])], g.material((0, 0, 0), **g.glow((17, 12, 4), 17)))
     g.camera(translation=ROOM_EYE)
     whole = g.json["scenes"][0]
-    whole["nodes"] = [g.node(root=False, children=whole["nodes"], scale=[scale] * 3, translation=[*map(float, shift)])]
+    whole["nodes"] = [g.node(root=False, children=whole["nodes"], scale=[scale] * 3, translation=[*shift])]
     return g
 
 
@@ -216,11 +208,8 @@ def assert_corners(pathtracer, scene, expected, *arguments, atol=1e-3):
 
 def ball(g, material, around=24, turned=False):
     """A unit sphere with normals, whose winding contradicts them if it is `turned`."""
-    angles = np.linspace(0, np.pi, around + 1), np.linspace(0, 2 * np.pi, 2 * around + 1)
-    theta, phi = np.meshgrid(*angles, indexing="ij")
-    n = np.stack([np.sin(theta) * np.cos(phi), np.cos(theta), -np.sin(theta) * np.sin(phi)], axis=-1)
-    n = n.reshape(-1, 3).astype(np.float32)
-    rows = np.arange(around)[:, None] * (2 * around + 1) + np.arange(2 * around)
-    a, b, c, d = rows, rows + 1, rows + 2 * around + 1, rows + 2 * around + 2
-    faces = np.stack([a, c, d, a, d, b], axis=-1).reshape(-1).astype(np.uint16)
+    theta, phi = np.meshgrid(np.linspace(0, np.pi, around + 1), np.linspace(0, 2 * np.pi, 2 * around + 1), indexing="ij")
+    n = np.stack([np.sin(theta) * np.cos(phi), np.cos(theta), -np.sin(theta) * np.sin(phi)], axis=-1).reshape(-1, 3).astype(np.float32)
+    corners = np.arange(around)[:, None, None] * (2 * around + 1) + np.arange(2 * around)[:, None]
+    faces = (corners + [0, 2 * around + 1, 2 * around + 2, 0, 2 * around + 2, 1]).ravel().astype(np.uint16)
     return g.node(mesh=g.mesh(n, faces[::-1] if turned else faces, material, NORMAL=n))
