@@ -90,10 +90,10 @@ class Gltf:
         lights.append({"type": kind, "intensity": intensity, "color": list(color), **(light or {})})
         return self.node(extensions={"KHR_lights_punctual": {"light": len(lights) - 1}}, **node)
 
-    def texture(self, pixels, kind="PNG", **sampler):
+    def texture(self, pixels, **sampler):
         """A texture in a buffer view, of 8-bit pixels or the bytes of a file."""
-        data = pixels if isinstance(pixels, bytes) else encoded(pixels, kind)
-        picture = self.add("images", bufferView=self.view(data), mimeType=f"image/{kind.lower()}")
+        data = pixels if isinstance(pixels, bytes) else encoded(pixels)
+        picture = self.add("images", bufferView=self.view(data), mimeType="image/png")
         return self.add("textures", source=picture, sampler=self.add("samplers", **sampler))
 
     def text(self, **buffer):
@@ -193,10 +193,10 @@ LARGE_FOUR = FOUR.repeat(16, axis=0).repeat(16, axis=1)
 CORNERS = ((6, 6), (6, 18), (18, 6), (18, 18))  # as its four texels are shown in a SMALL picture
 
 
-def textured_floor(pixels=FOUR, kind="PNG", sampler=None, info=None, **floor):
+def textured_floor(pixels=FOUR, sampler=None, info=None, **floor):
     """A floor that fills the picture exactly, with a base-colour texture, whose texels are not mixed unless `sampler` says so."""
     g = Gltf()
-    texture = g.texture(pixels, kind, **({"magFilter": 9728} if sampler is None else sampler))
+    texture = g.texture(pixels, **({"magFilter": 9728} if sampler is None else sampler))
     add_floor(g, pbr={"baseColorTexture": {"index": texture, **(info or {})}}, **floor)
     return over_floor(g, 1, np.pi / 2)
 

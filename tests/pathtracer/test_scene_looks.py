@@ -92,15 +92,9 @@ def test_a_bright_texel_on_a_dark_texture_shines(pathtracer):
 # ---- Textures
 
 
-@pytest.mark.parametrize("kind", ["PNG", "JPEG"])
-def test_a_base_colour_texture(pathtracer, even_sky, kind):
-    """The image lies upright, its corner (0, 0) is top left, and its colours are those of sRGB."""
-    scene = textured_floor(files.LARGE_FOUR, kind, sampler={})
-    assert_corners(pathtracer, scene, FOUR_COLOURS, "--env", even_sky, atol=0.03 if kind == "JPEG" else 1e-3)
-
-
-def test_png_bit_depths_and_palettes(pathtracer, even_sky):
-    """Grey, with alpha, with a palette, of 16 bits, and with a gamma, which glTF ignores."""
+def test_files_of_textures(pathtracer, even_sky):
+    """The image lies upright, its corner (0, 0) is top left, and its colours are those of sRGB: as a JPEG, and as a PNG in grey, of
+    16 bits, with alpha, with a palette, and with a gamma, which glTF ignores."""
     grey = np.array([[10, 90], [160, 250]], np.uint8)
     palette = Image.new("P", (2, 2))
     palette.putpalette(FOUR.tobytes())
@@ -109,11 +103,13 @@ def test_png_bit_depths_and_palettes(pathtracer, even_sky):
     gamma.add(b"gAMA", struct.pack(">I", 100000))
     greys = np.tile(files.linear(grey.ravel())[:, None], 3)
     for image, expected, options in [
+        (FOUR, FOUR_COLOURS, {}), (files.LARGE_FOUR, FOUR_COLOURS, {"kind": "JPEG"}),
         (grey, greys, {}), (Image.fromarray(grey.astype(np.uint16) * 257 + 100), greys, {}),
         (np.dstack([FOUR, np.full((2, 2), 7)]), FOUR_COLOURS, {}),  # alphaMode is OPAQUE
         (palette, FOUR_COLOURS[[2, 0, 3, 1]], {"transparency": b"\0\1"}), (FOUR, FOUR_COLOURS, {"pnginfo": gamma}),
     ]:
-        assert_corners(pathtracer, textured_floor(files.encoded(image, **options)), expected, "--env", even_sky)
+        atol = 0.03 if "kind" in options else 1e-3
+        assert_corners(pathtracer, textured_floor(files.encoded(image, **options)), expected, "--env", even_sky, atol=atol)
 
 
 @pytest.mark.parametrize(("moved", "wrap", "transform", "order"), [
@@ -130,8 +126,8 @@ def test_wrapping_and_transforms(pathtracer, even_sky, moved, wrap, transform, o
 
 
 def test_second_texture_coordinates_and_vertex_colours(pathtracer, even_sky):
-    both = {"TEXCOORD_1": files.QUAD_COORDINATES[::-1], "COLOR_0": np.full((4, 4), 0.5, np.float32)}  # upside down
-    scene = textured_floor(info={"texCoord": 1}, attributes=both)
+    upside_down = {"TEXCOORD_1": files.QUAD_COORDINATES[::-1], "COLOR_0": np.full((4, 4), 0.5, np.float32)}
+    scene = textured_floor(info={"texCoord": 1}, attributes=upside_down)
     assert_corners(pathtracer, scene, 0.5 * FOUR_COLOURS[[2, 3, 0, 1]], "--env", even_sky)
 
 
@@ -152,12 +148,11 @@ def test_masks_cut_out(pathtracer, even_sky):
 def test_normal_maps(pathtracer):
     """A map that leans all normals makes a floor as bright as one that leans: red to +x, green up in the picture, to -z."""
     half = np.sqrt(0.5)
-    for lean, to_light, cosine in (((0.6, 0, 0.8), (0, 1, 0), 0.8), ((0.6, 0, 0.8), (half, half, 0), 1.4 * half),
-                                   ((0, 0.6, 0.8), (0, half, -half), 1.4 * half)):
+    for lean, to_light, cosine in [([0.6, 0, 0.8], [0, 1, 0], 0.8), ([0.6, 0, 0.8], [half, half, 0], 1.4 * half),
+                                   ([0, 0.6, 0.8], [0, half, -half], 1.4 * half)]:
         g = Gltf()
-        texel = np.round(255 * (0.5 + 0.5 * np.array([[lean]])))
-        add_floor(g, (0.5, 0.5, 0.5), normalTexture={"index": g.texture(texel)})
-        g.light("point", 1e4 * np.pi, translation=[100 * float(v) for v in to_light])
+        add_floor(g, (0.5, 0.5, 0.5), normalTexture={"index": g.texture(np.round(255 * (0.5 + 0.5 * np.array([[lean]]))))})
+        g.light("point", 1e4 * np.pi, translation=[100 * v for v in to_light])
         image = picture(pathtracer, over_floor(g, yfov=0.01), "--spp", 1, "--max-depth", 1)
         assert image[12, 12, 0] == pytest.approx(0.5 * cosine, rel=0.01)
 
@@ -215,8 +210,7 @@ def test_names_and_formats_of_textures(pathtracer, even_sky, plus):
         for name, pixels in (("a+b.png", FOUR), ("a b.png", 0 * FOUR)):
             (pathtracer.folder / name).write_bytes(files.encoded(pixels))
     else:
-        other = g.add("images", mimeType="image/webp", uri="a.webp")
-        g.json["textures"][0]["extensions"] = {"EXT_texture_webp": {"source": other}}
+        g.json["textures"][0]["extensions"] = {"EXT_texture_webp": {"source": g.add("images", mimeType="image/webp", uri="a.webp")}}
         g.json.update(extensionsUsed=["EXT_texture_webp"], extensionsRequired=["EXT_texture_webp"])
     assert_corners(pathtracer, g, FOUR_COLOURS, "--env", even_sky)
 

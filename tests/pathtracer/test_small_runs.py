@@ -19,24 +19,22 @@ def test_scenes_and_samplers(pathtracer, scene, sampler):
 def everything_of_gltf():
     """Textures, cut-outs, normals, single sides, all kinds of light and material."""
     g = textured_floor(sampler={}, doubleSided=True)
-    grey = g.texture(FOUR.repeat(8, axis=0).repeat(8, axis=1))
-    maps = {"normalTexture": {"index": grey}, "emissiveTexture": {"index": grey}, "emissiveFactor": [1, 1, 1]}
-    rough = {"metallicFactor": 1, "metallicRoughnessTexture": {"index": grey}}
+    grey = {"index": g.texture(FOUR.repeat(8, axis=0).repeat(8, axis=1))}
+    maps = {"normalTexture": grey, "emissiveTexture": grey, "emissiveFactor": [1, 1, 1]}
+    rough = {"metallicFactor": 1, "metallicRoughnessTexture": grey}
     ball(g, g.material((1, 1, 1), pbr=rough, alphaMode="MASK", **maps), around=6)
-    g.use("KHR_materials_transmission")
     glass = {"KHR_materials_transmission": {"transmissionFactor": 1}}
     ball(g, g.material((1, 1, 1), pbr={"roughnessFactor": 0.4}, extensions=glass), around=6)
     for kind in ("point", "spot", "directional"):
-        extra = {"spot": {}} if kind == "spot" else None
-        g.light(kind, 2, light=extra, rotation=DOWN, translation=[0, 3, 0])
+        g.light(kind, 2, light={"spot": {}}, rotation=DOWN, translation=[0, 3, 0])
     return g
 
 
 @pytest.mark.parametrize("name", ["all.glb", "all.gltf"])
 def test_gltf(pathtracer, name):
     path = everything_of_gltf().save(pathtracer.folder / name)
-    pathtracer.render(*TINY, "--scene", path)
-    pathtracer.render(*TINY, "--scene", path, "--env", "sky", "--photometric")
+    for options in ([], ["--env", "sky", "--photometric"]):
+        pathtracer.render(*TINY, "--scene", path, *options)
 
 
 def test_environments(pathtracer):
@@ -45,9 +43,6 @@ def test_environments(pathtracer):
 
 
 def test_merge_and_noise(pathtracer):
-    half = pathtracer.render(*TINY, "--seed", 1)
-    rest = pathtracer.render(*TINY, "--seed", 1, "--first-sample", 2)
-    pathtracer.render("--merge", half, rest)
+    pathtracer.render("--merge", pathtracer.render(*TINY), pathtracer.render(*TINY, "--first-sample", 2))
     pathtracer.render(*TINY, "--noise", 0.3, "--min-spp", 2, "--spp", 4)
-    assert pathtracer.run("--list").returncode == 0
-    assert pathtracer.run("--list-cameras").returncode == 0
+    pathtracer.success("--list-cameras")
