@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from pathtracer_driver import PEERS, SAMPLERS, SCENES, assert_same, read_exr, read_layers
 from PIL import Image
-from scene_files import ONE, SMALL, floor, over_floor, write_environment
+from scene_files import ONE, floor, over_floor, write_environment
 
 PENUMBRA = ["--scene", "penumbra", "--max-depth", 1]
 ADAPTIVE = [*PENUMBRA, "--noise", 0.1, "--min-spp", 4, "--spp", 64]
@@ -19,18 +19,17 @@ def test_threads_crops_and_ranges_do_not_change_an_image(pathtracer, sampler, op
     pathtracer.needs(sampler)
     common = [*options, "--sampler", sampler, "--size", "29x21", "--light-samples", 3]
     path = pathtracer.render(*common, "--threads", 1)
-    whole = read_layers(path)
-    assert read_exr(path)[1]["sampler"] == sampler
+    whole, (image, header) = read_layers(path), read_exr(path)
+    assert header["sampler"] == sampler
     assert_same(whole, pathtracer.layers(*common, "--threads", 3))
     for x0, y0, x1, y1 in [(11, 3, 20, 19), (28, 0, 29, 21)]:
         part = pathtracer.render(*common, "--crop", f"{x0},{y0},{x1},{y1}")
         assert_same(read_layers(part), {name: values[y0:y1, x0:x1] for name, values in whole.items()})
-        header = read_exr(part)[1]
-        assert [*map(list, header["dataWindow"])] == [[x0, y0], [x1 - 1, y1 - 1]]
-        assert [*map(list, header["displayWindow"])] == [[0, 0], [28, 20]]
+        windows = [[*map(list, read_exr(part)[1][f"{kind}Window"])] for kind in ("data", "display")]
+        assert windows == [[[x0, y0], [x1 - 1, y1 - 1]], [[0, 0], [28, 20]]]
     if "--noise" not in options:
         first, rest = (pathtracer.image(*common, "--spp", n, "--first-sample", f) for n, f in ((1, 0), (3, 1)))
-        np.testing.assert_allclose(first / 4 + rest * 3 / 4, read_exr(path)[0], rtol=1e-5, atol=1e-6)
+        np.testing.assert_allclose(first / 4 + rest * 3 / 4, image, rtol=1e-5, atol=1e-6)
 
 
 def test_samples_seeds_and_samplers_differ(pathtracer):
@@ -62,12 +61,11 @@ def test_layers(pathtracer):
     assert all(np.isfinite(values).all() and (name in normals or values.min() >= 0) for name, values in layers.items())
     assert layers["count"].dtype == np.uint32 and (layers["count"] == 16).all() and layers["A"].max() == 1
     # The left wall is red, the right one green, and what is behind is a white wall that faces the camera.
-    middle = 32
-    red, green = ([layers[f"albedo.{c}"][middle, x] for c in "RGB"] for x in (3, 60))
+    red, green = ([layers[f"albedo.{c}"][32, x] for c in "RGB"] for x in (3, 60))
     assert red[0] > 2 * red[1] and green[1] > 2 * green[0]
     normal = np.stack([layers[name] for name in normals])
     np.testing.assert_allclose(np.abs(normal[:, 18, 32]), [0, 0, 1], atol=1e-6)
-    assert abs(normal[0, middle, 3]) > 0.99 and np.sign(normal[0, middle, 3]) == -np.sign(normal[0, middle, 60])
+    assert abs(normal[0, 32, 3]) > 0.99 and np.sign(normal[0, 32, 3]) == -np.sign(normal[0, 32, 60])
     assert np.linalg.norm(normal, axis=0).max() < 1 + 1e-6
     # 800 from the camera to the front of the box, which is 559.2 deep.
     assert layers["depth.Z"][18, 32] == pytest.approx(800 + 559.2, abs=1)
@@ -90,9 +88,8 @@ def test_the_layer_of_variance_is_that_of_samples(pathtracer):
 
 def displayed_error(layers, exposure):
     """As film.h defines it, of one block."""
-    mean = np.stack([layers[c] for c in "RGB"]).astype(np.float64) * 2.0**exposure
-    variance = np.stack([layers[f"variance.{c}"] for c in "RGB"]).astype(np.float64) * 4.0**exposure
-    error = np.sqrt(variance / layers["count"])
+    of = lambda name: np.stack([layers[name.format(c)] for c in "RGB"], dtype=np.float64)
+    mean, error = 2.0**exposure * of("{}"), 2.0**exposure * np.sqrt(of("variance.{}") / layers["count"])
     shown = (np.minimum(mean + 2 * error, 1) - np.minimum(mean - 2 * error, 1)) / 4
     return np.sqrt(np.mean(shown**2)) / (np.minimum(mean, 1).mean() + 0.02)
 
@@ -110,14 +107,15 @@ def test_blocks_stop_where_the_error_is_below_the_level(pathtracer, exposure, le
     path = pathtracer.folder / "out.exr"
     said = pathtracer.success(*ADAPTIVE, *size, "--min-spp", least, "--exposure", exposure, "-o", path).stdout
     prefixes = {n: blocks_of(pathtracer.layers(*PENUMBRA, *size, "--spp", n)) for n in (4, 8, 16, 32, 64)}
-    for k, block in enumerate(blocks_of(read_layers(path))):
+    layers, header = read_layers(path), read_exr(path)[1]
+    for k, block in enumerate(blocks_of(layers)):
         count = next((n for n in (4, 8, 16, 32) if n >= least and displayed_error(prefixes[n][k], exposure) < 0.1), 64)
         assert_same(block, prefixes[count][k])  # the samples are those of a plain image
-    count, header = read_layers(path)["count"], read_exr(path)[1]
+    count = layers["count"]
     most = int(count.max())
     assert len(np.unique(count)) > 2 and (most == 64 or exposure)
-    wanted = {"spp": str(most), "endSample": str(most), "min-spp": str(least), "noise": "0.1", "noise-exposure": str(exposure)}
-    assert {name: header[name] for name in wanted} == wanted
+    wanted = {"spp": most, "endSample": most, "min-spp": least, "noise": 0.1, "noise-exposure": exposure}
+    assert {name: header[name] for name in wanted} == {name: str(value) for name, value in wanted.items()}
     assert f"{count.min()} to {most} spp, {count.mean():.6g} on average" in said
 
 
@@ -139,8 +137,7 @@ def test_preview(pathtracer, exposure):
     assert preview.dtype == np.uint8 and preview.shape == linear.shape
     # Dithered: up or down to a whole level, and on the mean right. The rest is the float arithmetic of the program.
     difference = preview - expected_preview(linear, exposure)
-    assert np.abs(difference).max() < 1.001
-    assert abs(difference.mean()) < 0.02
+    assert np.abs(difference).max() < 1.001 and abs(difference.mean()) < 0.02
     # Rounding alone would put all of a smooth image's neighbours on one side.
     assert 0.2 < np.mean(difference > 0) < 0.8
 
@@ -150,9 +147,8 @@ def test_preview(pathtracer, exposure):
     (0.001, 1, ["--eye", "0,2,0", "--target", "0,0,0", "--fov", 90])])  # a bright sky around a quarter of the image
 def test_auto_exposure(pathtracer, albedo, radiance, view):
     """A floor under an even sky becomes middle grey, to an eighth of a stop; the sky does not count."""
-    scene = over_floor(floor(albedo))
     sky = write_environment(pathtracer.folder / "sky.exr", radiance)
-    path = pathtracer.render("--scene", scene, "--env", sky, "--max-depth", 1, *SMALL, "--spp", 4, *view)
+    path = pathtracer.render("--scene", over_floor(floor(albedo)), "--env", sky, "--max-depth", 1, *ONE, "--spp", 4, *view)
     assert pathtracer.said == ""
     exposure = float(read_exr(path)[1]["exposure"])
     assert abs(exposure - np.log2(0.18 / albedo / radiance)) <= 0.13 and exposure * 4 % 1 == 0
@@ -164,7 +160,7 @@ def test_built_in_scenes_keep_their_brightness(pathtracer):
     exposure = lambda *more: float(pathtracer.header("--size", "32x32", "--spp", 4, *more)["exposure"])
     assert exposure() == 0
     # Samplers differ in noise, and not in brightness.
-    auto = [exposure("--exposure", "auto", "--sampler", name, "--spp", spp) for name, spp in (("blue", 4), ("white", 1), ("sobol", 64))]
+    auto = [exposure("--exposure", "auto", "--sampler", *more) for more in (["blue"], ["white", "--spp", 1], ["sobol", "--spp", 64])]
     assert np.ptp(auto) <= 0.25 and auto[0] != 0
     assert pathtracer.header("--scene", over_floor(floor()), *ONE, "--exposure", -1.5)["exposure"] == "-1.5"
 
@@ -173,9 +169,8 @@ def test_warnings_about_empty_and_black_images(pathtracer, even_sky):
     """One line says so, with --quiet too: where nothing is hit, and where no light is."""
     for options, words in [
         ([*AWAY, "--env", even_sky, "--quiet"], ["NOTHING IS VISIBLE", "--eye", "from -1,0,-1 to 1,0,1"]),
-        (["--env", "none", "--quiet"], ["BLACK", "--env sky"]),
+        (["--env", "none", "--quiet"], ["BLACK", "--env sky"]), (["--env", even_sky], []),
         ([*AWAY, "--env", even_sky, "--crop", "0,0,8,8"], []),  # parts of an image may be empty
-        (["--env", even_sky], []),
     ]:
         pathtracer.render("--scene", over_floor(floor()), *ONE, *options)
         assert pathtracer.said.count("\n") == bool(words) and all(word in pathtracer.said for word in words), pathtracer.said

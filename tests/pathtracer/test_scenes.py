@@ -39,9 +39,8 @@ def test_the_mean_is_the_reference(pathtracer, scene, sampler, more):
 def test_furnace(pathtracer, depth):
     """Walls that emit 1/2 and reflect 1/2: n bounces see 1 - 2^-(n + 1) everywhere, and half of what is left goes on at each."""
     expected = 1 - 0.5 ** (depth + 1)
-    arguments = ["--scene", "furnace", "--size", "64x64", "--spp", 16, "--max-depth", depth, "-o", "out.exr"]
-    said = pathtracer.success(*arguments).stdout
-    assert f"{100 * 0.5**depth:.2f}% cut off at depth {depth}" in said
+    done = pathtracer.success("--scene", "furnace", "--size", "64x64", "--spp", 16, "--max-depth", depth, "-o", "out.exr")
+    assert f"{100 * 0.5**depth:.2f}% cut off at depth {depth}" in done.stdout
     layers = read_layers(pathtracer.folder / "out.exr")
     for blocks, error in ((1, 0.001), (4, 0.01)):  # five standard deviations or more
         np.testing.assert_allclose(block_means(layers, blocks)[0], expected, rtol=error if depth else 0)
@@ -64,8 +63,7 @@ def test_adaptive_images_have_the_same_means(pathtracer):
 def test_the_environment_is_the_right_way_round(pathtracer):
     """The camera of lens looks along -z, which is the seam of the map; +x is to its right, +y up."""
     texels = np.zeros((64, 128, 3), np.float32)
-    texels[:, :64, 0] = 1  # the left half of the map: +x
-    texels[:, 64:, 1] = 1  # the right half: -x
+    texels[:, :64, 0] = texels[:, 64:, 1] = 1  # the left half of the map is +x, the right one -x
     write_exr(pathtracer.folder / "sides.exr", RGB=texels)
     image = pathtracer.image("--scene", "lens", "--size", "32x32", "--spp", 4, "--env", "sides.exr", "--max-depth", 0)
     assert (image[0, 20:, 0] > 0.9).all() and (image[0, 20:, 1] < 0.1).all()
@@ -86,7 +84,7 @@ def error_images(pathtracer, expected, sampler, *options):
 def test_without_openqmc_the_message_lists_the_samplers(pathtracer):
     if OPENQMC[0] in pathtracer.run("--list").stdout:
         pytest.skip("the path tracer is built with OpenQMC")
-    pathtracer.failure("--sampler", OPENQMC[0], "-o", "out.exr", said=["'openqmc-pmjbn'; the samplers are blue, sobol, white"])
+    pathtracer.failure("--sampler", OPENQMC[0], said=["'openqmc-pmjbn'; the samplers are blue, sobol, white"])
 
 
 @pytest.mark.parametrize("name", OPENQMC)
@@ -110,4 +108,4 @@ def test_options_that_peers_do_not_take_are_refused(pathtracer):
     pathtracer.needs("sobol-global")
     for options, said in ((["--declare", 4], "--declare is for the samplers of libbn"),
                           (["--first-sample", 2147483640, "--spp", 9], "2147483647")):
-        pathtracer.failure("--sampler", "sobol-global", *options, "-o", "out.exr", said=[said, "sobol-global"])
+        pathtracer.failure("--sampler", "sobol-global", *options, said=[said, "sobol-global"])
