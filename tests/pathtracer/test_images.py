@@ -83,9 +83,6 @@ def test_the_layer_of_variance_is_that_of_samples(pathtracer):
         np.testing.assert_allclose(np.stack([layers[f"variance.{c}"] for c in "RGB"], axis=-1), wanted, rtol=1e-5, atol=1e-9)
 
 
-# ---- Adaptive sampling
-
-
 def displayed_error(layers, exposure):
     """As film.h defines it, of one block."""
     of = lambda name: np.stack([layers[name.format(c)] for c in "RGB"], dtype=np.float64)
@@ -117,9 +114,6 @@ def test_blocks_stop_where_the_error_is_below_the_level(pathtracer, exposure, le
     wanted = {"spp": most, "endSample": most, "min-spp": least, "noise": 0.1, "noise-exposure": exposure}
     assert {name: header[name] for name in wanted} == {name: str(value) for name, value in wanted.items()}
     assert f"{count.min()} to {most} spp, {count.mean():.6g} on average" in said
-
-
-# ---- The brightness of the preview, and images in which nothing is to be seen
 
 
 def expected_preview(linear, exposure):

@@ -95,9 +95,6 @@ def test_parts_with_any_other_attribute_are_refused(pathtracer):
         pathtracer.failure("--merge", rewritten(second, name, value), said=[said, "copy.exr"])
 
 
-# ---- Resumed images
-
-
 def test_a_resumed_image_equals_a_whole_one(pathtracer):
     common = ["--scene", "lens", *SIZE, "--seed", 5, "--sampler", "sobol", "--max-depth", 3]
     resumed = pathtracer.render("--resume", pathtracer.render(*common, "--spp", 3), "--spp", 11)
@@ -163,9 +160,6 @@ def test_a_resumed_image_keeps_the_camera_of_its_file(pathtracer):
     for scene, more in ((g, ["--camera", 1]), (g, ["--camera", 1, "--eye", "0.3,0.7,1.9", "--target", "0,0,0"]), (room(), [])):
         begun, whole = (pathtracer.render("--scene", scene, *more, *SMALL, "--spp", spp) for spp in (1, 3))
         assert_near(pathtracer.layers("--resume", begun, "--spp", 3), read_layers(whole))
-
-
-# ---- The files that an image is made of
 
 
 @pytest.fixture

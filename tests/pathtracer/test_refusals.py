@@ -210,9 +210,6 @@ def test_a_wrong_file_is_refused_with_one_line(pathtracer, what, monkeypatch):
         refused(pathtracer, *arguments, said=said)
 
 
-# ---- Odd files that are read
-
-
 def test_fifty_thousand_generations_of_nodes_are_read(pathtracer):
     """Moved by their sum."""
     g, count = Gltf(), 50_000
@@ -237,9 +234,6 @@ def test_a_scene_reaches_so_far(pathtracer):
         g.light("point", 1, translation=[0, distance, 0])
         line = pathtracer.success("--scene", g, "--env", "sky", *OUT).stderr
         assert ("a light beyond 1e15" in line) == (distance > 1e15)
-
-
-# ---- Files that a scene names
 
 
 def apart(pathtracer, buffer="a.bin", image=None, folder="."):

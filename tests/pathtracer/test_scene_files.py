@@ -9,8 +9,6 @@ import pytest
 from pathtracer_driver import SCENES, assert_same, read_exr, read_layers
 from scene_files import COMPONENT_TYPES, DOWN, ONE, QUAD, ROOM_EYE, SIX, Gltf, ball, floor, over_floor, picture, room
 
-# ---- The same scene said in other ways
-
 
 def test_a_furnace_from_a_file(pathtracer):
     """Walls that emit and reflect one half: three bounces add 7/8 to the emission, by lamps and by what is hit."""
@@ -121,9 +119,6 @@ def test_ways_to_store_a_mesh(pathtracer, way):
     np.testing.assert_allclose(found, image(lambda g: (QUAD, SIX)), rtol=1e-4)
     np.testing.assert_allclose(found[12, 12], 2 / np.pi * np.array([0.25, 0.5, 0.75]), rtol=1e-4)
     assert (found[0] == 0).all()
-
-
-# ---- Cameras and skies
 
 
 @pytest.mark.parametrize("scene", SCENES)

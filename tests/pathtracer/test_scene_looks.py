@@ -14,8 +14,6 @@ from scene_files import DOWN, FOUR, FOUR_COLOURS, ONE, QUAD, Gltf, add_floor, as
 MIRROR = {"metallicFactor": 1, "roughnessFactor": 0}
 TRANSMISSION = "KHR_materials_transmission"
 
-# ---- Lights
-
 HALF = np.pi / 6  # half of 60 degrees, from looking along -z towards straight down
 
 
@@ -31,8 +29,7 @@ def test_punctual_lights(pathtracer, kind, node, radiance):
     def image(intensity, *arguments):
         g = floor()
         g.light(kind, intensity, (1, 0.5, 0.25), **node)
-        glow = g.material((0, 0, 0), emissiveFactor=[0.1, 0.2, 0.3], doubleSided=True)
-        g.quads([0.2 * QUAD + np.float32([0.6, 0.5, 0.6])], glow)
+        g.quads([0.2 * QUAD + [0.6, 0.5, 0.6]], g.material((0, 0, 0), emissiveFactor=[0.1, 0.2, 0.3], doubleSided=True))
         return picture(pathtracer, over_floor(g, 3, 0.8), "--spp", 4, "--max-depth", 1, *arguments)
 
     radiometric = image(10)
@@ -87,9 +84,6 @@ def test_a_bright_texel_on_a_dark_texture_shines(pathtracer):
     add_floor(g, (0, 0, 0), emissiveFactor=[1, 1, 1], emissiveTexture={"index": g.texture(pixels, magFilter=9728)})
     g.camera(2e-4, translation=[533.5 / 512 - 1, 1, 515.5 / 512 - 1], rotation=DOWN)
     np.testing.assert_allclose(picture(pathtracer, g, "--spp", 1, "--env", "none"), 1, rtol=1e-3)
-
-
-# ---- Textures
 
 
 def test_files_of_textures(pathtracer, even_sky):
@@ -157,12 +151,8 @@ def test_normal_maps(pathtracer):
         assert image[12, 12, 0] == pytest.approx(0.5 * cosine, rel=0.01)
 
 
-# ---- Materials
-
-
 def ior(value, **specular):
     return {"KHR_materials_ior": {"ior": value}, **({"KHR_materials_specular": specular} if specular else {})}
-
 
 
 @pytest.mark.parametrize(("colour", "metallic", "transmission", "extensions", "mode", "distance", "expected"), [
@@ -229,9 +219,6 @@ def test_textures_that_cannot_be_had_are_white_and_named(pathtracer, even_sky, t
     np.testing.assert_allclose(image, 1, atol=1e-3)
 
 
-# ---- Backs and bent normals
-
-
 def test_backs_of_single_sided_surfaces_are_not_seen(pathtracer, even_sky):
     """Seen from below, a floor is there only where it has two sides or is glass; a mirror shows no backs either."""
     glass = {"extensions": {TRANSMISSION: {"transmissionFactor": 1}}}
@@ -259,9 +246,6 @@ def test_a_mirror_under_any_normal_map_shows_the_sky(pathtracer, even_sky):
     for eye in ("0,1,0.3", "0,0.1,1"):
         view = ["--eye", eye, "--target", "0,0,0", "--fov", 5, "--env", even_sky]
         np.testing.assert_allclose(picture(pathtracer, g, "--spp", 8, *view), 1, rtol=1e-4)
-
-
-# ---- Features of files in the wild
 
 
 def test_cut_out_parts_of_a_lamp_do_not_shine(pathtracer):
@@ -308,14 +292,12 @@ def test_normals_that_the_winding_contradicts(pathtracer, metal):
 def patch(attributes, zigzag=0.0, pixel=(217, 128, 217), turned=False):
     """A quarter of a cylinder in eight strips, whose normal map leans all normals along the tangent. Coordinates that run zigzag
     have other tangents on every face. With `turned`, the winding contradicts the normals."""
-    angle = np.linspace(-np.pi / 4, np.pi / 4, 9)
-    n = np.stack([np.sin(angle), np.zeros(9), np.cos(angle)], -1)
-    points = np.concatenate([n - [0, 1, 0], n + [0, 1, 0]]).astype(np.float32)
-    rows = np.full(9, 1.0), zigzag * (np.arange(9) % 2)
-    uv = np.concatenate([np.stack([np.linspace(0, 1, 9), v], -1) for v in rows]).astype(np.float32)
-    i = np.arange(8)
-    faces = np.stack([i, i + 1, i + 10, i, i + 10, i + 9], -1).ravel().astype(np.uint16)
-    normals, across = (np.tile(v, (2, 1)).astype(np.float32) for v in (n, np.stack([n[:, 2], n[:, 1], -n[:, 0]], -1)))
+    angle = np.tile(np.linspace(-np.pi / 4, np.pi / 4, 9), 2)
+    vectors = lambda *components: np.stack(np.broadcast_arrays(*components), -1).astype(np.float32)
+    normals, across = vectors(np.sin(angle), 0, np.cos(angle)), vectors(np.cos(angle), 0, -np.sin(angle))
+    points = normals + vectors(0, np.repeat([-1, 1], 9), 0)
+    uv = vectors(angle / (np.pi / 2) + 0.5, np.concatenate([np.ones(9), zigzag * (np.arange(9) % 2)]))
+    faces = (np.arange(8)[:, None] + [0, 1, 10, 0, 10, 9]).ravel().astype(np.uint16)
     g = Gltf()
     material = g.material((1, 1, 1), normalTexture={"index": g.texture([[pixel]])}, doubleSided=turned)
     g.node(mesh=g.mesh(points, faces[::-1] if turned else faces, material, NORMAL=normals, TEXCOORD_0=uv, **attributes(across)))

@@ -70,8 +70,6 @@ def test_the_environment_is_the_right_way_round(pathtracer):
     assert (image[0, :12, 1] > 0.9).all() and (image[0, :12, 0] < 0.1).all()
 
 
-# ---- The samplers for comparison: right, split, OpenQMC's blue, and what is said where they are not
-
 PENUMBRA = ("--scene", "penumbra", "--size", "64x64", "--max-depth", 1)
 
 
