@@ -10,7 +10,7 @@ import numpy as np
 import OpenEXR
 import pytest
 from pathtracer_driver import assert_near, assert_same, read_exr, read_layers
-from scene_files import DOWN, ONE, SMALL, Gltf, add_floor, encoded, floor, room, write_environment
+from scene_files import ONE, Gltf, add_floor, encoded, floor, over_floor, room, write_environment
 
 SIZE = ["--size", "45x37"]
 ADAPTIVE = ["--scene", "penumbra", "--max-depth", 1, "--noise", 0.1, "--min-spp", 4, "--exposure", 1]
@@ -152,30 +152,27 @@ def test_an_image_of_other_settings_is_not_resumed(pathtracer):
 
 def test_a_resumed_image_keeps_the_camera_of_its_file(pathtracer):
     """Also one by number that lies on its side, which --eye, --target and --fov do not say."""
-    g = floor()
-    g.camera(0.5, translation=[0, 1, 0], rotation=DOWN)
-    half = np.sqrt(0.5)
-    g.camera(0.9, translation=[0.2, 0.5, 2], rotation=[0, 0, half, half], name="on its side")
+    g = over_floor(floor())
+    g.camera(0.9, translation=[0.2, 0.5, 2], rotation=[0, 0, np.sqrt(0.5), np.sqrt(0.5)], name="on its side")
     # The middle of the room is not the origin.
     for scene, more in ((g, ["--camera", 1]), (g, ["--camera", 1, "--eye", "0.3,0.7,1.9", "--target", "0,0,0"]), (room(), [])):
-        begun, whole = (pathtracer.render("--scene", scene, *more, *SMALL, "--spp", spp) for spp in (1, 3))
+        begun, whole = (pathtracer.render("--scene", scene, *more, *ONE, "--spp", spp) for spp in (1, 3))
         assert_near(pathtracer.layers("--resume", begun, "--spp", 3), read_layers(whole))
 
 
 @pytest.fixture
 def scene(pathtracer):
     """Arguments, and the files that they name."""
-    folder = pathtracer.folder
-    names = ["sub/wood.png", "bump map.png", "\u00e9.png", "per%cent.png"]
-    g = Gltf()
+    folder, g = pathtracer.folder, Gltf()
+    (folder / "sub").mkdir()
     for uri in ("sub/wood.png", "bump%20map.png", "\u00e9.png", "per%25cent.png"):
         add_floor(g, pbr={"baseColorTexture": {"index": g.add("textures", source=g.add("images", uri=uri))}})
+    names = ["sub/wood.png", "bump map.png", "\u00e9.png", "per%cent.png"]
+    for name in names:
+        (folder / name).write_bytes(encoded(np.full((4, 4, 3), 200)))
     text = g.text(uri="my mesh.bin")
     (folder / "scene.gltf").write_text(text.replace("sub/wood", "sub\\/wood").replace("my mesh", "my\\u0020mesh"))
     (folder / "my mesh.bin").write_bytes(g.bytes)
-    (folder / "sub").mkdir()
-    for name in names:
-        (folder / name).write_bytes(encoded(np.full((4, 4, 3), 200)))
     write_environment(folder / "sky.exr", 1.0)
     return ["--scene", "scene.gltf", "--env", "sky.exr", *ONE], ["scene.gltf", "my mesh.bin", "sky.exr", *names]
 
@@ -200,11 +197,7 @@ def test_images_of_changed_files_are_refused(pathtracer, scene):
         pathtracer.failure("--resume", before, "--spp", 2, said=name)
         (folder / name).write_bytes(old)
     # An image of one file may be read from another folder.
-    (folder / "other").mkdir()
-    for name in (*names, "scene.gltf"):
-        (folder / "other" / name).parent.mkdir(exist_ok=True)
-        shutil.copy(folder / name, folder / "other" / name)
-    pathtracer.folder /= "other"
+    pathtracer.folder = shutil.copytree(folder, folder / "other")
     after = pathtracer.render(*options, "--first-sample", 1)
     pathtracer.success("--merge", before, after, "-o", "whole.exr")
     # A list that an image makes up reaches no terminal.
