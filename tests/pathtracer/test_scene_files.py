@@ -165,21 +165,18 @@ def test_cameras_of_scenes_far_from_the_origin(pathtracer):
 
 
 def test_cameras_of_a_file_by_number(pathtracer):
+    listing = pathtracer.success("--scene", floor(), "--list-cameras").stdout
+    assert all(word in listing for word in ("none", "--eye", "--fov"))
+    pathtracer.failure("--scene", floor(), "--camera", 0, said=["no camera 0", "has 0 of its own", "--eye"])
     g = floor()
     g.camera(np.pi / 2, translation=[0, 1, 0], rotation=DOWN, name="close")
     g.camera(np.pi / 2, translation=[0, 2, 0], rotation=DOWN, name="far off")
     for options, expected in (([], 1), (["--camera", 0], 1), (["--camera", 1], 2), (["--camera", 1, "--eye", "0,3,0"], 3)):
         assert pathtracer.layers("--scene", g, *ONE, *options)["depth.Z"][12, 12] == pytest.approx(expected)
-        assert ("first of 2 cameras" in pathtracer.said and "--camera" in pathtracer.said) if not options else pathtracer.said == ""
+        assert "first of 2 cameras" in pathtracer.said and "--camera" in pathtracer.said if not options else pathtracer.said == ""
     close, far = pathtracer.success("--scene", g, "--list-cameras").stdout.splitlines()
     assert "'close'" in close and far.startswith("1") and "'far off'" in far
     pathtracer.failure("--scene", g, "--camera", 2, said=["scene.glb", "no camera 2", "has 2 of its own", "--list-cameras"])
-
-
-def test_a_file_without_cameras(pathtracer):
-    listing = pathtracer.success("--scene", floor(), "--list-cameras").stdout
-    assert "none" in listing and "--eye" in listing and "--fov" in listing
-    pathtracer.failure("--scene", floor(), "--camera", 0, said=["no camera 0", "has 0 of its own", "--eye"])
 
 
 def test_without_a_camera_everything_is_in_the_image(pathtracer, even_sky):
