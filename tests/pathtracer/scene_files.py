@@ -43,10 +43,8 @@ class Gltf:
         return self.add("bufferViews", buffer=0, byteOffset=offset, byteLength=len(data), **properties)
 
     def accessor(self, values):
-        values = np.ascontiguousarray(values)
-        kind = "SCALAR" if values.ndim == 1 else f"VEC{values.shape[1]}"
         return self.add("accessors", bufferView=self.view(values.tobytes()), componentType=COMPONENT_TYPES[values.dtype.name],
-                        count=len(values), type=kind)
+                        count=len(values), type="SCALAR" if values.ndim == 1 else f"VEC{values.shape[1]}")
 
     def material(self, colour=(0.5, 0.5, 0.5), **properties):
         """A diffuse material, but for what is given."""

@@ -73,16 +73,13 @@ def rewritten(path, name, value):
     return path.with_name("copy.exr")
 
 
-# Attributes in which parts of one image may differ. All others that are texts are settings.
-STATISTICS = {"spp", "firstSample", "endSample", "exposure", "threads", "seconds", "rays", "software", "name", "type"}
-
-
 def test_parts_with_any_other_attribute_are_refused(pathtracer):
     """Whatever setting of an image is changed, it is no part of that image any more; and statistics must be possible."""
     common = [*SIZE, "--noise", 0.3, "--min-spp", 2, "--spp", 4, "--exposure", 0]
     first, second = (pathtracer.render(*common, "--crop", crop) for crop in ("0,0,16,37", "16,0,45,37"))
-    header = read_exr(second)[1]
-    settings = {name: value for name, value in header.items() if isinstance(value, str) and name not in STATISTICS}
+    # Parts of one image may differ in statistics. All other attributes that are texts are settings.
+    statistics = {"spp", "firstSample", "endSample", "exposure", "threads", "seconds", "rays", "software", "name", "type"}
+    settings = {name: value for name, value in read_exr(second)[1].items() if isinstance(value, str) and name not in statistics}
     assert set(settings) >= {"scene", "camera", "env", "sampler", "draws", "inputs", "declare", "seed", "max-depth",
                              "light-samples", "photometric", "clamp", "noise", "min-spp", "noise-exposure"}  # fmt: skip
     pathtracer.success("--merge", first, rewritten(second, "seconds", "1"), "-o", pathtracer.render(*ONE))

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that are wrong, never end or take all memory: one clear line that names the file, soon,
-with little memory, and no image."""
+"""Files that are wrong, never end or take all memory: one clear line that names the file, soon, with little memory, and no image."""
 
 import functools
 import operator
@@ -11,7 +10,7 @@ import subprocess
 import numpy as np
 import pytest
 import scene_files as files
-from scene_files import DOWN, FOUR, ONE, QUAD, SIX, Gltf, ball, encoded, floor, picture, textured_floor
+from scene_files import DOWN, FOUR, ONE, QUAD, SIX, Gltf, ball, encoded, floor, picture, textured_floor, write_exr
 
 BOUND = 0.25  # GiB of --max-memory; a run takes 0.03 without any of this
 OUT = [*ONE, "-o", "out.exr"]
@@ -71,15 +70,11 @@ def exr(change):
     """Other bytes, or what becomes of those of an image of 8 x 8."""
 
     def write(folder):
-        path = files.write_exr(folder / "a.exr", RGB=np.zeros((8, 8, 3), np.float32))
+        path = write_exr(folder / "a.exr", RGB=np.zeros((8, 8, 3), np.float32))
         put(path, change(path.read_bytes()) if callable(change) else change)
         return [[option, "a.exr"] for option in ("--env", "--merge")]
 
     return write
-
-
-def environment(**channels):
-    return lambda folder: [["--env", files.write_exr(folder / "a.exr", **channels)]]
 
 
 def texture_on_floor(g, **source):
@@ -167,8 +162,7 @@ CASES = {
     "short_glb": (scene(textured_floor(files.LARGE_FOUR).glb()[:900], "wrong.glb"), "cut short"),
     "short_gltf": (scene(floor().gltf()[:300]), "not valid glTF"),
     "empty_file": (scene("", "wrong.glb"), ""),
-    "text": (scene("no glTF"), ""),
-    "list": (scene("[1, 2]"), ""),
+    "text": (scene("no glTF"), ""), "list": (scene("[1, 2]"), ""),
     "deep_nesting": (scene(START + '"extras": ' + "[" * 100000 + "]" * 100000 + "}"), "no triangles"),
     # Images
     "data_uri_is_no_image": (gltf(lambda g: texture_on_floor(g, uri="data:image/png;base64,eHh4eA==")), "image 0: is damaged"),
@@ -194,8 +188,8 @@ CASES = {
     "empty_exr": (exr(""), NO_EXR),
     **{f"exr_claims_{w}x{h}": (exr(lambda data, window=struct.pack("<4i", 0, 0, w - 1, h - 1): data.replace(WINDOW, window)), NO_EXR)
        for w, h in ((16384, 8192), (2**24, 1), (1, 2**24))},
-    "environment_is_grey": (environment(Y=np.ones((4, 8), np.float32)), "it has no channel R"),
-    "environment_is_not_finite": (environment(RGB=np.full((4, 8, 3), np.nan, np.float32)), "not finite"),
+    "environment_is_grey": (lambda folder: [["--env", write_exr(folder / "a.exr", Y=np.ones((4, 8), np.float32))]], "it has no channel R"),
+    "environment_is_not_finite": (lambda folder: [["--env", files.write_environment(folder / "a.exr", np.nan)]], "not finite"),
 }
 
 
@@ -223,8 +217,8 @@ def test_fifty_thousand_generations_of_nodes_are_read(pathtracer):
 
 def test_a_scene_reaches_so_far(pathtracer):
     """Up to 1e10 from its middle an image is right; lights beyond 1e15 are left out."""
-    plain = picture(pathtracer, files.room(), "--spp", 4)
-    np.testing.assert_allclose(picture(pathtracer, files.room(0.99e10), "--spp", 4), plain, rtol=1e-3)
+    far, near = (picture(pathtracer, files.room(scale), "--spp", 4) for scale in (0.99e10, 1))
+    np.testing.assert_allclose(far, near, rtol=1e-3)
     g = Gltf()
     ball(g, g.material())
     g.json["nodes"][0].update(scale=[0.99e10] * 3, translation=[9e14, 0, 0])

@@ -12,13 +12,10 @@ from scene_files import COMPONENT_TYPES, DOWN, ONE, QUAD, ROOM_EYE, SIX, Gltf, b
 
 def test_a_furnace_from_a_file(pathtracer):
     """Walls that emit and reflect one half: three bounces add 7/8 to the emission, by lamps and by what is hit."""
-    light = np.array([2, 1.5, 0.5])
-    g = Gltf()
-    glow = g.material(**g.glow(light, 2))
-    bottom = QUAD - np.float32([0, 1, 0])
+    light, g = np.array([2, 1.5, 0.5]), Gltf()
     for axis in range(3):
-        wall = np.roll(bottom, axis, axis=1)
-        g.quads([wall, -wall[::-1]], glow)
+        wall = np.roll(QUAD - np.float32([0, 1, 0]), axis, axis=1)
+        g.quads([wall, -wall[::-1]], g.material(**g.glow(light, 2)))
     image = picture(pathtracer, g, "--spp", 64, "--max-depth", 3, "--eye", "0,0,0", "--target", "0,-1,-1", "--fov", 90)
     np.testing.assert_allclose(image.mean(axis=(0, 1)), 1.875 * light, rtol=0.01)
 

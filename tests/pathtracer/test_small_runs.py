@@ -20,9 +20,8 @@ def everything_of_gltf():
     """Textures, cut-outs, normals, single sides, all kinds of light and material."""
     g = textured_floor(sampler={}, doubleSided=True)
     grey = {"index": g.texture(FOUR.repeat(8, axis=0).repeat(8, axis=1))}
-    maps = {"normalTexture": grey, "emissiveTexture": grey, "emissiveFactor": [1, 1, 1]}
     rough = {"metallicFactor": 1, "metallicRoughnessTexture": grey}
-    ball(g, g.material((1, 1, 1), pbr=rough, alphaMode="MASK", **maps), around=6)
+    ball(g, g.material(pbr=rough, alphaMode="MASK", normalTexture=grey, emissiveTexture=grey, emissiveFactor=[1, 1, 1]), around=6)
     glass = {"KHR_materials_transmission": {"transmissionFactor": 1}}
     ball(g, g.material((1, 1, 1), pbr={"roughnessFactor": 0.4}, extensions=glass), around=6)
     for kind in ("point", "spot", "directional"):
@@ -37,12 +36,9 @@ def test_gltf(pathtracer, name):
         pathtracer.render(*TINY, "--scene", path, *options)
 
 
-def test_environments(pathtracer):
+def test_an_environment_merging_and_noise(pathtracer):
     sky = write_environment(pathtracer.folder / "sky.exr", np.linspace(0, 1, 32).reshape(4, 8, 1))
     pathtracer.render(*TINY, "--env", sky, "--scene", "lens")
-
-
-def test_merge_and_noise(pathtracer):
     pathtracer.render("--merge", pathtracer.render(*TINY), pathtracer.render(*TINY, "--first-sample", 2))
     pathtracer.render(*TINY, "--noise", 0.3, "--min-spp", 2, "--spp", 4)
     pathtracer.success("--list-cameras")
