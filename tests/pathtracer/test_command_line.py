@@ -51,6 +51,7 @@ BAD_ARGUMENTS = """
     --crop 0,0,0,10                              | --crop
     --crop 5,0,3,10                              | --crop
     --crop 0,0,10,10 --size 9x20                 | --crop, 9x20
+    --crop 0,0,9,21 --size 9x20                  | --crop, 9x20
     --fast                                       | --fast, --help
     scene.glb                                    | scene.glb, --help
     --scene a.obj                                | a.obj, scripts/to-gltf a.obj

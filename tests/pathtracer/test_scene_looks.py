@@ -13,7 +13,6 @@ from scene_files import DOWN, FOUR, FOUR_COLOURS, ONE, QUAD, Gltf, add_floor, as
 
 MIRROR = {"metallicFactor": 1, "roughnessFactor": 0}
 TRANSMISSION = "KHR_materials_transmission"
-
 HALF = np.pi / 6  # half of 60 degrees, from looking along -z towards straight down
 
 
@@ -89,11 +88,9 @@ def test_a_bright_texel_on_a_dark_texture_shines(pathtracer):
 def test_files_of_textures(pathtracer, even_sky):
     """The image lies upright, its corner (0, 0) is top left, and its colours are those of sRGB: as a JPEG, and as a PNG in grey, of
     16 bits, with alpha, with a palette, and with a gamma, which glTF ignores."""
-    grey = np.array([[10, 90], [160, 250]], np.uint8)
-    palette = Image.new("P", (2, 2))
+    grey, palette, gamma = np.array([[10, 90], [160, 250]], np.uint8), Image.new("P", (2, 2)), PngImagePlugin.PngInfo()
     palette.putpalette(FOUR.tobytes())
     palette.putdata([2, 0, 3, 1])
-    gamma = PngImagePlugin.PngInfo()
     gamma.add(b"gAMA", struct.pack(">I", 100000))
     greys = np.tile(files.linear(grey.ravel())[:, None], 3)
     for image, expected, options in [
@@ -141,9 +138,8 @@ def test_masks_cut_out(pathtracer, even_sky):
 
 def test_normal_maps(pathtracer):
     """A map that leans all normals makes a floor as bright as one that leans: red to +x, green up in the picture, to -z."""
-    half = np.sqrt(0.5)
-    for lean, to_light, cosine in [([0.6, 0, 0.8], [0, 1, 0], 0.8), ([0.6, 0, 0.8], [half, half, 0], 1.4 * half),
-                                   ([0, 0.6, 0.8], [0, half, -half], 1.4 * half)]:
+    x, h = [0.6, 0, 0.8], np.sqrt(0.5)
+    for lean, to_light, cosine in [(x, [0, 1, 0], 0.8), (x, [h, h, 0], 1.4 * h), ([0, 0.6, 0.8], [0, h, -h], 1.4 * h)]:
         g = Gltf()
         add_floor(g, (0.5, 0.5, 0.5), normalTexture={"index": g.texture(np.round(255 * (0.5 + 0.5 * np.array([[lean]]))))})
         g.light("point", 1e4 * np.pi, translation=[100 * v for v in to_light])
@@ -182,12 +178,13 @@ def test_transmission_is_glass(pathtracer, even_sky, colour, metallic, transmiss
     (ior(1000, specularColorFactor=[0.3, 0.3, 0.3]), 0.3), (ior(0, specularColorFactor=[0.3, 0.3, 0.3]), 0.3),
     (ior(1000, specularColorTexture={"index": 0}), 0.04)])
 def test_coats(pathtracer, even_sky, extensions, coat):
-    """Over black, seen straight, a smooth coat shows its reflectance of the sky."""
-    g = Gltf()
-    g.texture(FOUR)
-    pbr = {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0, "roughnessFactor": 0.05}
-    g.quads([QUAD], g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions))
-    assert picture(pathtracer, over_floor(g, yfov=0.01), "--spp", 64, "--env", even_sky).mean() == pytest.approx(coat, rel=0.05)
+    """Over black, seen straight, a smooth coat shows its reflectance of the sky: with factors, and with a texture's green and blue."""
+    for factors in (True, False):
+        g = Gltf()
+        texture = {"metallicRoughnessTexture": {"index": g.texture([[[255, 13, 0]]])}}
+        pbr = {"baseColorFactor": [0, 0, 0, 1], **({"metallicFactor": 0, "roughnessFactor": 0.05} if factors else texture)}
+        g.quads([QUAD], g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions))
+        assert picture(pathtracer, over_floor(g, yfov=0.01), "--spp", 64, "--env", even_sky).mean() == pytest.approx(coat, rel=0.05)
 
 
 @pytest.mark.parametrize("plus", [False, True])
@@ -220,8 +217,7 @@ def test_textures_that_cannot_be_had_are_white_and_named(pathtracer, even_sky, t
 
 def test_backs_of_single_sided_surfaces_are_not_seen(pathtracer, even_sky):
     """Seen from below, a floor is there only where it has two sides or is glass; a mirror shows no backs either."""
-    glass = {TRANSMISSION: {"transmissionFactor": 1}}
-    for properties, share in (({}, 0), ({"doubleSided": True}, 1), ({"extensions": glass}, 1)):
+    for properties, share in (({}, 0), ({"doubleSided": True}, 1), ({"extensions": {TRANSMISSION: {"transmissionFactor": 1}}}, 1)):
         g = Gltf()
         g.quads([QUAD], g.material(**properties))
         view = ["--scene", g, *ONE, "--env", even_sky, "--target", "0,0,0", "--fov", 60]
@@ -285,9 +281,9 @@ def test_normals_that_the_winding_contradicts(pathtracer, metal):
     np.testing.assert_allclose(image(True).mean(), image(False).mean(), rtol=2e-3)
 
 
-def patch(attributes, zigzag=0.0, pixel=(217, 128, 217), turned=False):
+def patch(attributes, zigzag=0.0, pixel=(217, 128, 217), turned=False, scale=1):
     """A quarter of a cylinder in eight strips, whose normal map leans all normals along the tangent. Coordinates that run zigzag
-    have other tangents on every face. With `turned`, the winding contradicts the normals."""
+    have other tangents on every face. With `turned`, the winding contradicts the normals. `scale` is the node's, along x."""
     angle = np.tile(np.linspace(-np.pi / 4, np.pi / 4, 9), 2)
     vectors = lambda *components: np.stack(np.broadcast_arrays(*components), -1).astype(np.float32)
     normals, across = vectors(np.sin(angle), 0, np.cos(angle)), vectors(np.cos(angle), 0, -np.sin(angle))
@@ -296,7 +292,8 @@ def patch(attributes, zigzag=0.0, pixel=(217, 128, 217), turned=False):
     faces = (np.arange(8)[:, None] + [0, 1, 10, 0, 10, 9]).ravel().astype(np.uint16)
     g = Gltf()
     material = g.material((1, 1, 1), normalTexture={"index": g.texture([[pixel]])}, doubleSided=turned)
-    g.node(mesh=g.mesh(points, faces[::-1] if turned else faces, material, NORMAL=normals, TEXCOORD_0=uv, **attributes(across)))
+    mesh = g.mesh(points, faces[::-1] if turned else faces, material, NORMAL=normals, TEXCOORD_0=uv, **attributes(across))
+    g.node(mesh=mesh, scale=[scale, 1, 1])
     g.camera(0.5, translation=[0, 0, 4])
     return g
 
@@ -316,6 +313,8 @@ def test_tangents(pathtracer, even_sky):
     assert abs(other[6, 6, 0] - written[6, 6, 0]) > 0.5
     up = {"pixel": (128, 217, 217)}
     np.testing.assert_allclose(normals(lambda t: {}, turned=True, **up), normals(lambda t: {}, **up), atol=0.01)
+    for attributes in (lambda t: {}, lambda t: signed(t, 1)):  # a mirrored node shows the mirror image
+        np.testing.assert_allclose(normals(attributes, scale=-1, **up)[:, ::-1] * [-1, 1, 1], normals(attributes, **up), atol=0.01)
     seamless = normals(lambda t: {}, 0.15)
     assert max(np.abs(np.diff(seamless, axis=axis)).max() for axis in (0, 1)) < 0.1  # 0.7 with tangents of faces
 
