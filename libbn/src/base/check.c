@@ -20,7 +20,7 @@ bn_result bn_check_extents(uint32_t width, uint32_t height, uint32_t depth, uint
     uint64_t texels;
     if (width == 0 || height == 0 || depth == 0 || channels == 0) return BN_ERROR_INVALID_ARGUMENT;
     if (!bn_product(extents, BN_MOST_TEXELS, &texels)) return BN_ERROR_OUT_OF_MEMORY;
-    /* Below 2^63: the product cannot wrap. */
+    /* Below 2^63, so the product cannot wrap. */
     return count == texels * channels ? BN_SUCCESS : BN_ERROR_SIZE_MISMATCH;
 }
 

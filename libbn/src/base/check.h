@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Argument checks. The same mistake gives the same result in every function. */
+ * Argument checks. Every function returns the same error for the same mistake. */
 #ifndef BN_CHECK_H
 #define BN_CHECK_H
 
@@ -11,36 +11,36 @@
 /* Stores the product of four factors in *product. Returns 0 if it exceeds `limit`. */
 int bn_product(const uint32_t factors[4], uint64_t limit, uint64_t *product);
 
-/* Checks that `count` elements make `channels` masks of width x height x depth texels. Errors:
+/* Checks that `count` elements make up `channels` masks of width x height x depth texels. Errors:
  * INVALID_ARGUMENT (a zero extent), OUT_OF_MEMORY (a mask has more than BN_MOST_TEXELS),
  * SIZE_MISMATCH. */
 bn_result bn_check_extents(uint32_t width, uint32_t height, uint32_t depth, uint32_t channels,
                            size_t count);
 
-/* The rank of texel `at`, counted in memory. */
+/* The rank of texel `at` in memory order. */
 uint32_t bn_mask_rank(const bn_mask *mask, size_t at);
 
-/* Checks that `mask` is a 2-D mask of one channel with every rank from 0 to count - 1 once. Errors:
- * INVALID_ARGUMENT (also for NULL), OUT_OF_MEMORY as above, BAD_DATA (not a permutation). Needs one bit of
- * memory per texel. */
+/* Checks that `mask` is a single-channel 2-D mask in which each rank from 0 to count - 1 occurs once.
+ * Errors: INVALID_ARGUMENT (also for NULL), OUT_OF_MEMORY (as above), BAD_DATA (not a permutation).
+ * Needs one bit of memory per texel. */
 bn_result bn_check_mask(const bn_mask *mask);
 
-/* Checks a mask that a function will write, and counts the ranks in all its channels. Errors:
- * INVALID_ARGUMENT (NULL, a zero extent, rank_bits other than 16 or 32 or too few), OUT_OF_MEMORY (a channel
+/* Checks a mask before it is written, and counts the ranks in all its channels. Errors: INVALID_ARGUMENT
+ * (NULL, a zero extent, rank_bits other than 16 or 32, or too few for the ranks), OUT_OF_MEMORY (a channel
  * with more than BN_MOST_TEXELS, or a total that exceeds the address space). */
 bn_result bn_check_new_mask(const bn_mask *mask, size_t *count);
 
-/* Writes the ranks of a mask that passed the check. */
+/* Writes the ranks of a mask that has passed bn_check_new_mask(). */
 void bn_mask_write(const bn_mask *mask, const uint32_t *ranks, size_t count);
 
 /* One channel of a mask. */
 bn_mask bn_mask_channel(const bn_mask *mask, uint32_t channel);
 
 /* Whether low <= value <= high; false for NaN and infinities. Examines the bits, so that a compiler that
- * assumes there are none (-ffast-math) cannot drop the check. */
+ * assumes finite values (-ffast-math) cannot drop the check. */
 int bn_in_range(double value, double low, double high);
 
-/* Whether a float is NaN, by its bits. */
+/* Whether a float is NaN, judging by its bits. */
 int bn_is_nan(float value);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The default floating-point environment, in functions that compilers cannot see into. They are not
- * inlined even when the whole library is one file. */
+ * Sets the default floating-point environment, in functions that compilers cannot see into. They
+ * are not inlined even if the whole library is compiled as one file. */
 #include "base/float_environment.h"
 #if defined(__SSE2__) || defined(_M_X64)
 #include <emmintrin.h>
@@ -14,7 +14,7 @@ BN_NOINLINE void bn_float_environment_set(bn_float_environment *host) {
     fegetenv(&host->standard);
     fesetenv(FE_DFL_ENV);
 #if defined(HAS_MXCSR)
-    _mm_setcsr(0x1f80); /* the processor's default: to nearest, nothing flushed or trapped */
+    _mm_setcsr(0x1f80); /* the CPU's default: rounds to nearest, flushes and traps nothing */
 #endif
 }
 

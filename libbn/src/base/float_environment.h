@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Makes floating-point arithmetic independent of the host's settings: directed rounding,
- * flush-to-zero, denormals-are-zero, traps. A public function that computes with floats sets the
+ * Makes floating-point arithmetic independent of the host's settings, such as directed rounding,
+ * flush-to-zero, denormals-are-zero and traps. A public function that computes with floats sets the
  * default environment, calls the function that does the work, and restores the host's environment
  * with its exception flags. The inner function is BN_NOINLINE, so that no computation is moved out
  * of it. Threads started inside inherit the default environment. */
@@ -28,7 +28,7 @@
 
 typedef struct bn_float_environment {
     fenv_t standard;
-    unsigned mxcsr; /* SSE's own; MinGW's <fenv.h> leaves it alone */
+    unsigned mxcsr; /* SSE's control register, which MinGW's <fenv.h> ignores */
 } bn_float_environment;
 
 void bn_float_environment_set(bn_float_environment *host);

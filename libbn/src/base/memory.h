@@ -6,8 +6,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Allocates count * size bytes, aligned to 64 bytes. NULL if the product is zero or overflows, or
- * if out of memory. */
+/* Allocates count * size bytes, aligned to 64 bytes. Returns NULL if the product is zero or
+ * overflows, or if memory runs out. */
 void *bn_allocate(size_t count, size_t size);
 void *bn_allocate_zero(size_t count, size_t size);
 void bn_free(void *memory);

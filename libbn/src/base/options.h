@@ -6,14 +6,15 @@
 #include <bn/bn.h>
 #include <string.h>
 
-/* The largest structure that a newer header might define. A larger struct_size is uninitialised. */
+/* The largest structure that a newer header might define. A larger struct_size indicates an uninitialised
+ * structure. */
 enum { BN_OPTIONS_MOST_BYTES = 4096 };
 
 /* Copies the caller's structure over `options`, which holds the defaults. `given` may be NULL. Every
  * options structure starts with its struct_size. A structure smaller than this version's is rejected: there
- * is no older version, and a size could end inside a pointer. Once a structure has grown, pass its older
- * sizes and accept only those. Errors: INVALID_ARGUMENT (an impossible size), UNSUPPORTED (the structure
- * sets options that this library lacks). */
+ * is no older version, and a smaller size could end inside a pointer. Once a structure has grown, pass its
+ * older sizes and accept only those. Errors: INVALID_ARGUMENT (an impossible size), UNSUPPORTED (the
+ * structure sets options that this library lacks). */
 static inline bn_result bn_options_read(void *options, size_t size, const void *given) {
     size_t given_size;
     const unsigned char *bytes = (const unsigned char *)given;

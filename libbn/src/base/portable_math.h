@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * exp() and log() with the same bits on every machine, unlike the C library's. They use only the
- * four basic operations. The relative error is about 1e-15. */
+ * exp() and log() that are bit-identical on every machine, unlike the C library's. They use only
+ * the four basic operations. The relative error is about 1e-15. */
 #ifndef BN_PORTABLE_MATH_H
 #define BN_PORTABLE_MATH_H
 
@@ -18,7 +18,7 @@ static inline double bn_portable_exp(double x) {
     return ldexp(sum, whole);
 }
 
-/* ln x for normal x > 0, by the series of 2 atanh((m - 1) / (m + 1)). */
+/* ln x for normal x > 0, from the series for 2 atanh((m - 1) / (m + 1)). */
 static inline double bn_portable_log(double x) {
     int exponent;
     double m = frexp(x, &exponent);

@@ -20,7 +20,7 @@ static inline uint64_t bn_random_next(bn_random *random) {
     return bn_mix64(random->state);
 }
 
-/* An integer below `bound`, by multiplication; the bias is below bound / 2^32. */
+/* A random integer below `bound`, computed by multiplication. Its bias is below bound / 2^32. */
 static inline uint32_t bn_random_below(bn_random *random, uint32_t bound) {
     return (uint32_t)((bn_random_next(random) >> 32) * bound >> 32);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Results and the version as strings. */
+ * Converts results and the version to strings. */
 #include <bn/bn.h>
 
 #define BN_STRINGIFY_(x) #x

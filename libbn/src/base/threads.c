@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Teams of threads, with a barrier built from a lock and a condition variable: POSIX barriers are optional,
- * and Windows has them only since version 8. Locks, conditions and threads are the system's. */
+ * Teams of threads. The barrier is built from a lock and a condition variable, because POSIX barriers are
+ * optional and Windows has none before version 8. Locks, condition variables and threads are the
+ * system's. */
 #define _POSIX_C_SOURCE 200809L
 #define _DARWIN_C_SOURCE 1 /* for the number of CPUs on macOS */
 #include "base/threads.h"
@@ -14,7 +15,7 @@ typedef struct team_member {
 
 static void member_run(team_member *member);
 
-/* ---- The system's threads */
+/* ---- System threads */
 
 #if defined(_WIN32)
 

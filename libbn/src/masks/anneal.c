@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Simulated annealing of masks (Georgiev and Fajardo, "Blue-noise dithered sampling", 2016):
- * arguments, initial mask and choice of energy. Takes sweeps x texels trials. */
+ * Simulated annealing of masks (Georgiev and Fajardo, "Blue-noise dithered sampling", 2016): checks
+ * the arguments, makes the initial mask and chooses the energy. Takes sweeps x texels trials. */
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/memory.h"
@@ -9,10 +9,10 @@
 #include "masks/eliminate.h"
 #include <float.h>
 
-/* The window's radius in sigmas, where the kernel exp(-d^2 / (4 sigma^2)) has fallen to 0.3%. */
+/* The window's radius in sigmas, at which the kernel exp(-d^2 / (4 sigma^2)) has fallen to 0.3%. */
 static const double BN_ANNEAL_CUTOFF = 4.8;
 
-/* The distance in sigmas beyond which texels of equal value do not interact. */
+/* The distance in sigmas beyond which texels with the same value do not interact. */
 static const double BN_ANNEAL_SPARSE = 10.0 / 3;
 
 static int good_anneal_options(const bn_anneal_options *o, uint32_t channels) {
@@ -23,7 +23,7 @@ static int good_anneal_options(const bn_anneal_options *o, uint32_t channels) {
            bn_in_range(o->end_temperature, DBL_TRUE_MIN, o->start_temperature);
 }
 
-/* The initial void-and-cluster always reports progress as 0. */
+/* The initial void-and-cluster run always reports a progress of 0. */
 static int32_t at_start(void *user, double fraction) {
     const bn_anneal_job *job = user;
     (void)fraction;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The state and functions shared by annealing of one channel and of several channels. */
+ * The state and functions that single-channel and multi-channel annealing share. */
 #ifndef BN_ANNEAL_JOB_H
 #define BN_ANNEAL_JOB_H
 
@@ -15,17 +15,17 @@ typedef struct bn_anneal_job {
     uint32_t width, height, channels;
     uint32_t texels;
     uint32_t
-        reach[2];    /* half the window along x and y, limited so that no window overlaps itself */
-    uint32_t *ranks; /* [channels][texels], worked on in place */
+        reach[2];    /* half the window's extent along x and y, limited so that no window overlaps itself */
+    uint32_t *ranks; /* [channels][texels], annealed in place */
     const double *logs; /* -ln((i + 0.5) / BN_ANNEAL_LOG_SIZE) */
     bn_random random;
 } bn_anneal_job;
 
-/* Improve the ranks of a job. Errors: OUT_OF_MEMORY, CANCELLED. */
+/* Improve a job's ranks. Errors: OUT_OF_MEMORY, CANCELLED. */
 bn_result bn_anneal_scalar(bn_anneal_job *job);
 bn_result bn_anneal_vector(bn_anneal_job *job);
 
-/* The temperature of a sweep, as a fraction of the largest gain. */
+/* A sweep's temperature, as a fraction of the largest gain. */
 static inline double bn_anneal_temperature(const bn_anneal_job *job, uint32_t sweep) {
     const bn_anneal_options *o = job->options;
     double t = (sweep + 0.5) / o->sweeps;
@@ -40,14 +40,14 @@ static inline int bn_anneal_cancelled(const bn_anneal_job *job, uint32_t sweep, 
     return job->progress(job->progress_user, done) != 0;
 }
 
-/* A texel at most three away from p along each axis, possibly p itself. `choice` is below 49. */
+/* A texel at most three texels from p along each axis, possibly p itself. `choice` is below 49. */
 static inline uint32_t bn_anneal_neighbour(const bn_anneal_job *job, uint32_t p, uint32_t choice) {
     uint32_t x = (p % job->width + 3 * job->width + choice % 7 - 3) % job->width;
     uint32_t y = (p / job->width + 3 * job->height + choice / 7 - 3) % job->height;
     return y * job->width + x;
 }
 
-/* The offset from one coordinate to another, the shorter way around the torus. */
+/* The offset from one coordinate to another, taking the shorter way around the torus. */
 static inline int32_t bn_anneal_offset(uint32_t from, uint32_t to, uint32_t extent) {
     int32_t d = (int32_t)to - (int32_t)from, half = (int32_t)(extent / 2);
     return d > half ? d - (int32_t)extent : d < -half ? d + (int32_t)extent : d;

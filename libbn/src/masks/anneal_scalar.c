@@ -1,30 +1,30 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Annealing of one channel, with the dithering error itself as the energy.
+ * Single-channel annealing, whose energy is the dithering error itself.
  *
  * Summed over all thresholds, the squared error E_sigma^2 is a constant minus the sum over pairs of
  * W(p - q) |r_p - r_q|, where W is a Gaussian of width sigma sqrt(2), the autocorrelation of the
  * blur. This follows from |a - b| = a + b - 2 min(a, b). Swapping the ranks a < b of two texels
  * changes the sum by the difference of two sums of W clamp(r, a, b) over their windows, so a trial
- * costs two windows of 16-bit multiplications. Half of the trials swap with a texel of similar
- * rank, the other half with a nearby texel. */
+ * costs two windows of 16-bit multiplications. Half of the trials swap a texel with one of similar
+ * rank, the other half with a nearby one. */
 #include "base/memory.h"
 #include "masks/anneal_job.h"
 #include "simd/simd.h"
 
-enum { BN_ANNEAL_WEIGHT_SUM = 32000 /* the difference of two windows fits 32 bits */ };
+enum { BN_ANNEAL_WEIGHT_SUM = 32000 /* the difference of two windows fits in 32 bits */ };
 
 typedef struct board {
     bn_anneal_job *job;
     const bn_simd *simd;
-    uint32_t rows, row_lanes; /* of a window */
+    uint32_t rows, row_lanes; /* in a window */
     size_t stride, image_rows;
     int16_t *image;   /* reduced ranks, with a toroidal margin */
     int16_t *weights; /* [rows][row_lanes] */
     uint32_t *positions;
 } board;
 
-/* A rank in 16 bits, from -32768. In large masks several ranks share a value; swapping those gains
- * nothing. */
+/* A rank reduced to 16 bits, starting at -32768. In large masks several ranks share a value, and
+ * swapping those gains nothing. */
 static int16_t reduced(const board *b, uint32_t rank) {
     const uint32_t texels = b->job->texels;
     if (texels > 65536) rank = (uint32_t)((uint64_t)rank * 65536 / texels);
@@ -60,7 +60,7 @@ static void try_swap(board *b, uint32_t p, uint32_t q, double allowance) {
     int64_t gain =
         b->simd->window_difference(b->image + py * b->stride + px, b->image + qy * b->stride + qx,
                                    b->stride, b->weights, b->rows, b->row_lanes, a, c);
-    /* The pair itself does not change: undo what the windows counted for it. */
+    /* A swap does not change the pair's own term: undo the windows' contributions to it. */
     const int32_t dx = bn_anneal_offset(px, qx, job->width) + (int32_t)job->reach[0];
     const int32_t dy = bn_anneal_offset(py, qy, job->height) + (int32_t)job->reach[1];
     if (dx >= 0 && dx <= 2 * (int32_t)job->reach[0] && dy >= 0 &&
@@ -73,7 +73,7 @@ static void try_swap(board *b, uint32_t p, uint32_t q, double allowance) {
     }
 }
 
-/* One sweep; 0 when cancelled. */
+/* Runs one sweep. Returns 0 if cancelled. */
 static int run_sweep(board *b, uint32_t sweep, double temperature) {
     bn_anneal_job *job = b->job;
     const uint32_t texels = job->texels, reach = texels / 32 + 1;
@@ -98,7 +98,7 @@ static int run_sweep(board *b, uint32_t sweep, double temperature) {
     return 1;
 }
 
-/* The Gaussians of both blurs, each of volume one, weighted by far_weight. */
+/* Adds the Gaussians of both blurs, each with a volume of one, weighted by far_weight. */
 static void fill_weights(board *b) {
     const bn_anneal_options *o = b->job->options;
     const int32_t rx = (int32_t)b->job->reach[0], ry = (int32_t)b->job->reach[1];

@@ -1,23 +1,23 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Annealing of two to four channels with the energy of Georgiev and Fajardo ("Blue-noise dithered
- * sampling", 2016): the sum over pairs of texels of exp(-|p - q|^2 / (4 sigma^2)) times exp(-|v_p -
- * v_q|^(channels / 2) / value_sigma^2). A trial swaps the values of one channel, or of all
- * channels, between two texels. It costs two windows of table lookups per texel. */
+ * Annealing of two to four channels. The energy is that of Georgiev and Fajardo ("Blue-noise
+ * dithered sampling", 2016): the sum over pairs of texels of exp(-|p - q|^2 / (4 sigma^2)) times
+ * exp(-|v_p - v_q|^(channels / 2) / value_sigma^2). A trial swaps the values of one channel, or of
+ * all channels, between two texels. Each trial costs two windows of table lookups per texel. */
 #include "base/memory.h"
 #include "masks/anneal_job.h"
 
 enum {
-    BN_VECTOR_BITS = 12,                       /* of a value */
+    BN_VECTOR_BITS = 12,                       /* per value */
     BN_VECTOR_TABLE = 4096,                    /* entries for squared distances from 0 to 4 */
-    BN_VECTOR_SHIFT = 2 * BN_VECTOR_BITS - 10, /* squared distance to entry */
+    BN_VECTOR_SHIFT = 2 * BN_VECTOR_BITS - 10, /* from squared distance to table entry */
     BN_VECTOR_ONE = 1 << 14
 };
 
 typedef struct field {
     bn_anneal_job *job;
-    int16_t *values;     /* [texels][4], in BN_VECTOR_BITS bits; absent channels 0 */
+    int16_t *values;     /* [texels][4], of BN_VECTOR_BITS bits; absent channels are 0 */
     uint32_t *positions; /* [channels][texels]: the texel of each rank */
-    int32_t *weights;    /* of the offsets of a window */
+    int32_t *weights;    /* one per offset in a window */
     int32_t table[BN_VECTOR_TABLE + 1];
 } field;
 
@@ -28,7 +28,7 @@ static uint32_t entry(const int16_t *a, const int16_t *b) {
 }
 
 /* The increase in energy of p's pairs when its value changes from `old` to `new`. The pair with
- * `other` is left out, because a swap of any channels preserves the distance within the pair. */
+ * `other` is left out, because swapping any channels preserves the distance within the pair. */
 static int64_t change_vectors(const field *f, uint32_t p, uint32_t other, const int16_t *old,
                               const int16_t *new) {
     const bn_anneal_job *job = f->job;
@@ -78,7 +78,7 @@ static void try_vector_swap(field *f, uint32_t p, uint32_t q, uint32_t channels,
     }
 }
 
-/* One sweep; 0 when cancelled. */
+/* Runs one sweep. Returns 0 if cancelled. */
 static int run_vector_sweep(field *f, uint32_t sweep, double temperature) {
     bn_anneal_job *job = f->job;
     const uint32_t texels = job->texels, reach = texels / 16 + 1;
@@ -91,7 +91,7 @@ static int run_vector_sweep(field *f, uint32_t sweep, double temperature) {
         const uint32_t channel = (more & 0xff) % job->channels;
         uint32_t q, channels = 1u << channel;
         switch (bits >> 12 & 3) {
-        case 0: /* one channel, a similar rank */
+        case 0: /* swaps one channel with a texel of similar rank */
         case 1: {
             const uint32_t step = 1 + (uint32_t)((uint64_t)(more >> 8) * reach >> 16);
             const uint32_t rank = job->ranks[(size_t)channel * texels + p];
@@ -100,10 +100,10 @@ static int run_vector_sweep(field *f, uint32_t sweep, double temperature) {
                              (bits >> 14 & 1 ? rank - step : rank + step)];
             break;
         }
-        case 2: /* one channel, a texel nearby */
+        case 2: /* swaps one channel with a texel nearby */
             q = bn_anneal_neighbour(job, p, (more >> 8) % 49);
             break;
-        default: /* all channels, any texel */
+        default: /* swaps all channels with any texel */
             q = (uint32_t)((bits >> 16 & 0xffff) * texels >> 16);
             channels = 15;
             break;

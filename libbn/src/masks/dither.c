@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Ordered dithering with a mask, one threshold per pixel and channel (Bayer, "An optimum method for
- * two-level rendition of continuous-tone pictures", 1973; with a blue-noise mask, Ulichney 1993). */
+ * Ordered dithering. A mask supplies one threshold per pixel and channel (Bayer, "An optimum method
+ * for two-level rendition of continuous-tone pictures", 1973; for blue-noise masks, Ulichney
+ * 1993). */
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/memory.h"
@@ -11,16 +12,16 @@
  * masks. */
 extern const uint16_t bn_data_mask_64[];
 
-/* The offset of a channel in the mask, along one axis. The offsets form a low-discrepancy sequence
- * (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018), so they are far apart on the
- * torus, and distant values of a blue-noise mask are uncorrelated. */
+/* A channel's offset into the mask along one axis. The offsets form a low-discrepancy sequence (Roberts,
+ * "The unreasonable effectiveness of quasirandom sequences", 2018), so they are far apart on the torus,
+ * and distant values of a blue-noise mask are uncorrelated. */
 static uint32_t channel_shift(uint32_t channel, uint32_t extent, double step) {
     double at = channel * step;
     return (uint32_t)((at - floor(at)) * extent);
 }
 
-/* ((v + 0.055) / 1.055)^2.4 as a square times its fifth root, by Newton's method from the fourth root:
- * pow() of the C library differs between systems. */
+/* ((v + 0.055) / 1.055)^2.4 as a square times its fifth root, which Newton's method finds from the
+ * fourth root. The C library's pow() differs between systems. */
 static double linear_of_srgb(double v) {
     if (v <= 0.04045) return v / 12.92;
     const double base = (v + 0.055) / 1.055, square = base * base;
@@ -34,7 +35,7 @@ static double linear_of_srgb(double v) {
 
 typedef struct levels {
     double steps;       /* levels - 1 */
-    double linear[256]; /* light of each level, for sRGB */
+    double linear[256]; /* linear light at each level, for sRGB */
     int srgb;
 } levels;
 
@@ -43,7 +44,7 @@ static float quantise(const levels *l, float value, double threshold) {
     double fraction = scaled - low;
     if (low >= l->steps) return 1;
     if (l->srgb) {
-        /* The fraction of the upper level that preserves the linear light of the value. */
+        /* The fraction of the upper level that preserves the value's linear light. */
         double dark = l->linear[(int)low], light = l->linear[(int)low + 1];
         fraction = (linear_of_srgb(v) - dark) / (light - dark);
     }

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Weighted sample elimination (Yuksel, 2015) with a Gaussian, for the sparse patterns at the first
- * and last ranks of void-and-cluster.
+ * Weighted sample elimination (Yuksel, 2015) with Gaussian weights, for the sparse patterns at
+ * void-and-cluster's first and last ranks.
  *
  * Where points are farther apart than the Gaussian reaches, its sums carry no information, and
  * rounding would decide which point is the "tightest cluster". So the Gaussian widens as points are
- * removed: its sigma is 0.45 of the spacing of the remaining points, the same ratio as in
- * void-and-cluster at the usual density of the initial pattern. This keeps the pattern blue at every
- * grey level down to single points. Points are sorted into cells as large as the kernel's reach.
- * Energies are integers that only decrease, so the next point comes from a bucket queue whose entries
- * are corrected when they reach the front. Time and memory are linear in the number of points. */
+ * removed: its sigma is 0.45 times the remaining points' spacing, the same ratio as in
+ * void-and-cluster at the initial pattern's usual density. This keeps the pattern blue at every grey
+ * level down to single points. Points are sorted into cells as large as the kernel's reach. Energies
+ * are integers that only decrease, so the next point comes from a bucket queue whose entries are
+ * corrected when they reach the front. Time and memory are linear in the number of points. */
 #include "masks/eliminate.h"
 #include "base/hash.h"
 #include "base/memory.h"
@@ -25,8 +25,8 @@ static const uint32_t BN_ELIMINATE_NONE = UINT32_MAX;
 
 typedef struct elimination {
     const uint32_t *extent;
-    /* The remaining points, in the order of their cells. A removed point is BN_ELIMINATE_NONE. The
-     * energy of a point is the sum of the weights of its pairs. */
+    /* The remaining points, sorted by cell. A removed point becomes BN_ELIMINATE_NONE. A point's
+     * energy is the sum of its pairs' weights. */
     uint32_t *point, *x, *y, *z, *energy;
     uint32_t *cell_of, *cell_start, *next, *scratch;
     size_t count;
@@ -40,7 +40,7 @@ typedef struct elimination {
     int cancelled;
 } elimination;
 
-/* Reports progress at intervals, with `remaining` points to order; returns whether to stop. */
+/* Reports progress at intervals while `remaining` points are left to order; returns whether to stop. */
 static int elimination_cancelled(elimination *t, size_t remaining) {
     const bn_eliminate_watch *w = t->watch;
     if (t->cancelled || t->calls++ % BN_ELIMINATE_INTERVAL != 0) return t->cancelled;
@@ -91,9 +91,9 @@ typedef struct range {
     uint32_t first, last;
 } range;
 
-/* Visits the points of ranges near `slot`. With `collect` it adds the weight of each pair to both
- * points; otherwise it subtracts the weight from the others. Removed points are included, as
- * nothing reads their energies. */
+/* Visits the points in ranges near `slot`. If `collect` is set, adds each pair's weight to both
+ * points; otherwise subtracts it from the other point. Removed points are included, because nothing
+ * reads their energies. */
 static void visit(elimination *t, uint32_t slot, const range *ranges, uint32_t count, int collect) {
     /* Local copies, because stores to the energies might alias the originals. */
     const uint32_t width = t->extent[0], height = t->extent[1], depth = t->extent[2];
@@ -138,7 +138,7 @@ static uint32_t ranges_around(const elimination *t, const uint32_t home[3], rang
     return count;
 }
 
-/* Computes the energy of every point in a cell from pairs with itself and later ones. */
+/* Adds the weights of the pairs that each point in a cell forms with later points. */
 static void collect_cell(elimination *t, uint32_t cell, const uint32_t home[3]) {
     range ranges[18];
     const uint32_t first = t->cell_start[cell], last = t->cell_start[cell + 1];
@@ -168,7 +168,7 @@ static void collect(elimination *t) {
     }
 }
 
-/* Puts values into the order of the cells: values[i] moves to cell_of[i]. */
+/* Sorts values by cell: values[i] moves to cell_of[i]. */
 static void reorder(elimination *t, uint32_t **values) {
     uint32_t *from = *values;
     for (size_t i = 0; i < t->count; ++i) t->scratch[t->cell_of[i]] = from[i];
@@ -265,7 +265,7 @@ bn_result bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points
         *arrays[i] = bn_allocate(count, sizeof **arrays[i]);
         good = good && *arrays[i] != NULL;
     }
-    /* A cell is at least as large as the reach, 1.35 spacings: fewer cells than points. */
+    /* A cell is at least as large as the reach, 1.35 spacings, so there are fewer cells than points. */
     t->cell_start = bn_allocate(count + 8, sizeof *t->cell_start);
     if (!good || t->cell_start == NULL) {
         good = 0;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Finds the ranks of a mask that are sparse enough for bn_eliminate(), and orders them. */
+ * Finds a mask's ranks that are sparse enough for bn_eliminate(), and orders them. */
 #include "base/memory.h"
 #include "base/threads.h"
 #include "masks/eliminate.h"

@@ -6,8 +6,8 @@
 #include "base/portable_math.h"
 #include <string.h>
 
-/* Where the Gaussian is cut off, in standard deviations: there it is below 0.4% of its maximum. A
- * larger reach does not change any quality measure; a smaller one reduces quality at sigma 1.9. */
+/* The Gaussian is cut off at this many standard deviations, where it is below 0.4% of its maximum.
+ * A larger reach changes no quality measure; a smaller one reduces quality at sigma 1.9. */
 static const double BN_KERNEL_CUTOFF = 10.0 / 3;
 
 static uint32_t divide_up(uint32_t a, uint32_t b) {
@@ -65,7 +65,7 @@ static int32_t kernel_radius(double sigma) {
     return (int32_t)ceil(BN_KERNEL_CUTOFF * sigma);
 }
 
-/* The Gaussian along one axis for offsets 0 .. reach, wrapped around a narrow torus. */
+/* The Gaussian along one axis for offsets from 0 to reach, wrapped around a narrow torus. */
 static double *create_profile(bn_field *f, int axis, double sigma) {
     const int32_t radius = kernel_radius(sigma), extent = (int32_t)f->extent[axis];
     f->folded[axis] = 2 * (int64_t)radius + 1 > extent;
@@ -92,7 +92,7 @@ static int outside(const bn_field *f, const int32_t offset[3], int32_t radius) {
     return square > (int64_t)radius * radius;
 }
 
-/* Fills the kernel; *centre becomes its value at offset 0, less BN_FIELD_SET. */
+/* Fills the kernel; *centre becomes its value at offset 0, minus BN_FIELD_SET. */
 static int create_kernel(bn_field *f, double sigma, int32_t *centre) {
     const int32_t radius = kernel_radius(sigma);
     double *profile[3] = {NULL, NULL, NULL}, sum = 1;
@@ -119,7 +119,7 @@ static int create_kernel(bn_field *f, double sigma, int32_t *centre) {
     int32_t *origin = f->kernel_block +
                       (f->reach[2] * f->kernel_rows + f->reach[1] + margin[1]) * f->kernel_stride +
                       f->reach[0] + margin[0];
-    /* Room for the noise and for rounding each value up. */
+    /* Leaves room for the noise and for rounding each value up. */
     const double scale = (BN_FIELD_SET - (1 << 20)) / sum;
     for (int32_t z = -f->reach[2]; z <= f->reach[2]; ++z) {
         for (int32_t y = -f->reach[1]; y <= f->reach[1]; ++y) {
@@ -140,7 +140,7 @@ static int create_kernel(bn_field *f, double sigma, int32_t *centre) {
         const int32_t square = radius * radius - (f->folded[2] ? 0 : z * z);
         bn_field_circle circle = {radius, square};
         while (circle.reach * circle.reach > square) --circle.reach;
-        /* Along a folded axis every tile is reached, at any distance. */
+        /* Along a folded axis the kernel reaches every tile, at any distance. */
         if (f->folded[0] || f->folded[1]) circle.square = INT32_MAX;
         f->circle[z] = circle;
     }
@@ -159,7 +159,7 @@ static int create_levels(bn_field *f) {
          ++f->levels) {
         const int level = f->levels;
         if (level > 0) count = (count + BN_FIELD_FANOUT - 1) / BN_FIELD_FANOUT;
-        /* Whole groups, so that scans need no bounds check. */
+        /* Allocates whole groups, so that scans need no bounds check. */
         size_t room = (count + BN_FIELD_FANOUT - 1) / BN_FIELD_FANOUT * BN_FIELD_FANOUT;
         f->level_count[level] = count;
         f->lowest[level] = bn_allocate(room, sizeof(int32_t));

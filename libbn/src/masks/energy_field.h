@@ -13,7 +13,7 @@ void bn_field_destroy(bn_field *field);
 /* Recomputes all extremes. */
 void bn_field_refresh(bn_field *field);
 
-/* The linear index of a texel in a row-major array, and back. */
+/* Convert a texel to its linear index in a row-major array, and back. */
 size_t bn_field_index(const bn_field *field, bn_field_texel texel);
 bn_field_texel bn_field_at(const bn_field *field, size_t index);
 

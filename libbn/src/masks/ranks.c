@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Ranks of values and values of ranks.
+ * Converts values to ranks, and ranks to values.
  *
  * Floats are mapped to integer keys with the same order. A radix sort then sorts keys and positions
  * together in three passes, least significant digit first. It is stable, so equal values keep their
@@ -10,8 +10,8 @@
 
 enum { BN_DIGIT_BITS = 11, BN_DIGITS = 3, BN_DIGIT_VALUES = 1 << BN_DIGIT_BITS };
 
-/* An unsigned integer with the same order as the floats. Both zeros have the key 2^31. Reads only
- * bits, so that the host's floating-point environment has no effect. */
+/* An unsigned integer that sorts in the same order as the floats. Both zeros have the key 2^31.
+ * Reads only bits, so that the host's floating-point environment has no effect. */
 static inline uint32_t key_at(const float *values, size_t i) {
     uint32_t bits;
     memcpy(&bits, &values[i], sizeof bits);

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Parallel relaxation of white noise by learned steps
+ * Relaxes white noise in parallel, by learned steps
  *
  *     v <- keep v + sum over offsets o of w_o clip(v_p - v_(p+o), -1, 1),
  *
- * found by the evolution strategy in trainer/. Only the values after the last step are ranked.
+ * which the evolution strategy in trainer/ found. Only the values after the last step are ranked.
  * Values, weights and their rounded products are 16-bit integers, and each step has its own scale, at
- * which no sum can overflow; so threads and instruction sets cannot change a bit. A step reads one
- * image and writes another, so threads need one barrier per step. Costs BN_RELAX_LEARNED_PAIRS pairs
- * per texel. */
+ * which no sum can overflow, so the result is bit-identical for any thread count and instruction set.
+ * A step reads one image and writes another, so threads need one barrier per step. Costs
+ * BN_RELAX_LEARNED_PAIRS pairs per texel. */
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/hash.h"
@@ -30,8 +30,8 @@ typedef struct relaxation {
     const bn_simd *simd;
     uint32_t width, height;
     size_t rows, stride;
-    int16_t *image[2];    /* with a toroidal margin of REACH; the steps take turns */
-    ptrdiff_t *offsets;   /* of the pairs of all steps */
+    int16_t *image[2];    /* with a toroidal margin of REACH; the steps alternate between them */
+    ptrdiff_t *offsets;   /* one per pair, for all steps */
     int16_t *weights;     /* each repeated BN_WINDOW_LANES times */
     uint32_t *histograms; /* [threads][VALUES] */
     uint32_t sums[MOST_THREADS];
@@ -157,7 +157,7 @@ static void fill_pairs(relaxation *r) {
             const ptrdiff_t x = s->groups[g].x, y = s->groups[g].y, stride = (ptrdiff_t)r->stride;
             const uint32_t count = images_of(&s->groups[g]);
             for (uint32_t k = 0; k < count; ++k, ++pair) {
-                /* Swap x and y for the other four of eight offsets, or the other two of four. */
+                /* Swap x and y for the second half of the offsets: four of eight, or two of four. */
                 const int swap = y == 0 ? k >= 2 : k >= 4;
                 const int8_t *by = sign[y == 0 ? k & 1 : k & 3];
                 r->offsets[pair] =
@@ -169,7 +169,7 @@ static void fill_pairs(relaxation *r) {
     }
 }
 
-/* The caller has set the fields of `r` up to its ranks. */
+/* The caller has set the fields of `r` up to `ranks`. */
 static bn_result make_relaxed(relaxation r, uint32_t threads) {
     bn_result result = BN_ERROR_OUT_OF_MEMORY;
     r.rows = r.height + 2 * (size_t)REACH;
@@ -202,7 +202,7 @@ static BN_NOINLINE bn_result relax(const bn_relax_options *given, const bn_mask 
     if (mask->depth != 1 || mask->channels != 1) return BN_ERROR_INVALID_ARGUMENT;
 
     uint32_t threads = o.threads != 0 ? o.threads : bn_thread_count();
-    /* Because of the barriers, more threads pay off only with several thousand texels each. */
+    /* Because of the barriers, more threads pay off only if each has several thousand texels. */
     const uint64_t worth = count / 8192 + 1;
     if (threads > worth) threads = (uint32_t)worth;
     if (threads > mask->height) threads = mask->height;

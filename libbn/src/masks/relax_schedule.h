@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The learned steps of bn_relax: data/relax.json in integers, written by libbn/tools/make_relax.py.
- * GROUPS: the maximum per step. PAIRS: the total. `limit`: 1 at the scale before the step. */
+ * The learned steps of bn_relax: data/relax.json, converted to integers by
+ * libbn/tools/make_relax.py. GROUPS is the maximum per step, PAIRS the total. `limit` is 1 at the
+ * scale before the step. */
 #ifndef BN_RELAX_SCHEDULE_H
 #define BN_RELAX_SCHEDULE_H
 

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Void-and-cluster (Ulichney, "The void-and-cluster method for dither array generation", 1993).
  *
- * It differs from the paper in three ways. The initial pattern comes from filling the largest voids,
- * which is closer to the final pattern than white noise. Phases two and three are merged, because with a
+ * It differs from the paper in three ways. The initial pattern is made by filling the largest voids, so
+ * it is closer to the final pattern than white noise. Phases two and three are merged, because with a
  * linear filter the tightest cluster of zeros is the largest void of ones. At both ends of the grey
  * scale, where the minority texels are far apart, bn_eliminate() orders them. Time and memory are almost
- * linear. */
+ * linear in the number of texels. */
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/hash.h"
@@ -25,7 +25,7 @@ typedef struct maker {
     const bn_simd *simd;
     bn_field field;
     size_t count, ones;
-    size_t done, expected; /* changes of the field, for progress */
+    size_t done, expected; /* changes to the field, for progress */
     uint32_t *ranks, *minority;
     int cancelled;
 } maker;
@@ -39,7 +39,7 @@ static int cancelled(maker *m) {
     return m->cancelled;
 }
 
-/* Fills largest voids until `ones` texels are set. Writes their ranks unless `ranks` is NULL. */
+/* Fills the largest voids until `ones` texels are set. Writes their ranks unless `ranks` is NULL. */
 static void fill(maker *m, size_t ones, uint32_t *ranks) {
     while (m->ones < ones && !cancelled(m)) {
         bn_field_texel empty = m->simd->field_find(&m->field, BN_FIELD_LOWEST);
@@ -54,7 +54,7 @@ static int32_t energy_at(const maker *m, bn_field_texel t) {
 }
 
 /* Moves the tightest cluster to the largest void until the two coincide. Each move lowers an
- * integer, the sum of the kernel over all pairs, so this ends; the bound is never reached. */
+ * integer, the sum of the kernel over all pairs, so the loop ends; its bound is never reached. */
 static void spread(maker *m) {
     const int both = BN_FIELD_LOWEST | BN_FIELD_HIGHEST;
     bn_field_refresh(&m->field);
@@ -92,7 +92,7 @@ static void put_back(maker *m, size_t ones) {
     bn_field_refresh(&m->field);
 }
 
-/* Lists in m->minority the texels that are set (or not set), and orders them by bn_eliminate(). */
+/* Lists the texels that are set (or not set) in m->minority, and orders them with bn_eliminate(). */
 static bn_result eliminate(maker *m, int set, size_t expected) {
     const bn_field *f = &m->field;
     size_t listed = 0;

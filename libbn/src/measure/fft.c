@@ -2,9 +2,9 @@
  * Fast Fourier transform of any length.
  *
  * Powers of two use Stockham's self-sorting radix-2 passes, in O(n log n). Other lengths use
- * Bluestein, "A linear filtering approach to the computation of discrete Fourier transform" (1970),
- * which turns the transform into a convolution with a power-of-two length. Each pass transforms eight
- * columns side by side, so that the inner loops vectorise. */
+ * Bluestein's algorithm ("A linear filtering approach to the computation of discrete Fourier
+ * transform", 1970), which turns the transform into a convolution of power-of-two length. Each pass
+ * transforms eight columns side by side, so that the inner loops vectorise. */
 #include "measure/fft.h"
 #include "base/memory.h"
 #include <math.h>
@@ -14,9 +14,9 @@ enum { BN_FFT_LANES = 8 };
 
 struct bn_fft {
     size_t n, m;                   /* the length; the power of two that is transformed */
-    double *cosine, *sine;         /* of -2 pi k / m, m / 2 of them */
-    double *chirp_re, *chirp_im;   /* Bluestein: exp(-i pi k^2 / n), n of them */
-    double *filter_re, *filter_im; /* the transform of the conjugate chirp, over m, m of them */
+    double *cosine, *sine;         /* of -2 pi k / m, m / 2 values */
+    double *chirp_re, *chirp_im;   /* Bluestein: exp(-i pi k^2 / n), n values */
+    double *filter_re, *filter_im; /* the conjugate chirp's transform divided by m, m values */
     double *scratch[4];            /* re, im, re, im: m rows of BN_FFT_LANES */
 };
 
@@ -56,7 +56,7 @@ static void pass(const bn_fft *fft, const double *re, const double *im, double *
     }
 }
 
-/* Transforms scratch 0, 1 into the returned pair of scratch buffers. */
+/* Transforms scratch buffers 0 and 1 into the returned pair of scratch buffers. */
 static int transform(bn_fft *fft) {
     int at = 0;
     for (size_t stride = 1; stride < fft->m; stride *= 2) {
@@ -101,7 +101,7 @@ bn_fft *bn_fft_create(size_t n) {
     memset(fft->scratch[0], 0, fft->m * BN_FFT_LANES * sizeof(double));
     memset(fft->scratch[1], 0, fft->m * BN_FFT_LANES * sizeof(double));
     for (size_t k = 0; k < n; ++k) {
-        /* k^2 modulo 2 n keeps the angle small and so exact. */
+        /* Reducing k^2 modulo 2 n keeps the angle small and therefore exact. */
         double angle = BN_PI * (double)((uint64_t)k * k % (2 * (uint64_t)n)) / (double)n;
         fft->chirp_re[k] = cos(angle);
         fft->chirp_im[k] = -sin(angle);
@@ -117,7 +117,7 @@ bn_fft *bn_fft_create(size_t n) {
     return fft;
 }
 
-/* Turns the data in scratch 0, 1 (n rows, zeros behind) into its transform; see the top. */
+/* Transforms the data in scratch buffers 0 and 1 (n rows, then zeros); see the top of this file. */
 static int bluestein(bn_fft *fft) {
     double *re = fft->scratch[0], *im = fft->scratch[1];
     for (size_t k = 0; k < fft->n; ++k) {

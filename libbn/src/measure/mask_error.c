@@ -19,12 +19,12 @@ static void fill_transfer(double *transfer, uint32_t extent, double sigma) {
     for (uint32_t k = 0; k < extent; ++k) {
         double f = (double)(k <= extent / 2 ? k : extent - k) / extent;
         double a = 2 * 3.14159265358979323846 * sigma * f;
-        /* For sigmas so large that a is infinite, or 0 times that. */
+        /* Sigma may be so large that `a` is infinite, or 0 times infinity. */
         transfer[k] = k == 0 ? 1 : exp(-a * a);
     }
 }
 
-/* [m < (i + 0.5) / 64] for m = (rank + 0.5) / count, in integers. */
+/* [m < (i + 0.5) / 64] for m = (rank + 0.5) / count, computed in integers. */
 static double below(uint32_t rank, uint32_t i, size_t count) {
     return (2 * (uint64_t)rank + 1) * BN_ERROR_THRESHOLDS < (2 * (uint64_t)i + 1) * count;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The power spectrum of a mask: one transform, first along columns, then along rows. */
+ * A mask's power spectrum. Takes one transform, first along columns and then along rows. */
 #include "base/check.h"
 #include "base/memory.h"
 #include "measure/fft.h"
@@ -30,7 +30,7 @@ bn_result bn_power_spectrum(const bn_mask *mask, float *power, size_t count, bn_
         !bn_fft_columns(rows, turned_re, turned_im, height, re, im, &second_half)) {
         goto done;
     }
-    /* The sum of the squares of 0 .. n - 1 around their mean. */
+    /* The sum of squared deviations of 0 .. n - 1 from their mean. */
     const double total = n * (n * n - 1) / 12;
     for (size_t i = 0; i < count; ++i) {
         power[i] = total > 0 ? (float)((re[i] * re[i] + im[i] * im[i]) / total) : 0;

@@ -6,7 +6,7 @@
 #include <bn/bn.h>
 
 /* Reads a file of at most `limit` bytes; free *bytes with bn_free(). Errors: IO (it cannot be
- * opened or read), BAD_DATA (it is empty or larger), OUT_OF_MEMORY. */
+ * opened or read), BAD_DATA (it is empty or exceeds the limit), OUT_OF_MEMORY. */
 bn_result bn_file_read(const char *path, size_t limit, unsigned char **bytes, size_t *size);
 
 #endif

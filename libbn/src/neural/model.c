@@ -3,7 +3,7 @@
 #include "neural/model.h"
 #include <string.h>
 
-/* Reads a decimal number of at most nine digits that ends with `end`; NULL if there is none. */
+/* Reads a decimal number of at most nine digits, followed by `end`. Returns NULL if there is none. */
 static const char *read_decimal(const char *text, char end, uint32_t *value) {
     const char *at = text;
     for (*value = 0; *at >= '0' && *at <= '9' && at - text < 9; ++at) {
@@ -12,7 +12,7 @@ static const char *read_decimal(const char *text, char end, uint32_t *value) {
     return at != text && *at == end ? at : NULL;
 }
 
-/* BN_MODEL_QUANTILES ascending integers with commas between them, as multiples of 2^-24. */
+/* Reads BN_MODEL_QUANTILES ascending integers, separated by commas, as multiples of 2^-24. */
 static int read_quantiles(const char *text, float quantiles[BN_MODEL_QUANTILES]) {
     for (int i = 0; i < BN_MODEL_QUANTILES; ++i) {
         uint32_t size;

@@ -24,8 +24,8 @@ typedef struct bn_model {
     float quantiles[BN_MODEL_QUANTILES]; /* entry i: i/64 of the outputs lie below it */
 } bn_model;
 
-/* Reads metadata and shapes through ONNX Runtime. Errors: BAD_DATA (not in the format), UNSUPPORTED
- * (another format version), RUNTIME. */
+/* Reads metadata and shapes through ONNX Runtime. Errors: BAD_DATA (not in this format),
+ * UNSUPPORTED (another format version), RUNTIME. */
 bn_result bn_model_read(const bn_runtime *runtime, bn_model *model);
 
 #endif

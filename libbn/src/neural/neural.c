@@ -4,9 +4,9 @@
  *
  * The network turns white noise into blue noise. Each output texel depends on the noise within `radius`
  * texels, so an image can be computed in tiles. The noise of a tile and its margin is a hash of the
- * coordinates (wrapped around for a mask, not for a window), so the tiles fit together seamlessly. Each
- * thread takes the next tile when it becomes free. Tiling bounds memory and does not change results.
- * The cost is the network, including the margins, plus ranking for a mask. */
+ * coordinates (wrapped around for a mask but not for a window), so the tiles fit together seamlessly.
+ * Each thread takes the next tile when it becomes free. Tiling bounds memory and does not change
+ * results. The cost is that of running the network, margins included, and of ranking for a mask. */
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/hash.h"
@@ -24,11 +24,11 @@ enum {
     /* The largest tiles have as many texels as a square of this extent. Measurements show that larger
      * tiles fall out of the cache. */
     BN_TILE_EXTENT = 256,
-    BN_GPU_TILE_EXTENT = 1024,      /* a GPU is only busy with large tiles */
+    BN_GPU_TILE_EXTENT = 1024,      /* only large tiles keep a GPU busy */
     BN_GPU_THREADS = 4,             /* make noise and copy results while the GPU works */
-    BN_TILES_MOST_TEXELS = 1 << 21, /* of the tiles of all threads: bounds memory */
+    BN_TILES_MOST_TEXELS = 1 << 21, /* in all threads' tiles: bounds memory */
     BN_TILE_LEAST_EXTENT = 32,
-    BN_TILE_COST = 1 << 9 /* of starting a tile: the time of this many texels */
+    BN_TILE_COST = 1 << 9 /* starting a tile takes as long as this many texels */
 };
 static const int64_t BN_WINDOW_FARTHEST = (int64_t)1 << 40;
 static const int64_t BN_NOISE_FARTHEST = (int64_t)1 << 41; /* so that windows can have margins */
@@ -62,7 +62,7 @@ static int64_t positive_remainder(int64_t value, int64_t divisor) {
     return remainder < 0 ? remainder + divisor : remainder;
 }
 
-/* Noise for width x height texels from (x0, y0), repeated with the periods; 0 means none. */
+/* Noise for width x height texels from (x0, y0) on. It repeats with the periods, unless they are 0. */
 static void fill_noise(uint64_t seed, int64_t x0, int64_t y0, uint32_t width, uint32_t height,
                        uint32_t period_x, uint32_t period_y, float *noise) {
     for (uint32_t i = 0; i < height; ++i) {
@@ -106,7 +106,7 @@ static int all_finite(const float *values, size_t count) {
     return !bad;
 }
 
-/* Runs the model once on a small input to check the radius and alignment that it declares. */
+/* Runs the model once on a small input to check the radius and alignment it declares. */
 static bn_result try_model(const bn_neural *n) {
     const uint32_t align = n->model.align, extent = (16 + align - 1) / align * align;
     const uint32_t outer = extent + 2 * n->model.radius;
@@ -213,7 +213,7 @@ typedef struct image {
     bn_progress progress; /* or NULL */
     void *progress_user;
     uint64_t seed;
-    int64_t x0, y0;              /* of the first texel */
+    int64_t x0, y0;              /* the first texel */
     uint32_t width, height;      /* of `values`, per channel */
     uint32_t period_x, period_y; /* of the noise; 0 for none */
     int window;                  /* make values uniform in [0, 1) */
@@ -227,7 +227,7 @@ static uint64_t round_up(uint64_t value, uint64_t to) {
     return (value + to - 1) / to * to;
 }
 
-/* The next number of tiles along an axis to try: all small numbers, then steps of about 1/16. */
+/* The next number of tiles to try along an axis: all small numbers, then steps of about 1/16. */
 static uint64_t next_division(uint64_t division) {
     return division + 1 + division / 16;
 }
@@ -236,9 +236,9 @@ static uint64_t next_division(uint64_t division) {
  *
  * All tiles have the same size, so the total time is the time of one tile times the number of rounds
  * (the tiles per thread, rounded up). Small tiles waste work on margins: the first layers compute the
- * full margin of `radius` texels on every side, the last ones none, on average radius / 2. So a tile of
- * w x h texels costs about (w + radius) * (h + radius), plus a fixed cost to start it. Large tiles
- * leave threads idle in the last round and fall out of the cache. The loops estimate the cost of
+ * full margin of `radius` texels on every side and the last ones none, which averages radius / 2. So a
+ * tile of w x h texels costs about (w + radius) * (h + radius), plus a fixed cost to start it. Large
+ * tiles leave threads idle in the last round and fall out of the cache. The loops estimate the cost of
  * dividing the area into `across` x `down` tiles, from one tile to tiles of the smallest extent, and
  * keep the fastest division that fits the memory limits.
  *
@@ -276,8 +276,8 @@ static void choose_tiles(image *m, uint32_t threads) {
     }
 }
 
-/* A value of a window, in [0, 1): if the model has quantiles, the fraction of the network's outputs
- * below it. */
+/* Converts an output to a window's value in [0, 1). If the model has quantiles, this is the
+ * fraction of the network's outputs below it. */
 static float window_value(const bn_model *model, float value) {
     if (model->has_quantiles) {
         const float *q = model->quantiles;
@@ -292,8 +292,8 @@ static float window_value(const bn_model *model, float value) {
     return value < 0 ? 0 : value > 1 - 0x1p-24f ? 1 - 0x1p-24f : value;
 }
 
-/* Copies the part of a tile that lies in the image, starting at column first_x and row first_y of the
- * tile. Other tiles supply the texels before them. */
+/* Copies the part of a tile that lies in the image, starting at the tile's column first_x and row
+ * first_y. Other tiles supply the texels before those. */
 static bn_result keep(image *m, const float *tile, int64_t tile_x, int64_t tile_y, int64_t first_x,
                       int64_t first_y) {
     const size_t tile_count = (size_t)m->tile_width * m->tile_height;
@@ -377,7 +377,7 @@ static bn_result fill_image(image *m) {
     choose_tiles(m, threads);
     const uint64_t tiles = (uint64_t)m->columns * m->rows;
     if (threads > tiles) threads = (uint32_t)tiles;
-    /* At least once, because other threads might take all the tiles. */
+    /* Checks at least once, because other threads might take all the tiles. */
     if (cancelled(m, 0)) return BN_ERROR_CANCELLED;
     bn_team_run(threads, work, m);
     for (uint32_t i = 0; i < threads; ++i) {

@@ -4,8 +4,8 @@
  * Sessions are single-threaded: libbn runs the tiles of an image in parallel on its own threads, so
  * no idle threads spin in the host's process, and the thread count does not change results. Tensors
  * are in main memory; ONNX Runtime copies them to a GPU and back. It has one reference-counted
- * environment per process, to which every network holds a reference. Once that exists, the library
- * is never unloaded, as it may have left threads or exit handlers. */
+ * environment per process, to which every network holds a reference. Once the environment exists,
+ * the library is never unloaded, because it may have left threads or exit handlers behind. */
 #define _POSIX_C_SOURCE 200809L
 #include "neural/onnxruntime.h"
 #include "base/memory.h"
@@ -61,14 +61,14 @@ static int library_is_loaded(const char *name) {
 }
 
 static bn_ort_get_api_base library_entry(void *handle) {
-    /* POSIX lets object and function pointers convert; C does not. */
+    /* POSIX allows conversion between object and function pointers; C does not. */
     void *symbol = dlsym(handle, "OrtGetApiBase");
     bn_ort_get_api_base entry = NULL;
     memcpy(&entry, &symbol, sizeof entry);
     return entry;
 }
 
-/* For example a set-user-ID program, whose user must not choose the code that it runs. */
+/* For example a set-user-ID program, whose user must not choose the code it runs. */
 static int has_more_rights_than_user(void) {
 #if defined(__linux__)
     if (getauxval(AT_SECURE) != 0) return 1; /* covers file capabilities too */
@@ -90,7 +90,7 @@ static const char *const library_names[] = {"libonnxruntime.so.1", "libonnxrunti
 
 static int load_named(const char *name, library *found) {
     found->was_loaded = library_is_loaded(name);
-    /* From version 1.29 on, telemetry is sent before any call could disable it. A variable that is
+    /* Version 1.29 and later send telemetry before any call can disable it. A variable that is
      * already set is left unchanged; see the note on threads in neural.h. */
     if (!found->was_loaded && getenv("ORT_DISABLE_TELEMETRY") == NULL) {
         set_variable("ORT_DISABLE_TELEMETRY", "1");
@@ -101,7 +101,7 @@ static int load_named(const char *name, library *found) {
 
 static int load_anywhere(library *found) {
 #if defined(BN_HAVE_DLFCN)
-    /* The program itself and the libraries it is linked with. */
+    /* Look in the program itself and the libraries it is linked with. */
     found->was_loaded = 1;
     found->handle = library_load(NULL);
     if (found->handle != NULL && library_entry(found->handle) != NULL) return 1;
@@ -173,8 +173,8 @@ static const bn_ort_api *get_table(bn_ort_get_api_base entry) {
 
 /* Adds the CUDA provider, which must run the whole model: otherwise operators could silently fall
  * back to the CPU. By default, it tries every algorithm for each new input size, which takes longer
- * than the inference, and lets recent GPUs round inputs to ten bits (TF32), so that windows would not
- * agree. Older versions lack the option to disable TF32. */
+ * than inference itself, and lets recent GPUs round inputs to ten bits (TF32), so windows would not
+ * match. Older versions lack the option to disable TF32. */
 static int add_cuda(const bn_ort_api *api, bn_ort_session_options *options) {
     static const char *const keys[] = {"cudnn_conv_algo_search", "use_tf32"};
     static const char *const values[] = {"HEURISTIC", "0"};
@@ -296,7 +296,7 @@ bn_result bn_runtime_metadata(const bn_runtime *r, const char *key,
     return good ? take_text(r, allocator, found, text) : BN_ERROR_RUNTIME;
 }
 
-/* The channels of a float tensor (1, C, h, w). */
+/* The number of channels C of a float tensor (1, C, h, w). */
 static bn_result read_shape(const bn_ort_api *api, const bn_ort_type_info *type,
                             uint32_t *channels) {
     const bn_ort_tensor_info *tensor = NULL; /* belongs to the type */

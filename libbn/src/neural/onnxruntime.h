@@ -21,15 +21,15 @@ void bn_runtime_close(bn_runtime *runtime);
 /* The longest metadata entry or name, including the terminating zero. */
 enum { BN_RUNTIME_TEXT_SIZE = 1024 };
 
-/* Reads an entry of the model's metadata; an empty string if there is none. Errors: BAD_DATA (too long),
- * RUNTIME. */
+/* Reads an entry of the model's metadata, or an empty string if there is none. Errors: BAD_DATA (too
+ * long), RUNTIME. */
 bn_result bn_runtime_metadata(const bn_runtime *runtime, const char *key,
                               char text[BN_RUNTIME_TEXT_SIZE]);
 
 typedef enum bn_runtime_side { BN_RUNTIME_INPUT, BN_RUNTIME_OUTPUT } bn_runtime_side;
 
-/* Reads the name and the channels of the model's only input or output. Errors: BAD_DATA (there is not
- * exactly one, or it is not a float tensor (1, C, h, w) with fixed, positive C), RUNTIME. */
+/* Reads the name and the channel count of the model's only input or output. Errors: BAD_DATA (there
+ * is not exactly one, or it is not a float tensor (1, C, h, w) with fixed, positive C), RUNTIME. */
 bn_result bn_runtime_value(const bn_runtime *runtime, bn_runtime_side side,
                            char name[BN_RUNTIME_TEXT_SIZE], uint32_t *channels);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Declares the part of ONNX Runtime's C API that libbn calls, so that building does not need its
+ * Declares the part of ONNX Runtime's C API that libbn calls, so that libbn builds without its
  * headers.
  *
  * The API is a table of function pointers that only grows at its end, so an entry has the same index
@@ -31,7 +31,7 @@ typedef struct bn_ort_model_metadata bn_ort_model_metadata;
 typedef void(BN_ORT_CALL *bn_ort_gap)(void);
 
 enum {
-    BN_ORT_OLDEST = 17, /* the versions of the table to ask for */
+    BN_ORT_OLDEST = 17, /* table versions to ask for */
     BN_ORT_NEWEST = 21,
     BN_ORT_LOG_FATAL = 4,
     BN_ORT_OPTIMISE_ALL = 99,
@@ -148,7 +148,7 @@ typedef struct bn_ort_api {
 _Static_assert(offsetof(bn_ort_api, release_cuda_provider_options) == 208 * sizeof(bn_ort_gap),
                "an entry or a gap is missing");
 
-/* The result of OrtGetApiBase(), the one exported function of the library. */
+/* The result of OrtGetApiBase(), the library's only exported function. */
 typedef struct bn_ort_api_base {
     const bn_ort_api *(BN_ORT_CALL *get_api)(uint32_t version);
     const char *(BN_ORT_CALL *get_version_string)(void);
