@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Results as Python exceptions, Ctrl-C and progress callbacks. */
+ * Converts results to Python exceptions; handles Ctrl-C and progress callbacks. */
 #include "core.hpp"
 
 namespace bluenoise {

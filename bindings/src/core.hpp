@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Shared by the files of the extension: exceptions, interrupts and progress. */
+ * Shared by the extension's files: exceptions, interrupts and progress. */
 #ifndef BLUENOISE_CORE_HPP
 #define BLUENOISE_CORE_HPP
 
@@ -47,9 +47,9 @@ inline bn_mask mask_of(const Ranks &ranks, std::string &arguments) {
     return bn_mask_u32(ranks.data(), width, height);
 }
 
-/* A Python callable (or None) as a bn_progress. It receives the fraction done; a true result cancels.
- * Exceptions, including those from signal handlers, cancel too, and finish() raises them again.
- * Create and finish it with the GIL held; call() runs without it. */
+/* A Python callable (or None) as a bn_progress. It receives the fraction done; returning true
+ * cancels. Exceptions, including those from signal handlers, cancel too, and finish() raises them
+ * again. Create and finish it with the GIL held; call() runs without it. */
 class Progress {
   public:
     explicit Progress(py::object callable) : callable_(std::move(callable)) {}

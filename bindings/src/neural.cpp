@@ -72,7 +72,7 @@ class NeuralGenerator {
     }
 
   private:
-    /* An extent counted from the last axis. */
+    /* The extent of an axis, counted from the last axis. */
     static uint32_t extent(const py::array &array, py::ssize_t from_end) {
         return static_cast<uint32_t>(array.shape(array.ndim() - from_end));
     }

@@ -32,7 +32,7 @@ class Sampler {
         check(result, arguments);
     }
 
-    /* For n lanes: `out` has shape (n, dimensions). `pair` is 0 or 1, or -1 for the first 1 to 4
+    /* Draws n lanes: `out` has shape (n, dimensions). `pair` is 0 or 1, or -1 for the first 1 to 4
      * dimensions. */
     void sample(const Int32s &x, const Int32s &y, const UInt32s &index, const UInt32s &domain,
                 Floats &out, int32_t pair) const {
@@ -74,8 +74,8 @@ class Sampler {
                           ", index_count " + std::to_string(index_count));
     }
 
-    /* Samples first_index, first_index + 1 ... of one pixel with all 32 bits, each at the centre of its
-     * interval, so that integrals are unbiased. `out` has shape (index_count, 4). */
+    /* Draws samples first_index, first_index + 1 ... of one pixel with all 32 bits. Each is at the
+     * centre of its interval, so integrals are unbiased. `out` has shape (index_count, 4). */
     void points(int32_t x, int32_t y, uint32_t first_index, uint32_t domain, Doubles &out) const {
         double *to = out.mutable_data();
         for (py::ssize_t i = 0; i < out.shape(0); ++i, to += 4) {

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The second stage of bn_bake_sampler: assigns 16 labels to each block of 4 x 4 pixels, the same for all
- * members of a family.
+ * The second stage of bn_bake_sampler: assigns 16 labels to each block of 4 x 4 pixels. All members of a
+ * family share the assignment.
  *
  * Annealing exchanges children of the quadtree's nodes, which preserves every net. The energy is the same
- * as in bake_labels.c, for the mean features of a block, which do not depend on the arrangement inside it:
+ * as in bake_labels.c, but uses a block's mean features, which do not depend on the arrangement inside it:
  * half-planes and products in all members, products over two members, and steps in the pixel pair. Takes
- * half a minute, most of it for features. */
+ * half a minute, most of which is spent on features. */
 #include "bake_tile.h"
 #include <math.h>
 #include <stdlib.h>
@@ -19,7 +19,7 @@ typedef struct {
     int upper[BLOCKS];
 } block_tile;
 
-/* Sums a kernel between pixels over all pairs of pixels of two blocks. */
+/* Sums a kernel over all pairs of pixels from two blocks. */
 static void make_kernel(block_tile *t, int which, int axes, double narrow) {
     bake_kernel k;
     memset(&k, 0, sizeof k);
@@ -38,7 +38,7 @@ static void make_kernel(block_tile *t, int which, int axes, double narrow) {
     }
 }
 
-/* Adds the products of the means of each `rows` rows, and frees the features. */
+/* Adds the products of the means over every `rows` rows, and frees the features. */
 static void add_products(block_tile *t, int which, bake_features f, int rows, double weight) {
     float *mean = bake_allocate((size_t)BLOCKS * f.width, sizeof *mean);
     for (int b = 0; b < BLOCKS; ++b) {
@@ -81,7 +81,7 @@ static float energy_at(const block_tile *t, int b, int upper) {
     return sum;
 }
 
-/* Exchanges two of the four children of a node, each of `side` x `side` blocks. */
+/* Exchanges two of a node's four children, each of which has `side` x `side` blocks. */
 static void exchange(block_tile *t, int node, int side, int p, int q) {
     const int across = WIDE / (2 * side), x0 = node % across * 2 * side,
               y0 = node / across * 2 * side;
@@ -108,7 +108,7 @@ static void anneal(block_tile *t, const bake_options *options, double hot) {
     for (int i = 0; i < steps; ++i) {
         const double temperature = hot * pow(0.01, (double)i / steps);
         const uint64_t bits = bake_random_bits(&r);
-        /* Chooses nodes of the four levels in proportion to their number, except for the largest. */
+        /* Chooses each level in proportion to its number of nodes, except for the largest nodes. */
         const int level = (bits & 15u) < 9 ? 0 : (bits & 15u) < 13 ? 1 : (bits & 15u) < 15 ? 2 : 3;
         const int side = 1 << level, across = WIDE / (2 * side);
         const int node = (int)((bits >> 4 & 0xffffu) * (uint32_t)(across * across) >> 16);

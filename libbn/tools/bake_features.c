@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Features of labels for bn_bake_sampler: vectors whose inner products equal the inner products of the errors
- * of the labels for many integrands, at all sample counts.
+ * Label features for bn_bake_sampler: vectors whose inner products equal those of the labels' errors for many
+ * integrands, at all sample counts.
  *
  * Thousands of errors per label are projected to their principal components, found by subspace iteration from
  * a random start (Halko, Martinsson and Tropp, "Finding Structure with Randomness", 2011). Each error is
@@ -59,7 +59,7 @@ static void multiply_transposed(const float *rows, const float *left, float *out
     }
 }
 
-/* Gram-Schmidt on the columns, twice for precision; on a transposed copy. */
+/* Applies Gram-Schmidt to the columns, twice for precision, in a transposed copy. */
 static void orthonormalise(float *z, int count, int width) {
     int padded = (count + LANES - 1) / LANES * LANES;
     float *t = bake_allocate((size_t)padded * width, sizeof *t);
@@ -82,7 +82,7 @@ static void orthonormalise(float *z, int count, int width) {
     free(t);
 }
 
-/* Projects `count` rows of `inner` numbers to `width` numbers. Every `step`-th row determines the
+/* Projects `count` rows from `inner` to `width` numbers. Uses every `step`-th row to find the
  * directions. */
 static void project(const float *rows, int count, int step, int inner, int width, float *out) {
     int judged = count / step / 4 * 4;
@@ -107,8 +107,8 @@ static void project(const float *rows, int count, int step, int inner, int width
 
 /* ---- Samples ---- */
 
-/* Coordinates of the first samples of a label in one pair, XORed with a key: random digits that belong to a
- * domain in a copy of the tile, and to a pixel from the seventeenth digit on. */
+/* Coordinates of a label's first samples in one pair, XORed with a key of random digits. They belong to a
+ * domain in a copy of the tile and, from the seventeenth digit on, to a pixel. */
 typedef struct {
     uint32_t point[POINTS][2], shift[PIXELS][2];
 } sample_pair;
@@ -145,8 +145,8 @@ static void pair_points(const sample_pair *pair, uint32_t label, sample_key key,
     }
 }
 
-/* Sample counts between powers of two. The order of a domain decides which samples these are: a mask of the
- * first 64 samples for each count. */
+/* Sample counts between powers of two. A domain's sample order determines which samples they include. It is
+ * stored as a mask of the first 64 samples for each count. */
 enum { PARTIALS = 9 };
 static const int partial_count[PARTIALS] = {3, 5, 6, 7, 9, 10, 12, 14, 24};
 
@@ -154,7 +154,7 @@ typedef struct {
     uint64_t mask[PARTIALS];
 } sample_order;
 
-/* The order of bn_draw_blue_digits(): an index with another shuffle in every domain. */
+/* The sample order of bn_draw_blue_digits(), which shuffles the index differently in every domain. */
 static sample_order order_make(bake_random *r) {
     sample_order order = {{0}};
     uint32_t shuffle = (uint32_t)bake_random_bits(r);
@@ -176,7 +176,7 @@ typedef struct {
     double mean;
 } half_plane;
 
-/* The area of a x + b y < c in the unit square, which is clipped. */
+/* The area of a x + b y < c in the unit square, found by clipping the square. */
 static double plane_mean(double a, double b, double c) {
     static const double corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     double x[8], y[8], area = 0;
@@ -213,7 +213,7 @@ static half_plane plane_step(int dimension, double place) {
     return made;
 }
 
-/* A mask of the points (64 or 256) that are inside. */
+/* A mask of the points (64 or 256) that lie inside. */
 static void plane_bits(const half_plane *p, const float *x, const float *y, int count,
                        uint64_t *bits) {
     for (int word = 0; word < count / 64; ++word, x += 64, y += 64) {
@@ -232,8 +232,7 @@ typedef struct {
     int stride, used;
 } error_matrix;
 
-/* The difference of the share of set bits from `mean`, at powers of two and then at `partials` counts between
- * them. */
+/* Writes the share of set bits minus `mean`, at powers of two and then at `partials` counts between them. */
 static void put_errors(float *out, const uint64_t *bits, int levels, int partials,
                        const sample_order *order, double mean) {
     for (int l = 0; l < levels; ++l) {
@@ -250,8 +249,8 @@ static void put_errors(float *out, const uint64_t *bits, int levels, int partial
     }
 }
 
-/* Scales columns first to used - 1, levels innermost, so that the squares of each level have the
- * mean weight[level] over labels, summed over integrands. */
+/* Scales columns `first` to used - 1, whose innermost index is the level, so that each level's
+ * squares, summed over integrands, have the mean weight[level] over labels. */
 static void weigh(error_matrix *m, int count, int first, int levels, const double *weight) {
     double square[LEVELS + PARTIALS] = {0};
     for (int i = 0; i < count; ++i) {
@@ -265,8 +264,8 @@ static void weigh(error_matrix *m, int count, int first, int levels, const doubl
     }
 }
 
-/* Half-planes for pairs 0 and 1; an integrand is one of them or their product. With a width, it is a Gaussian
- * bump of this width instead. */
+/* Half-planes for pairs 0 and 1; an integrand is one of them or their product. If `width` is set, it is a
+ * Gaussian bump of this width instead. */
 typedef struct {
     half_plane plane[2];
     int uses; /* 1, 2 or 3 for both */
@@ -303,7 +302,7 @@ static void centre(error_matrix *m, int first) {
     }
 }
 
-/* Two integrands share a domain, with its random digits and its order. */
+/* Every two integrands share a domain's random digits and sample order. */
 static void add_integrands(error_matrix *m, const sample_pair pairs[2], const label_integrand *list,
                            int n, int partials, const double *weight, bake_random *r) {
     enum { GROUP = 2 };
@@ -350,7 +349,7 @@ static label_integrand bump_make(bake_random *r, int pair) {
     return bump;
 }
 
-/* A multiple of `unit`: the full number, or a fraction of it for a small effort. */
+/* A multiple of `unit`: the full number, or a fraction of it at low effort. */
 static int fewer(const bake_options *options, int full, int unit) {
     const double effort = options->effort < 1 ? options->effort : 1;
     const int n = (int)(full * effort) / unit * unit;
@@ -367,7 +366,7 @@ static void make_features(bake_features *f, error_matrix *m, int count, int step
 
 void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
                             int member, int what) {
-    /* At 1, 2, 4 ... 256 samples, then at the counts between. */
+    /* At 1, 2, 4 ... 256 samples, then at the counts in between. */
     static const double plane_weight[] = {1.9, 1.5, 1.4, 1.5, 1.3, 1.3, 1.3, .6, .5,
                                           .8,  .7,  .7,  .5,  .6,  .5,  .6,  .4, .5};
     static const double product_weight[] = {1.1, 1.1, 1.1, 1.2, 1,  1,  1,  .5, .4,
@@ -377,7 +376,7 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
     static const double step_weight[] = {3, 1.5, 1.8, 1.2, 1.4, 1, 1, .4, .3};
     static const double axes_weight[] = {1, 1, 1, 1, 1, .7, .7, .4, .4};
     static const double single_weight[] = {1.5, 1.5, 1.5, 1.5, 1.4, 1.2, 1.2, .5, .4};
-    /* Steps: of the dimensions in a set, this many in each. */
+    /* `dimensions` is a bit set; `full` is the number of steps in each of them. */
     static const struct {
         int dimensions, full;
         const double *weight;
@@ -434,7 +433,7 @@ enum { PLACES = BLOCKS * 16 * 16 };
 
 void bake_features_of_two(bake_features *f, const bake_table *table, const bake_options *options,
                           int first, int second) {
-    /* Of the counts between powers of two, the first few. */
+    /* Uses only the first few counts between powers of two. */
     enum { FEW_LEVELS = 7, FEW_PARTIALS = 7, MOST = 40 };
     enum { COLUMNS = FEW_LEVELS + FEW_PARTIALS };
     static const double weight[COLUMNS] = {1.1, 1.2, 1.2, 1.1, 1, 1, 1, .5, .4, .4, .3, .3, .3, .3};
@@ -449,7 +448,7 @@ void bake_features_of_two(bake_features *f, const bake_table *table, const bake_
         bits[side] = bake_allocate((size_t)PIXELS * MOST, sizeof *bits[side]);
         for (int k = 0; k < 2; ++k) pair_make(&pairs[k], v, k);
         for (int i = 0; i < n; ++i) plane[side][i] = plane_make(&r, bake_random_double(&r));
-        /* Two in five use both first pairs. Every five share a domain. */
+        /* Two in five integrands use both first pairs. Every five integrands share a domain. */
         for (int from = 0; from < n; from += 5) {
             sample_key key[2] = {key_make(&r), key_make(&r)};
             for (int label = 0; label < PIXELS; ++label) {

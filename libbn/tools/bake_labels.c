@@ -5,7 +5,7 @@
  * nets of 2 x 2 pixels. It minimises the sum over pairs of pixels of the inner product of their features
  * times a kernel, which is the square of the blurred error (Georgiev and Fajardo, "Blue-noise Dithered
  * Sampling", 2016). Each pixel stores the field of all others. A visit to a block computes the products of
- * its fields with all its labels once, proposes many swaps, each with one table lookup, and then adds the
+ * its fields with all its labels once, proposes many swaps at one table lookup each, and then adds the
  * changes to the fields. A visit with 120 proposals takes about 100 us. */
 #include "bake_tile.h"
 #include <math.h>
@@ -14,14 +14,14 @@
 
 enum { REACH = BAKE_REACH, TAPS = BAKE_TAPS, MOST_GROUPS = 5, PROPOSALS = 120 };
 
-/* Features of one type: of labels, or, with `other`, of two members' labels. */
+/* Features of one type, for labels or, if `other` is set, for two members' labels. */
 typedef struct {
     bake_features f;
     const uint16_t *other;
     float *field; /* [PIXELS][f.width]: the kernel's sum over all pixels */
 } feature_set;
 
-/* Features with the same blur kernel. */
+/* Features that share a blur kernel. */
 typedef struct {
     int sets;
     feature_set set[MEMBERS];
@@ -58,7 +58,7 @@ static int make_terms(int member, bake_term terms[MOST_TERMS]) {
     }
     terms[n++] = (bake_term){FEATURES_SINGLES, 0, 0.5, {3, 0}, 0.25};
     terms[n++] = (bake_term){FEATURES_AXES, 0, member == 0 ? 0.4 : 0.12, {1, 2}, 0};
-    /* Steps of dimension 0 lie along columns, of dimension 1 along rows. */
+    /* Steps in dimension 0 lie along columns, steps in dimension 1 along rows. */
     for (int axis = 0; axis < 2 && member == 0; ++axis) {
         terms[n++] = (bake_term){FEATURES_STEP_X + axis, 0, 1.1, {2 - axis, 0}, 0.2};
     }
@@ -116,8 +116,8 @@ static void gram_of_block(feature_group *g, const arrangement *t, int block) {
 
 /* ---- Fields ---- */
 
-/* Adds the features of a pixel with a label to the fields around it, and subtracts the features with the
- * label `instead`, unless it is the same. */
+/* Adds a pixel's features under `label` to the fields around it, and subtracts its features under the
+ * label `instead`, unless both labels are the same. */
 static void spread(feature_group *g, int pixel, uint32_t label, uint32_t instead) {
     int x0 = pixel % SIDE, y0 = pixel / SIDE;
     for (int s = 0; s < g->sets; ++s) {
@@ -182,7 +182,7 @@ static void enter_block(const arrangement *t, int block, block_state *b) {
     }
 }
 
-/* Rows of the Gram matrix of a group: label i at place p. */
+/* The row of a group's Gram matrix for label i at place p. */
 static const float *gram_row(const feature_group *g, const block_state *b, int group, int p,
                              uint32_t i) {
     return b->gram[group] + (g->crossed ? ((uint32_t)p * 16 + i) * 256 : i * 16);
@@ -224,7 +224,7 @@ static void swap(const arrangement *t, block_state *b, int p, int q) {
     b->label[q] = i;
 }
 
-/* The pixels that a move exchanges: two, or four and four of two quarters. */
+/* The pixels a move exchanges: two pixels, or the four of one quarter with the four of another. */
 static int make_move(uint64_t bits, int from[4], int to[4]) {
     const int quarter = (int)(bits & 3u), p = (int)(bits >> 2 & 3u);
     const int q = (p + 1 + (int)((bits >> 4 & 0xffffu) * 3 >> 16)) & 3;

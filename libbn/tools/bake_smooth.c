@@ -6,8 +6,8 @@
  * is a sum of some of those m, and the choice of sum determines the error. The error falls as 1/N if the
  * sum is empty or consists of coarse digits, and as 1/N^2 if it includes the adjacent digit (Dick, "Walsh
  * spaces containing smooth functions and quasi-Monte Carlo rules of arbitrary high order", 2008). The
- * energy is the mean logarithm of the errors of waves, bumps and ramps over random shifts, relative to
- * Sobol', in one to four dimensions. Takes a millisecond. */
+ * energy is the mean logarithm of errors relative to Sobol', over random shifts of waves, bumps and ramps
+ * in one to four dimensions. Takes a millisecond. */
 #include "bake_tile.h"
 #include <math.h>
 #include <stdlib.h>
@@ -139,7 +139,7 @@ static int levels_of(const smooth_function *f) {
     return f->dimensions == 1 ? LEVELS : FEW_LEVELS;
 }
 
-/* The root mean square errors of Owen-scrambled Sobol' pixels. */
+/* The root-mean-square errors of Owen-scrambled Sobol' pixels. */
 static void measure_sobol(bake_smooth_judge *j) {
     enum { RUNS = 512 };
     static uint32_t point[POINTS][4];
@@ -164,7 +164,7 @@ static void measure_sobol(bake_smooth_judge *j) {
     }
 }
 
-/* Ratios to Sobol' of the first samples of a member, [functions][LEVELS]. */
+/* Ratios of the errors of a member's first samples to those of Sobol', [functions][LEVELS]. */
 static void measure_ratios(const bake_smooth_judge *j, const uint32_t point[POINTS][4],
                            double ratio[SUMS][LEVELS]) {
     for (int f = 0; f < j->count; ++f) {
@@ -200,7 +200,7 @@ double bake_smooth_energy(const bake_smooth_judge *j, const pole_vectors *v) {
         ++members[function->group];
         for (int l = 1; l < levels_of(function); ++l) {
             double q = ratio[f][l];
-            /* Single dimensions are good enough soon. */
+            /* Single dimensions soon become good enough. */
             logs[function->group][l] += log(fmax(q, function->dimensions == 1 ? 0.4 : 0.05));
             if (function->dimensions == 1 && l > 1 && q > 1.05) {
                 energy += 3 * (q - 1.05);

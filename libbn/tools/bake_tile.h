@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Shared by the stages of bn_bake_sampler: the table under construction, random numbers, sums of products,
- * and the stages themselves. Each stage depends only on the previous table, the seed and the effort. */
+ * and the stages themselves. Each stage depends only on the previous stage's table, the seed and the
+ * effort. */
 #ifndef BN_BAKE_TILE_H
 #define BN_BAKE_TILE_H
 
@@ -33,7 +34,7 @@ typedef struct {
 
 /* ---- Memory and random numbers ---- */
 
-/* Allocates zeroed memory; ends the program if there is none. */
+/* Allocates zeroed memory; ends the program if memory runs out. */
 void *bake_allocate(size_t count, size_t size);
 
 typedef struct {
@@ -49,13 +50,13 @@ uint32_t bake_random_below(bake_random *r, uint32_t limit); /* limit < 2^16 */
 /* effort * count, at least `least`. */
 int bake_count(const bake_options *options, double count, int least);
 
-/* Pixel `place`, row by row, of a block. */
+/* Pixel `place` of a block, counted row by row. */
 int bake_pixel_of(int block, int place);
 
 /* ---- Images ---- */
 
-/* The inner product of `count` numbers, a multiple of 16. In the header so that callers can vectorise
- * it. */
+/* Adds the squares of `count` numbers, a multiple of 16, to `sum`. In the header so that callers can
+ * vectorise it. */
 static inline double bake_add_squares(double sum, const float *v, int count) {
     float lane[16] = {0};
     for (int i = 0; i < count; i += 16) {
@@ -66,9 +67,9 @@ static inline double bake_add_squares(double sum, const float *v, int count) {
 }
 float bake_inner_product(const float *a, const float *b, int count);
 
-/* The weight of the errors of two pixels in the energy, by their distance: the autocorrelation of the blur
- * along rows (1), columns (2) or both (3), scaled to 1 for the same pixel, mixed with a narrow blur of one
- * pixel. */
+/* The weight of two pixels' errors in the energy, as a function of their distance: the autocorrelation of
+ * the blur along rows (1), columns (2) or both (3), scaled to 1 for the same pixel and mixed with that of
+ * a narrow blur of one pixel. */
 enum { BAKE_REACH = 11, BAKE_TAPS = 2 * BAKE_REACH + 1 };
 
 typedef struct {
@@ -79,11 +80,11 @@ void bake_kernel_add(bake_kernel *kernel, int axes, double narrow, double weight
 
 /* ---- The stages ---- */
 
-/* The vectors of a member. `again`: repeat the search, with all other members fixed. */
+/* Finds a member's vectors. `again` repeats the search with all other members fixed. */
 void bake_vectors(bake_table *table, const bake_options *options, int member, int again);
-/* The quadtree down to blocks of 4 x 4 pixels, for all members. */
+/* Finds the quadtree down to blocks of 4 x 4 pixels, for all members. */
 void bake_blocks(bake_table *table, const bake_options *options);
-/* The quadtree inside these blocks. */
+/* Finds a member's quadtree inside these blocks. */
 void bake_labels(bake_table *table, const bake_options *options, int member);
 
 /* Errors of smooth functions in single pixels: the mean logarithm of the ratios to Sobol', plus a penalty
@@ -94,7 +95,7 @@ double bake_smooth_energy(const bake_smooth_judge *j, const pole_vectors *v);
 
 /* ---- Features, by which labels are compared ---- */
 
-/* Rows of `width` numbers, a multiple of 16: errors, projected. */
+/* Projected errors, in rows of `width` numbers, a multiple of 16. */
 typedef struct {
     int width;
     float *rows;
@@ -109,8 +110,8 @@ enum {
     FEATURES_OF_TWO
 };
 
-/* Features of labels, one row for each of PIXELS: half-planes and products, steps of dimension 0 or 1 of
- * the pair (0, 1), steps in the pairs whose axes must be equally good, or steps in all four dimensions. */
+/* Label features, one row for each of PIXELS: half-planes and products, steps in dimension 0 or 1 of the
+ * pair (0, 1), steps in the pairs whose axes must be equally good, or steps in all four dimensions. */
 void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
                             int member, int what);
 /* Features of products over two members, one row for each block and two places in it; the first member's

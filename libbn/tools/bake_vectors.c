@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The first stage of bn_bake_sampler: the vectors of each member.
  *
- * Three types of moves preserve every net: a digit of a coordinate is added to a less significant digit,
- * the vector of an index bit to the vector of a higher bit, and label vectors of a pair to vectors of the
- * same or a coarser level. Annealing minimises the mean logarithm of errors, after blurs of 2.1 and 1
- * pixels and in single pixels. The integrands are half-planes that are constant or drift across the screen,
- * their products over both pairs and over two members, choices between half-planes with a third number,
- * half-spaces in three dimensions, edges parallel to the sides of the screen (member 0), and smooth
- * functions. A random quadtree assigns labels to pixels. Positions have 15 bits, so sums do not depend on
- * the compiler. A trial takes some ten milliseconds. */
+ * Three types of moves preserve every net: they add a coordinate's digit to a less significant digit, an
+ * index bit's vector to that of a higher bit, or a pair's label vectors to vectors of the same or a coarser
+ * level. Annealing minimises the mean logarithm of errors, after blurs of 2.1 and 1 pixels and in single
+ * pixels. The integrands are half-planes that are constant or drift across the screen, their products over
+ * both pairs and over two members, choices between half-planes with a third number, half-spaces in three
+ * dimensions, edges parallel to the sides of the screen (member 0), and smooth functions. A random quadtree
+ * assigns labels to pixels. Positions have 15 bits, so sums do not depend on the compiler. A trial takes
+ * about ten milliseconds. */
 #include "bake_tile.h"
 #include <math.h>
 #include <stdlib.h>
@@ -20,21 +20,21 @@ enum {
     INTEGRANDS = SETS * EACH,
     SAMPLES = 64,
     COUNTS = 7, /* 1, 2, 4 ... 64 samples */
-    STEPS = 6   /* in each dimension, in a set */
+    STEPS = 6   /* per dimension in a set */
 };
 
 /* The types of integrands: each pair, both pairs, a choice with a third number, half-spaces, two members,
  * steps parallel to the sides of the screen, and steps in single numbers. */
 enum { FIRST, SECOND, BOTH, CHOICE, SPACE, MEMBER, STEP, SINGLE, KINDS };
 
-/* 2^14 (a u + b v + c w) < limit, coordinates as numbers of 15 bits; the limit may drift. */
+/* 2^14 (a u + b v + c w) < limit, with 15-bit coordinates; the limit may drift. */
 typedef struct {
     int16_t factor[3], limit[PIXELS];
     float mean[PIXELS];
 } edge;
 
 typedef struct {
-    edge plane[2], other, space; /* of both pairs, a second of pair 0, in three dimensions */
+    edge plane[2], other, space; /* for both pairs; a second one for pair 0; in three dimensions */
     int third;                   /* the dimension that chooses */
     int16_t below;               /* its limit */
     int earlier, earlier_pair, pair;
@@ -51,12 +51,12 @@ typedef struct {
     integrand_set set[SETS];
     const uint16_t *label;
     const double *count_weight;
-    int member, others; /* with how many other members there are products */
+    int member, others; /* the number of other members to form products with */
     bake_smooth_judge *smooth;
     double blurred[KINDS][COUNTS], narrow[KINDS][COUNTS], raw[KINDS][COUNTS];
 } vector_judge;
 
-/* Wider vectors double the speed; the bits are the same. */
+/* Wider vectors double the speed, and the results are bit-identical. */
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define BAKE_WIDE __attribute__((target_clones("avx2", "default")))
 #else
@@ -92,7 +92,7 @@ static double half_space_mean(const double n[3], double d) {
     return fmin(fmax(sum / product, 0), 1);
 }
 
-/* Through a point near the middle; with a period, it moves back and forth across the screen. */
+/* Makes an edge through a point near the middle. With a period, it moves back and forth across the screen. */
 static void edge_make(edge *e, bake_random *r, int dimensions, int period) {
     double n[3] = {0}, length = 0, through = 0, waves[2] = {0};
     for (int k = 0; k < dimensions; ++k) {
@@ -119,8 +119,8 @@ static void edge_make(edge *e, bake_random *r, int dimensions, int period) {
     }
 }
 
-/* A moving edge, with dimension 2 as the time: it starts at a position on the screen and moves by up to 16
- * pixels. Pixels that it does not touch have no error. */
+/* Makes a moving edge, where dimension 2 is time: it starts at a position on the screen and moves by up to
+ * 16 pixels. Pixels it does not touch have no error. */
 static void moving_edge_make(edge *e, bake_random *r) {
     const double turns = bake_random_double(r), way = cos(TURN * bake_random_double(r));
     const double speed = pow(16, bake_random_double(r)) * way;
@@ -188,7 +188,7 @@ static inline int16_t times(int16_t a, int16_t u) {
     return (int16_t)((int32_t)a * u >> 16);
 }
 
-/* -1 inside, else 0. */
+/* -1 inside, otherwise 0. */
 static inline int16_t below(int16_t value, int16_t limit) {
     return (int16_t) - (value < limit);
 }
@@ -203,7 +203,7 @@ BAKE_WIDE static void mark_inside(int8_t *out, const edge *e, const uint16_t *x,
     }
 }
 
-/* Adds one sample of every pixel to the counts of those inside. */
+/* Takes one sample in every pixel, and counts those inside. */
 BAKE_WIDE static void count_sample(int16_t count[MEMBER][PIXELS], const integrand *f,
                                    const coordinates at, const uint16_t sample[4]) {
     const int16_t *c0 = f->plane[0].limit, *c1 = f->plane[1].limit, *c2 = f->other.limit,
@@ -255,8 +255,8 @@ BAKE_WIDE static void count_step(int16_t *count, const uint16_t *x, uint16_t sam
 
 enum { RADIUS = 7, HALF = SIDE / 2 };
 
-/* The mean square after a blur of 2.1 pixels along rows (1), columns (2) or both (3). Evaluated at every
- * second pixel each way, because the blur removes all frequencies that this loses. */
+/* The mean square after a blur of 2.1 pixels along rows (1), columns (2) or both (3). Evaluates every
+ * second pixel each way, because the blur removes all frequencies this loses. */
 BAKE_WIDE static double wide_square(const float *image, int axes) {
     static float kernel[2 * RADIUS + 1];
     float sum[SIDE];
@@ -284,7 +284,7 @@ BAKE_WIDE static double wide_square(const float *image, int axes) {
             square = bake_add_squares(square, line, SIDE);
             continue;
         }
-        /* Even and odd columns apart, with a margin, so that a step of two is one of one. */
+        /* Even and odd columns are separate, with a margin, so that a step of two becomes a step of one. */
         float part[2][HALF + RADIUS + 2], out[HALF] = {0};
         for (int i = 0; i < HALF + RADIUS + 1; ++i) {
             part[0][i] = line[(2 * i - RADIUS - 1) & (SIDE - 1)];
@@ -299,7 +299,7 @@ BAKE_WIDE static double wide_square(const float *image, int axes) {
     return square / ((axes & 1) != 0 ? rows * HALF : rows * SIDE);
 }
 
-/* The mean square after binomial weights 1 4 6 4 1 each way, a blur of one pixel. */
+/* The mean square after a blur of one pixel, with binomial weights 1 4 6 4 1 each way. */
 BAKE_WIDE static double narrow_square(const float *image) {
     static const float w[5] = {0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f};
     double square = 0;
@@ -363,7 +363,7 @@ static void judge_integrand(vector_judge *j, const integrand *f, const coordinat
     }
 }
 
-/* Steps in single numbers. Member 0 also blurs steps in x along columns, and steps in y along rows. */
+/* Judges steps in single numbers. Member 0 also blurs steps in x along columns, and steps in y along rows. */
 static void judge_steps(vector_judge *j, const integrand_set *s, const coordinates at,
                         const uint16_t sample[SAMPLES][4]) {
     static int16_t count[PIXELS];
@@ -390,7 +390,7 @@ static const double RAW_WEIGHT[KINDS] = {0.35, 0.35, 0.4, 0.2, 0.2, 0.5, 0, 0};
 static const double COUNT_WEIGHT[2][COUNTS] = {{1.25, 1.05, 1, 1, 1, 0.75, 0.95},
                                                {1.15, 1, 1, 1.1, 1, 1, 1.35}};
 
-/* The mean logarithm of errors. */
+/* The mean logarithm of the errors. */
 static double judge_vectors(vector_judge *j, const pole_vectors *v) {
     static coordinates at;
     uint16_t sample[SAMPLES][4];
@@ -421,8 +421,8 @@ static double judge_vectors(vector_judge *j, const pole_vectors *v) {
 
 /* ---- Ties ---- */
 
-/* Counts dimensions of two members whose first digits agree over the first 2^m samples. If they agree over
- * 32 samples, the pair never reaches all four quarters. */
+/* Counts the dimensions in which two members' first digits agree over the first 2^m samples. If they agree
+ * over 32 samples, the pair never reaches all four quarters. */
 static double clash(const pole_vectors *first, const pole_vectors *second) {
     static const double weight[6] = {0, 0, 0, 0.02, 0.15, 3};
     double sum = 0;

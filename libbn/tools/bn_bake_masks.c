@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Bakes a built-in mask by long annealing from void-and-cluster, in steps of falling temperature. */
+ * Bakes a built-in mask by annealing a void-and-cluster mask for long, in steps of falling temperature. */
 #include <bn/bn.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -28,7 +28,7 @@ static int write_ranks(const char *path, const uint32_t *ranks, size_t count) {
     return good && rename(beside, path) == 0;
 }
 
-/* start * ratio^(step / STEPS) without the library's pow, which differs between machines. */
+/* start * ratio^step without the C library's pow(), which differs between machines. */
 static double temperature(int step) {
     static const double ratio = 0.8759; /* (END / START)^(1 / STEPS), rounded */
     double t = START_TEMPERATURE;

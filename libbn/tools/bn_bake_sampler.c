@@ -16,14 +16,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Seeds of the vectors, and of the quadtree: the seed of three with the lowest spectral peaks. */
+/* The seeds of the vectors and of the quadtree; the latter has the lowest spectral peaks of three seeds. */
 enum { VECTOR_SEED = 1, TREE_SEED = 5, PATH_SIZE = 4096 };
 
 /* ---- The quadtree ---- */
 
-/* A random permutation of the four children of node (x, y) of a level, as p ^ flip after a linear map.
- * Without the map, both rows of the parent flip columns alike, and both columns flip rows alike, which keeps
- * pixels along a column or row apart. */
+/* A random permutation of node (x, y)'s four children on a level: p ^ flip after a linear map. Without the
+ * map, both rows of the parent flip columns alike, and both columns flip rows alike, which keeps pixels
+ * along a column or row apart. */
 static uint32_t permuted(uint64_t seed, int level, uint32_t x, uint32_t y, int linear) {
     static const uint32_t maps[6][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 1, 3, 2},
                                         {0, 3, 1, 2}, {0, 2, 3, 1}, {0, 3, 2, 1}};
@@ -39,8 +39,8 @@ static uint32_t permuted(uint64_t seed, int level, uint32_t x, uint32_t y, int l
     return child ^ (uint32_t)(along & 1u) ^ (uint32_t)(across & 1u) << 1;
 }
 
-/* Assigns labels by random permutations of the four children of every node of the quadtree, from `seed` down
- * to blocks of 4 x 4 pixels and from `within` inside them. Inside, all permutations are allowed if `linear`,
+/* Assigns labels by randomly permuting the four children of every quadtree node. Uses `seed` down to blocks
+ * of 4 x 4 pixels, and `within` inside them. Inside, all permutations are allowed if `linear` is set,
  * otherwise only those that keep columns and rows apart. */
 static void make_labels(uint16_t label[PIXELS], uint64_t seed, uint64_t within, int linear) {
     for (uint32_t p = 0; p < PIXELS; ++p) {
@@ -62,8 +62,9 @@ static void make_trees(bake_table *table, uint64_t seed) {
 
 /* ---- The table ---- */
 
-/* Below the sixteenth digit of each coordinate, adds random sums of its upper digits, a linear scrambling
- * that preserves every net, so that points differ in all 32 digits. The searches ignore these digits. */
+/* Adds random sums of each coordinate's upper digits to the digits below the sixteenth, so that points
+ * differ in all 32 digits. This linear scrambling preserves every net. The searches ignore these lower
+ * digits. */
 static void scramble_lower_digits(bake_table *table, uint64_t seed) {
     bake_random r = bake_random_make(seed, 9, 0);
     for (int member = 0; member < MEMBERS; ++member) {
@@ -79,8 +80,8 @@ static void scramble_lower_digits(bake_table *table, uint64_t seed) {
     }
 }
 
-/* The label vectors as stored in the table: sixteen digits, with the blocks in the first row and the first
- * column as the basis of each level of the quadtree. */
+/* Converts the label vectors to the table's form: sixteen digits, where the blocks in the first row and
+ * the first column are the basis of each quadtree level. */
 static void rebase_labels(bake_table *table) {
     for (int member = 0; member < MEMBERS; ++member) {
         pole_vectors *v = &table->member[member];
@@ -143,7 +144,7 @@ static void pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]) {
             pole_label_shift(v, i, sum);
             pack_digits(sum, words + BN_PLACES_AT + (a * 16u + i) * 2u);
         }
-        /* The lowest eight bits of an index, then four at a time, each reversed. */
+        /* Tables for an index's lowest eight bits, then for four bits at a time, each reversed. */
         for (uint32_t i = 0; i < 256u; ++i) {
             const uint32_t index = bn_reverse_bits(i) >> 24;
             pole_index_point(v, index, words + BN_POINTS_AT + (i * MEMBERS + a) * 4u);
@@ -160,7 +161,7 @@ static int fail(const char *path) {
     return 1;
 }
 
-/* Little-endian words. */
+/* Writes little-endian words. */
 static int write_table(const bake_table *table, FILE *file) {
     static uint32_t words[BN_WORD_COUNT];
     static unsigned char bytes[sizeof words];
@@ -187,7 +188,7 @@ int main(int argc, char **argv) {
         errno = ENAMETOOLONG;
         return fail(argv[2]);
     }
-    FILE *file = fopen(beside, "wb"); /* before all of the work */
+    FILE *file = fopen(beside, "wb"); /* opened before all the work */
     if (file == NULL) return fail(argv[2]);
     make_table(&table, effort);
     if (write_table(&table, file) && rename(beside, argv[2]) == 0) return 0;

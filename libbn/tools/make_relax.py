@@ -3,7 +3,7 @@
 """Converts the schedule in libbn/data/relax.json to the integers of libbn/src/masks/relax_schedule.h, for bn_relax.
 
 The schedule lists steps v <- keep v + sum over offsets o of w_o clip(v_p - v_(p+o), -1, 1). A step has one weight for
-each group of offsets [y, x]; the symmetries of the square map the offsets of a group to each other. Each step gets the
+each group of offsets [y, x]; the square's symmetries map a group's offsets to each other. Each step gets the
 finest scale at which no value can exceed 16 bits. `--check` writes nothing, and fails if the header is out of date.
 """
 
@@ -16,7 +16,7 @@ from pathlib import Path
 
 LIBBN = Path(__file__).resolve().parents[1]
 HEADER = LIBBN / "src" / "masks" / "relax_schedule.h"
-# White noise of 16 bits, at the scale 2^13, is v = 8 (u - 1/2).
+# 16-bit white noise at the scale 2^13 is v = 8 (u - 1/2).
 FIRST_SCALE, FIRST_MOST = 1 << 13, 1 << 15
 MOST = (1 << 15) - 1
 
@@ -26,7 +26,7 @@ def images(x, y):
 
 
 def corner(group):
-    """The offset 0 <= y <= x of a group."""
+    """A group's offset with 0 <= y <= x."""
     x, y = max((x, y) for y, x in group)
     if (x, y) == (0, 0) or len(group) != len(images(x, y)) or {(x, y) for y, x in group} != images(x, y):
         sys.exit(f"make_relax: the offsets {group} are not all images of one under the symmetries of the square")
@@ -39,7 +39,7 @@ def rounded(product):
 
 
 def integers(step, scale, most, to_scale):
-    """A step from one scale to another: shift, keep, weights, and the largest value after it."""
+    """Converts a step from one scale to another: shift, keep, weights, and the largest value after it."""
     shift = (MOST // scale).bit_length() - 1
     ratio = to_scale * 2**15 / scale
     keep = round(step["keep"] * ratio)
@@ -73,7 +73,7 @@ def row(step):
 
 
 def header(schedule, text):
-    """The text of the header, with its numbers replaced by a schedule's."""
+    """The header's text, with its numbers replaced by a schedule's."""
     steps = quantise(schedule)
     offsets = [offset for _, _, _, groups in steps for x, y, _ in groups for offset in images(x, y)]
     for name, number in (("STEPS", len(steps)), ("GROUPS", max(len(groups) for _, _, _, groups in steps)),

@@ -26,7 +26,7 @@ REPLACEMENTS = {
     r"\bbn_draw_domain_child\b": "bn_domain_child", r"\bBN_REVERSE_BITS\(": "reverseBits(", r"\bBN_TO_UINT\(": "u32(",
     r"\bBN_TO_FLOAT\(": "f32(", r"\bBN_CHOOSE_GET_U\b": "*u", r"\bBN_WORD\(([^()]*)\)": r"bn_words[\1]",
     r"\bBN_CHOOSE_LIMIT\(([^()]*)\)": r"bn_cdf[first + \1]", r"\bBN_ANY\((\w+)\)": r"\1 != 0u",
-    # A choice, in parentheses or as all that is assigned or returned.
+    # A conditional expression, in parentheses or as the whole assigned or returned value.
     r"\(([^()?]+) \? ([^()]+) : ([^()]+)\)": r"select(\3, \2, \1)",
     r"(?<==|n) ([^=?;]+) \? ([^?]+) : ([^;]+);": r" select(\3, \2, \1);"}
 
@@ -105,7 +105,7 @@ def function(head: str, body: str) -> str:
 
 
 def structure(found: re.Match) -> str:
-    """One member per line, with its type after it."""
+    """Writes one member per line, followed by its type."""
     lines = []
     for kind, names, comment in re.findall(r"^ *(\w+) (.*?);(?: +(/\*.*))?$", found[2], re.M):
         lines += [f"    {name}: {TYPES[kind]}," for name in names.split(", ")]
@@ -116,7 +116,7 @@ def structure(found: re.Match) -> str:
 def translate(name: str) -> dict:
     """The WGSL files made from a GLSL file, {name: text}."""
     text = preprocess((INCLUDE / name).read_text(encoding="utf-8")).split("*/", maxsplit=1)[1]
-    # A statement on one line, except a comment, and what is conditional in braces.
+    # Put each statement, comments excepted, on one line, and conditional statements in braces.
     text = re.sub(r"(?<=\()\n +", "", text)
     text = re.sub(r"(?<![;{}/\n])\n +(?![ *])", " ", text)
     text = re.sub(r"^( *)((?:if|while) \(.*\)) (\w.*;)$", r"\1\2 {\n\1    \3\n\1}", text, flags=re.M)

@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Computes the vectors of pole order from power series over the field of two elements. */
+ * Computes pole order's vectors from power series over the two-element field. */
 #include "pole_order.h"
 #include <assert.h>
 #include <bn/bn_draw.h>
 #include <string.h>
 
-/* Multiplies each pair of bits by w, in the field of four elements. */
+/* Multiplies each pair of bits by w, in the four-element field. */
 static uint32_t times_w(uint32_t digits) {
     const uint32_t upper = digits >> 1 & 0x55555555u, lower = digits & 0x55555555u;
     return lower << 1 | (upper ^ lower);
 }
 
-/* Maps the index of the first pair to the second by the matrix of an SZ sequence, with entries binomial(j,
- * i) w^(j - i) (Ahmed et al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025). */
+/* Maps the first pair's index to the second's by the matrix of an SZ sequence, whose entries are
+ * binomial(j, i) w^(j - i) (Ahmed et al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025). */
 static uint32_t second_pair(uint32_t digits) {
     digits ^= (times_w(digits) << 2) & 0xccccccccu;
     digits ^= (times_w(times_w(digits)) << 4) & 0xf0f0f0f0u;
@@ -47,7 +47,8 @@ void pole_vectors_make(pole_vectors *v, int form) {
         }
         fraction = series_product(fraction, inverse);
     }
-    /* Dimension 2 or 3 must share its first digit with dimension 0 or 1 over 8 samples. Make it 3. */
+    /* Dimension 2 or 3 must share its first digit with dimension 0 or 1 over 8 samples. Make it dimension
+     * 3. */
     uint32_t first[4];
     for (int d = 0; d < 4; ++d) first[d] = pole_first_digit(v, d) & 7u;
     if (first[2] == first[0] || first[2] == first[1]) pole_exchange(v, 1);

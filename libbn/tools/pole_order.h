@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Pole order: digital sequences whose samples and pixels are stratified together.
  *
- * For each pair of coordinates, over the field of two elements, the bits of a sample's index are the
- * coefficients of the powers of X, and the bits of a pixel's label are the coefficients of 1/P, X/P, 1/P^2,
- * X/P^2 ... with P = X^2 + X + 1: two bits per level of a quadtree. The coordinates are the expansions of
- * the sum at 0 and at 1. P has no zero there, so the difference of two such functions has too few zeros for
- * two samples to share an elementary interval. (Niederreiter and Xing construct nets from function fields
- * in "Low-discrepancy sequences and global function fields with many rational places", 1996.) The second
- * pair uses the index of an SZ sequence, so that the four coordinates of a pixel are nets in base 4, and a
- * linear map of the first pair's label. Takes microseconds. */
+ * All arithmetic is over the two-element field. For each pair of coordinates, the bits of a sample's index
+ * are the coefficients of the powers of X, and the bits of a pixel's label are the coefficients of 1/P,
+ * X/P, 1/P^2, X/P^2 ... with P = X^2 + X + 1: two bits per level of a quadtree. The coordinates are the
+ * expansions of the sum at 0 and at 1. P has no zeros there, so the difference of two such functions has
+ * too few zeros for two samples to share an elementary interval. (Niederreiter and Xing construct nets from
+ * function fields in "Low-discrepancy sequences and global function fields with many rational places",
+ * 1996.) The second pair uses an SZ sequence's index, so that a pixel's four coordinates form nets in base
+ * 4, and a linear map of the first pair's label. Takes microseconds. */
 #ifndef BN_POLE_ORDER_H
 #define BN_POLE_ORDER_H
 
@@ -16,19 +16,19 @@
 
 enum { POLE_INDEX_BITS = 32, POLE_LABEL_BITS = 12, POLE_VECTORS = 44 };
 
-/* The vectors that the bits add to the four coordinates, lowest bit first. */
+/* The vectors the bits add to the four coordinates, lowest bit first. */
 typedef struct {
     uint32_t index[POLE_INDEX_BITS][4];
     uint32_t label[POLE_LABEL_BITS][4];
 } pole_vectors;
 
-/* The vectors of the index, then of the label: k is 0 to POLE_VECTORS - 1. */
+/* Vector k, from 0 to POLE_VECTORS - 1: the index's vectors come first, then the label's. */
 static inline uint32_t *pole_vector(pole_vectors *v, int k) {
     return k < POLE_INDEX_BITS ? v->index[k] : v->label[k - POLE_INDEX_BITS];
 }
 
-/* `form`, 0 to 3: bit 0 renames the digits of the second pair in base 4, bit 1 exchanges the
- * coordinates of the first. */
+/* `form` is 0 to 3: bit 0 renames the second pair's base-4 digits, bit 1 exchanges the first pair's
+ * coordinates. */
 void pole_vectors_make(pole_vectors *v, int form);
 
 void pole_label_shift(const pole_vectors *v, uint32_t label, uint32_t out[4]);
@@ -47,8 +47,8 @@ void pole_add_index(pole_vectors *v, int from, int to);
 /* Exchanges the coordinates of a pair. */
 void pole_exchange(pole_vectors *v, int pair);
 
-/* With random bits, maps the label of a pair within one level, or adds a vector of a finer level to a
- * vector of a coarser level. Preserves every net. */
+/* Uses random bits to map a pair's label within one level, or to add a finer level's vector to a
+ * coarser level's. Preserves every net. */
 void pole_mix_labels(pole_vectors *v, int pair, uint64_t random);
 
 #endif

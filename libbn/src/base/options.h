@@ -6,8 +6,7 @@
 #include <bn/bn.h>
 #include <string.h>
 
-/* The largest structure that a newer header might define. A larger struct_size indicates an uninitialised
- * structure. */
+/* The largest structure that a newer header might define. A larger struct_size must be uninitialised. */
 enum { BN_OPTIONS_MOST_BYTES = 4096 };
 
 /* Copies the caller's structure over `options`, which holds the defaults. `given` may be NULL. Every

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Teams of threads. The barrier is built from a lock and a condition variable, because POSIX barriers are
- * optional and Windows has none before version 8. Locks, condition variables and threads are the
- * system's. */
+ * Thread teams. The barrier uses a lock and a condition variable: POSIX barriers are optional, and
+ * Windows has none before version 8. Locks, condition variables and threads are the system's. */
 #define _POSIX_C_SOURCE 200809L
 #define _DARWIN_C_SOURCE 1 /* for the number of CPUs on macOS */
 #include "base/threads.h"

@@ -15,7 +15,7 @@ typedef struct bn_anneal_job {
     uint32_t width, height, channels;
     uint32_t texels;
     uint32_t
-        reach[2];    /* half the window's extent along x and y, limited so that no window overlaps itself */
+        reach[2];    /* half the window along x and y; limited, so that it never overlaps itself */
     uint32_t *ranks; /* [channels][texels], annealed in place */
     const double *logs; /* -ln((i + 0.5) / BN_ANNEAL_LOG_SIZE) */
     bn_random random;

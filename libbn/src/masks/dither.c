@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Ordered dithering. A mask supplies one threshold per pixel and channel (Bayer, "An optimum method
- * for two-level rendition of continuous-tone pictures", 1973; for blue-noise masks, Ulichney
- * 1993). */
+ * Ordered dithering by one mask threshold per pixel and channel (Bayer, "An optimum method for
+ * two-level rendition of continuous-tone pictures", 1973; with blue-noise masks: Ulichney 1993). */
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/memory.h"

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The learned steps of bn_relax: data/relax.json, converted to integers by
- * libbn/tools/make_relax.py. GROUPS is the maximum per step, PAIRS the total. `limit` is 1 at the
- * scale before the step. */
+ * The learned steps of bn_relax: data/relax.json as integers, from libbn/tools/make_relax.py.
+ * GROUPS is the maximum per step, PAIRS the total. `limit` is 1 at the scale before the step. */
 #ifndef BN_RELAX_SCHEDULE_H
 #define BN_RELAX_SCHEDULE_H
 

@@ -19,7 +19,7 @@ static void fill_transfer(double *transfer, uint32_t extent, double sigma) {
     for (uint32_t k = 0; k < extent; ++k) {
         double f = (double)(k <= extent / 2 ? k : extent - k) / extent;
         double a = 2 * 3.14159265358979323846 * sigma * f;
-        /* Sigma may be so large that `a` is infinite, or 0 times infinity. */
+        /* A huge sigma can make `a` infinite, and 0 times infinity is NaN. */
         transfer[k] = k == 0 ? 1 : exp(-a * a);
     }
 }

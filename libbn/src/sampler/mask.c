@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The sampler type MASK. The mask supplies the first sample of every pixel, with one lookup per dimension,
- * each at a different shift. The other samples come from an Owen-scrambled Sobol' (0, 2)-sequence that
- * starts at zero, with the mask's value added as a digital shift (XOR), which preserves the nets of a
- * pixel. The usual Cranley-Patterson rotation (1976) destroys them, and is worse than no mask from about 4
- * samples on. */
+ * The sampler type MASK. The mask supplies every pixel's first sample; each dimension looks it up at a
+ * different shift. The other samples come from an Owen-scrambled Sobol' (0, 2)-sequence that starts at
+ * zero. The mask's value is added as a digital shift (XOR), which preserves a pixel's nets. The usual
+ * Cranley-Patterson rotation (1976) destroys them, and is worse than no mask at about 4 or more
+ * samples. */
 #include "sampler/types.h"
 
 /* Accessed directly, not through bn_builtin_mask(), so that programs that draw do not link the other

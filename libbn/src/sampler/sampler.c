@@ -34,7 +34,7 @@ const bn_sampler_row bn_sampler_types[] = {
 
 enum { TYPES = sizeof bn_sampler_types / sizeof *bn_sampler_types };
 
-/* ---- Draws. The inline draws call these for all types but BLUE. */
+/* ---- Draws. The inline functions call these for all types but BLUE. */
 
 void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                       uint32_t domain, uint32_t out[4]) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Blocks of draws. BLUE does the work that depends only on the pixel once for all indices. SOBOL and
- * WHITE have little to share, so they are drawn as lanes of a wavefront where that is faster. */
+ * WHITE can share little work, so they are drawn as lanes of a wavefront where that is faster. */
 #include "sampler/types.h"
 
 static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t first,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Draws for the lanes of wavefronts. simd/draws.h draws several lanes at a time. */
+ * Draws for wavefronts. simd/draws.h draws several lanes at a time. */
 #include "base/options.h"
 #include "sampler/types.h"
 #include <bn/bn_path.h>
@@ -36,7 +36,7 @@ static void draw_any(const bn_sampler *sampler, uint32_t pair, uint32_t dimensio
 
 enum { PART = 256 };
 
-/* The lanes `first` to `first + count - 1`. `own` replaces arrays that are not given. */
+/* The lanes `first` to `first + count - 1`. `own` replaces missing arrays. */
 static bn_draw_lanes part_of(const bn_wavefront *w, size_t first, size_t count,
                              uint32_t own[2][PART]) {
     bn_draw_lanes part = {count, w->x + first, w->y + first, own[0], own[1]};
@@ -75,7 +75,7 @@ bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefront *wav
     const uint32_t pair = first_pair ? 0 : 1, dimensions = first_pair && second_pair ? 4 : 2;
     float *const *out = w.out + 2 * pair;
     uint32_t together = side_by_side(out, dimensions, w.stride);
-    if (pair == 1 && together == 1) together = 0; /* single draws are of dimension 0 */
+    if (pair == 1 && together == 1) together = 0; /* single draws supply only dimension 0 */
     for (size_t at = 0; at < w.count; at += PART) {
         uint32_t own[2][PART];
         float u[4 * PART];

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The sampler type ZORDER: Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling
- * Error via Hierarchical Ordering of Pixels", 2020. Along a Morton curve with scrambled digits, the
- * pixels of a 4096 x 4096 tile own consecutive blocks of 2^k points of one Owen-scrambled Sobol'
- * sequence. Indices from 2^k on continue a pixel's block, scrambled differently in each pixel. The
- * second pair of a domain is the first with its index mapped by the matrix of an SZ sequence (Ahmed et
- * al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025), so that all four numbers are stratified
+ * Error via Hierarchical Ordering of Pixels", 2020. Along a Morton curve with scrambled digits, a 4096
+ * x 4096 tile's pixels take consecutive blocks of 2^k points from one Owen-scrambled Sobol' sequence.
+ * Indices from 2^k on continue a pixel's block, scrambled differently in each pixel. A domain's second
+ * pair is its first pair with the index mapped by an SZ sequence's matrix (Ahmed et al., "SZ
+ * Sequences: Binary-Based (0, 2^q)-Sequences", 2025), so that all four numbers are stratified
  * together. Each domain has its own curve and sample orders, so domains are independent, like the
  * dimensions in the paper. */
 #include "sampler/types.h"
@@ -24,17 +24,17 @@ static uint64_t sobol_second64(uint64_t digits) {
     return digits ^ ((digits << 32) & 0xffffffff00000000u);
 }
 
-/* The product of each base-4 digit with the element x of the field of four, two bits per digit. */
+/* Multiplies each base-4 digit (two bits) by the element x of the four-element field. */
 static uint64_t times_x64(uint64_t digits) {
     uint64_t upper = digits >> 1 & 0x5555555555555555u, lower = digits & 0x5555555555555555u;
     return lower << 1 | (upper ^ lower);
 }
 
 /* Maps the digits of the first pair to the second: multiplies by the upper triangular matrix with
- * entries binomial(j, i) x^(j - i) over the field of four, which factors into one step per bit of j, as
- * in bn_sobol_second(). An odd `form` adds the second of each two binary digits to the first. This only
- * renames the digits in base 4, and makes the four cross pairs of dimensions equally good over both
- * forms. */
+ * entries binomial(j, i) x^(j - i) over the four-element field, which factors into one step per bit of
+ * j, as in bn_sobol_second(). If `form` is odd, each second binary digit is added to the one before
+ * it. This only renames the base-4 digits, and makes the four cross pairs of dimensions equally good
+ * over both forms. */
 static uint64_t second_pair64(uint64_t digits, uint32_t form) {
     digits ^= (times_x64(digits) << 2) & 0xccccccccccccccccu;
     digits ^= (times_x64(times_x64(digits)) << 4) & 0xf0f0f0f0f0f0f0f0u;
@@ -44,9 +44,9 @@ static uint64_t second_pair64(uint64_t digits, uint32_t form) {
     return digits ^ ((digits << 1) & (form & 1u ? 0xaaaaaaaaaaaaaaaau : 0u));
 }
 
-/* A coordinate from sample 2^k on. `first` is the coordinate within the block, `shifted` holds all
- * digits, and `later` the digits from indices beyond the block. From the first of these digits on, a
- * scrambling that differs in each pixel replaces the block's scrambling. */
+/* A coordinate of sample 2^k or later. `first` is the coordinate within the block, `shifted` holds
+ * all digits, and `later` holds the digits from indices beyond the block. From the first of the
+ * latter on, a scrambling that differs in each pixel replaces the block's. */
 static uint32_t continued(uint32_t first, uint32_t shifted, uint32_t later, uint32_t key) {
     uint32_t below = later | (later >> 1), leading;
     below |= below >> 2;
@@ -58,7 +58,7 @@ static uint32_t continued(uint32_t first, uint32_t shifted, uint32_t later, uint
     return ((first ^ leading) & ~below) | (bn_owen(shifted, key) & below);
 }
 
-/* Spreads the low 16 bits to the even positions. */
+/* Spreads the low 16 bits to the even bit positions. */
 static uint32_t morton_spread(uint32_t v) {
     v &= 0xffffu;
     v = (v | v << 8) & 0x00ff00ffu;
@@ -67,8 +67,8 @@ static uint32_t morton_spread(uint32_t v) {
     return (v | v << 1) & 0x55555555u;
 }
 
-/* One dimension: the Owen scrambling of the whole image, continued by the pixel's scrambling from the
- * first digit that comes from indices beyond the block. */
+/* Scrambles one dimension by the whole image's Owen scrambling, and by the pixel's own from the first
+ * digit that comes from indices beyond the block. */
 static uint32_t zorder_scramble(uint64_t block_digits, uint64_t later, uint32_t image_key,
                                 uint32_t pixel_key) {
     uint32_t first = bn_owen((uint32_t)(block_digits >> 32), image_key);

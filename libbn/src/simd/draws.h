@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of BLUE, SOBOL and WHITE for many lanes at once: bn_draw.glsl, compiled with vectors in
+ * Draws BLUE, SOBOL and WHITE for many lanes at once, by compiling bn_draw.glsl with vectors in
  * place of numbers. */
 #include "simd/simd.h"
 #include "simd/vec_draws.h"
@@ -51,8 +51,8 @@ BN_INLINE bn_uint2 half_row_at(const uint32_t *words, bn_u32v at) {
 /* The dimensions to draw: pair 0 or 1, dimension 0, or three or four dimensions. */
 enum { ONE = 2, WIDE };
 
-/* Draws a multiple of BN_U32_LANES lanes. `type` and `form` are constants, so that unused code is
- * removed. */
+/* Draws a multiple of BN_U32_LANES lanes. `type` and `form` are constants, so the compiler removes
+ * unused code. */
 BN_INLINE void draw_loop(const bn_sampler *sampler, int32_t type, int form, uint32_t dimensions,
                          const bn_draw_lanes *lanes, float *out) {
     const uint32_t *words = bn_tables_7;
@@ -108,7 +108,7 @@ static void draw_whole(const bn_sampler *sampler, uint32_t pair, uint32_t dimens
     }
 }
 
-/* The last lanes are copied to full vectors. */
+/* The last lanes are copied into full vectors. */
 static void draw_many(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
                       const bn_draw_lanes *lanes, float *out) {
     const size_t left = lanes->count % BN_U32_LANES, at = lanes->count - left;

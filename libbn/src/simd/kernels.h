@@ -31,8 +31,8 @@ BN_INLINE int32_t highest_of_64(const int32_t *values) {
     return i32_highest(high);
 }
 
-/* The position of the first of 64 values, ORed with `fill`, that equals `value`. There must be one.
- * Compares all of them: the branch of an early exit could not be predicted. */
+/* The position of the first of 64 values that equals `value` after an OR with `fill`. There must be
+ * one. Compares all of them, because the branch for an early exit would be unpredictable. */
 BN_INLINE uint32_t first_of_64(const int32_t *values, const int32_t *fill, int32_t value) {
     const bn_i32v wanted = i32_set(value);
     uint64_t bits = 0;
@@ -110,9 +110,9 @@ BN_INLINE int32_t distance(int32_t first, int32_t last) {
     return first > 0 ? first : last < 0 ? -last : 0;
 }
 
-/* Lists the tiles of one slice of the torus that the kernel reaches, and prefetches them. In that
+/* Lists the tiles that the kernel reaches in one slice of the torus, and prefetches them. In that
  * slice the kernel is a circle of squared radius `limit`, and `kernel` is its value at offset (0,
- * 0). There are at most BN_FIELD_JOBS tiles under it. */
+ * 0). At most BN_FIELD_JOBS tiles lie under it. */
 BN_INLINE uint32_t list_jobs(const bn_field *f, size_t slice, const int32_t c[2], int32_t reach,
                              int32_t limit, const int32_t *kernel, job *jobs) {
     const int line = f->tile_extent[1] == 1, log_x = line ? 6 : 3, log_y = line ? 0 : 3;
@@ -140,7 +140,7 @@ BN_INLINE uint32_t list_jobs(const bn_field *f, size_t slice, const int32_t c[2]
                     for (int i = 0; i < BN_TILE_SIZE; i += 16) {
                         prefetch(f->energy + j->index * BN_TILE_SIZE + i);
                     }
-                    /* Corners may be beyond the kernel's circle. */
+                    /* Tiles at the corners may lie beyond the kernel's circle. */
                     count += near_x * near_x + near_y * near_y <= limit;
                 }
             }
@@ -161,7 +161,7 @@ BN_INLINE void change_slice(bn_field *f, size_t slice, const int32_t c[2], int32
         change_tile(f, index, jobs[i].kernel, jobs[i].edge, sign, extremes);
         if (f->levels == 1) continue;
         /* When energies only grow, the lowest value of a group can change only if this tile had it;
-         * likewise the highest when they only fall. */
+         * likewise for the highest when they only fall. */
         const size_t group = index / BN_FIELD_FANOUT;
         if (extremes == BN_FIELD_LOWEST && sign > 0 && low != f->lowest[1][group]) continue;
         if (extremes == BN_FIELD_HIGHEST && sign < 0 && high != f->highest[1][group]) continue;

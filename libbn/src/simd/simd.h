@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The inner loops of the mask generators and of bn_sample_wavefront(), compiled once per instruction set
- * and chosen at run time. They work on integers, so every set gives the same bits. */
+ * and chosen at run time. They work on integers, so results are bit-identical for every set. */
 #ifndef BN_SIMD_H
 #define BN_SIMD_H
 
@@ -25,12 +25,12 @@ typedef struct bn_draw_lanes {
 typedef struct bn_simd {
     /* Sets (sign 1) or clears (sign -1) a texel and updates the requested extremes. */
     void (*field_change)(bn_field *field, bn_field_texel texel, int sign, int extremes);
-    /* The texel of lowest or highest energy; of several, the first in the order of the tiles. */
+    /* The texel with the lowest or highest energy; if there are several, the first in tile order. */
     bn_field_texel (*field_find)(const bn_field *field, int extreme);
 
-    /* Two windows of rows x row_lanes values, row_lanes a multiple of BN_WINDOW_LANES, in images of
-     * the same stride: the sum of weight * clamp(value, low, high) over the second window minus
-     * that over the first. The true difference fits 32 bits. */
+    /* For two windows of rows x row_lanes values, in images with the same stride: the sum of weight
+     * * clamp(value, low, high) over the second window minus that over the first. row_lanes is a
+     * multiple of BN_WINDOW_LANES, and the true difference fits in 32 bits. */
     int32_t (*window_difference)(const int16_t *first, const int16_t *second, size_t stride,
                                  const int16_t *weights, uint32_t rows, uint32_t row_lanes,
                                  int16_t low, int16_t high);
@@ -43,14 +43,14 @@ typedef struct bn_simd {
                       uint32_t pairs, uint32_t columns, int16_t limit, int32_t shift,
                       int16_t *gradient);
 
-    /* Draws of the types BLUE, SOBOL and WHITE: out[count][dimensions]. With two dimensions, `pair` is
-     * that of bn_sample_2d(). NULL where there is nothing faster than single draws. */
+    /* Draws the types BLUE, SOBOL and WHITE into out[count][dimensions]. For two dimensions, `pair` is
+     * that of bn_sample_2d(). NULL where nothing is faster than single draws. */
     void (*draw_many)(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
                       const bn_draw_lanes *lanes, float *out);
 } bn_simd;
 
-/* The best instruction set of this machine. For tests, the environment variable BN_SIMD=scalar
- * chooses plain C. */
+/* This machine's best instruction set. For tests, the environment variable BN_SIMD=scalar chooses
+ * plain C. */
 const bn_simd *bn_simd_get(void);
 
 #endif

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The vector types of kernels.h, for the instruction set that the including file defines.
  *
- * bn_i32v: BN_I32_LANES 32-bit integers, 8 of them, whose sums wrap. Loads and stores are aligned, except
- * for i32_load_any. i32_equal_bits has one bit per lane; i32_lowest, i32_highest and i32_sum reduce all
- * lanes.
+ * bn_i32v holds BN_I32_LANES (8) 32-bit integers, whose sums wrap. Loads and stores are aligned, except
+ * for i32_load_any. i32_equal_bits returns one bit per lane; i32_lowest, i32_highest and i32_sum reduce
+ * all lanes.
  *
- * bn_i16x16: 16 values. i16_multiply_add adds the products of all lanes to 8 sums, in any order;
- * i16_multiply_upper is (a b + 2^14) >> 15. */
+ * bn_i16x16 holds 16 values. i16_multiply_add adds the products of all lanes to 8 sums, in any order;
+ * i16_multiply_upper computes (a b + 2^14) >> 15. */
 #ifndef BN_SIMD_VEC_H
 #define BN_SIMD_VEC_H
 

@@ -2,7 +2,7 @@
  * The vector types of kernels.h for AVX2; vec.h describes the functions. */
 #include <immintrin.h>
 
-/* A function of two vectors from an instruction. */
+/* Defines a function of two vectors from one instruction. */
 #define BN_BINARY(name, type, operation)                                                           \
     static inline type name(type a, type b) {                                                      \
         return operation(a, b);                                                                    \

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The vector type of draws.h for AVX2: bn_u32v, BN_U32_LANES unsigned numbers. It is a
- * vector of GCC and Clang, whose operators work lane by lane and accept plain numbers on one side.
+ * The vector type of draws.h for AVX2: bn_u32v holds BN_U32_LANES unsigned numbers. It is a GCC and
+ * Clang vector type, whose operators work lane by lane and accept scalars on one side.
  *
- * Almost all tables are read without gathers, which are slow on some CPUs, and on others since the
- * microcode fix for CVE-2022-40982. Instead, each lane loads four consecutive words, and the rows are
- * transposed in registers. */
+ * Almost all tables are read without gathers, which are slow on some CPUs, and on others have been
+ * since the microcode fix for CVE-2022-40982. Instead, each lane loads four consecutive words, and
+ * the rows are transposed in registers. */
 #ifndef BN_VEC_DRAWS_H
 #define BN_VEC_DRAWS_H
 
@@ -21,7 +21,7 @@ static inline bn_u32v u32_load(const void *p) {
     return v;
 }
 
-/* Reverses the bytes, then the bits of each byte by a table for either half of it. */
+/* Reverses the bytes, then the bits of each byte, with one table lookup for each half-byte. */
 static inline bn_u32v u32_reverse_bits(bn_u32v v) {
     const __m256i bytes = _mm256_broadcastsi128_si256(
         _mm_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12));
@@ -44,7 +44,7 @@ static inline bn_u32v u32_gather(const uint32_t *words, bn_u32v at) {
     return v;
 }
 
-/* Transposes the 4 x 4 values that every block of four lanes has in four vectors. */
+/* Transposes the 4 x 4 values in each block of four lanes of four vectors. */
 static inline void u32_transpose(bn_u32v v[4]) {
     const __m256i a = _mm256_unpacklo_epi32((__m256i)v[0], (__m256i)v[1]);
     const __m256i b = _mm256_unpackhi_epi32((__m256i)v[0], (__m256i)v[1]);
@@ -60,7 +60,7 @@ static inline __m128i load_four(const uint32_t *words) {
     return _mm_loadu_si128((const __m128i *)(const void *)words);
 }
 
-/* row[0] to row[3]: the four words from `at` on, of every lane. */
+/* Loads into row[0] to row[3] the four words that start at `at`, for every lane. */
 static inline void u32_gather_rows(const uint32_t *words, bn_u32v at, bn_u32v row[4]) {
     for (int i = 0; i < 4; ++i) {
         row[i] = (bn_u32v)_mm256_inserti128_si256(_mm256_castsi128_si256(load_four(words + at[i])),
@@ -69,15 +69,15 @@ static inline void u32_gather_rows(const uint32_t *words, bn_u32v at, bn_u32v ro
     u32_transpose(row);
 }
 
-/* Two words of each of two lanes. */
+/* Loads two words for each of two lanes. */
 static inline __m128i load_twos(const uint32_t *first, const uint32_t *second) {
     const __m128 low = _mm_castsi128_ps(_mm_loadl_epi64((const __m128i *)(const void *)first));
     return _mm_castps_si128(_mm_loadh_pi(low, (const __m64 *)(const void *)second));
 }
 
-/* row[0] and row[1]: the two words from `at` on, of every lane. */
+/* Loads into row[0] and row[1] the two words that start at `at`, for every lane. */
 static inline void u32_gather_half_rows(const uint32_t *words, bn_u32v at, bn_u32v row[2]) {
-    __m256 twos[2]; /* of lanes 0, 1 and 2, 3 of each block of four */
+    __m256 twos[2]; /* for lanes 0, 1 and 2, 3 of each block of four */
     for (int i = 0; i < 2; ++i) {
         const int a = 2 * i, b = a + 1;
         const __m256i v =
@@ -120,7 +120,7 @@ static inline void store_lane(__m128 lane, uint32_t dimensions, float *out) {
     }
 }
 
-/* out[lane][dimensions], of three or four dimensions. */
+/* out[lane][dimensions], for three or four dimensions. */
 static inline void u32_store_wide(bn_u32v v[4], uint32_t dimensions, float *out) {
     for (int d = 0; d < 4; ++d) v[d] = (bn_u32v)floats_of(v[d]);
     u32_transpose(v);

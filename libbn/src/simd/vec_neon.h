@@ -10,7 +10,7 @@ typedef struct bn_i16x16 {
     int16x8_t a, b;
 } bn_i16x16;
 
-/* A function of two vectors from an instruction. */
+/* Defines a function of two vectors from one instruction. */
 #define BN_BINARY(name, type, operation)                                                           \
     static inline type name(type x, type y) {                                                      \
         type r = {operation(x.a, y.a), operation(x.b, y.b)};                                       \

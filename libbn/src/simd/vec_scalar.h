@@ -5,14 +5,14 @@
 #define BN_SIMD_TABLE bn_simd_scalar
 #define BN_I32_LANES 8
 
-/* A function of two vectors, defined by its operation on one lane. */
+/* Defines a function of two vectors by its operation on one lane. */
 #define BN_BINARY(name, type, lanes, lane)                                                         \
     static inline type name(type x, type y) {                                                      \
         for (int i = 0; i < (lanes); ++i) x.v[i] = lane;                                           \
         return x;                                                                                  \
     }
 
-/* A vector type, and its functions that take one number or memory. */
+/* Defines a vector type, and its functions that take one number or memory. */
 #define BN_VECTOR(prefix, type, number, lanes)                                                     \
     typedef struct type {                                                                          \
         number v[lanes];                                                                           \
