@@ -10,9 +10,8 @@ py::ssize_t extent(uint32_t value) {
     return static_cast<py::ssize_t>(value);
 }
 
-/* A function that fills an array with a mask. `first` is the field of bn_mask that corresponds to the
- * first of the three axes. If options.start_from_ranks is set, it starts from the ranks in the
- * array. */
+/* A function that fills an array with a mask. `first` is the bn_mask field for the first of the three
+ * axes. If options.start_from_ranks is set, it starts from the ranks in the array. */
 template <auto make, typename Options>
 auto generator(const char *name, uint32_t bn_mask::*first) {
     return [name, first](Ranks &ranks, const Options &options, const py::object &callback) {

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The extension module bluenoise._core, which runs libbn on NumPy arrays without the GIL. The
- * package's Python files check and convert all arguments, so their types and ranges are valid
- * here. */
+ * package's Python files check and convert all arguments, so types and ranges are valid here. */
 #include "core.hpp"
 
 PYBIND11_MODULE(_core, module) {

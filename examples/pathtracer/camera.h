@@ -6,7 +6,7 @@
 
 struct Ray {
     Vec3 origin, direction;
-    float time = 0; // in [0, 1): when the shutter was open
+    float time = 0; // within the shutter interval, in [0, 1)
 };
 
 struct Camera {
@@ -50,8 +50,8 @@ inline void camera_fit(Camera &camera, int width, int height) {
     camera.pixel_size = camera.tan_half_height / camera.half_height;
 }
 
-// The ray through a point of the image, in pixels from its top left corner, and a point on the lens,
-// given in the unit square.
+// The ray through a point of the image, in pixels from its top-left corner, and through a point on
+// the lens, in the unit square.
 inline Ray camera_ray(const Camera &c, Vec2 point, Vec2 lens) {
     const float x = (point.x - c.half_width) * c.pixel_size;
     const float y = (c.half_height - point.y) * c.pixel_size;

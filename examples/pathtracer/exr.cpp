@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR images. Files are encoded in memory, because the library's own file streams do not report
-// an error in the last write.
+// OpenEXR images. Files are encoded in memory, because OpenEXR's own file streams do not report an
+// error in the last write.
 #include "film.h"
 
 #include <ImfChannelList.h>
@@ -29,7 +29,7 @@
 namespace {
 
 constexpr const char *COUNT = "count";
-constexpr int LARGEST = 1 << 24; // pixels along a side of any image
+constexpr int LARGEST = 1 << 24; // pixels per side of any image
 
 // The layers of a film, except the counts.
 constexpr std::array<const char *, 14> LAYERS = {
@@ -120,7 +120,7 @@ ExrHead read_head(const Imf::Header &header) {
 template <typename Read>
 auto reading(const std::string &path, Read read) {
     try {
-        // The library allocates before it reads, so a damaged header may request any amount.
+        // OpenEXR allocates before it reads, so a damaged header may request any amount of memory.
         Imf::Header::setMaxImageSize(LARGEST, LARGEST);
         check_regular(path);
         return read();

@@ -42,8 +42,7 @@ class TemporaryFile {
         char suffix[32];
         std::snprintf(suffix, sizeof suffix, ".part-%08x%08x", random(), random());
         name_ += suffix;
-        file_ =
-            std::fopen(name_.c_str(), "wxe"); // exclusively; programs started here do not get it
+        file_ = std::fopen(name_.c_str(), "wxe"); // exclusively; child processes do not inherit it
         check(file_ != nullptr);
     }
     TemporaryFile(const TemporaryFile &) = delete;

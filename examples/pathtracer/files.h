@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files and messages: one-line errors, reading untrusted files, and a record of the files that an image
+// Files and messages: one-line errors, reading untrusted files, and a record of the files an image
 // depends on. Only regular files are read, because pipes and devices may never end.
 #pragma once
 
@@ -44,15 +44,15 @@ void say(const std::string &message);
 // If memory runs out inside a library's noexcept function, prints one line and exits with code 1.
 void exit_where_it_would_abort();
 
-// Throws Error, with a message that continues the name, unless it is a regular file.
+// Throws Error unless it is a regular file. The message continues the file's name.
 void check_regular(const std::filesystem::path &path);
 
 // The files that were read, with checksums of their contents.
 struct InputRecord {
     std::map<std::string, std::string> files = {}; // by name
 
-    // The bytes of a file. Throws Error, with a message that continues the name, also if the file was read
-    // before with other contents.
+    // The bytes of a file. Throws Error, also if the file was read before with other contents. The message
+    // continues the file's name.
     std::vector<unsigned char> read(const std::filesystem::path &path);
     void add_file(const std::filesystem::path &path);
     // One line per file, sorted by name: CRC-32, size, two spaces and the name.

@@ -135,7 +135,7 @@ Crop whole_blocks(const Crop &crop, const Film &film) {
             up(crop.x1, film.full_width), up(crop.y1, film.full_height)};
 }
 
-// The film of another crop, which is inside or around its own. Pixels around have no samples.
+// The film for another crop, inside or around its own. Pixels outside its own crop have no samples.
 Film film_with_crop(const Film &film, const Crop &crop) {
     Film result = film_create(film.full_width, film.full_height, crop);
     const bool inside = pixel_count(crop) < film.pixels.size();
@@ -144,9 +144,9 @@ Film film_with_crop(const Film &film, const Crop &crop) {
     return result;
 }
 
-// Estimates the relative error of a block of equal counts of at least 2: the root mean square, over
-// pixels and channels, of the standard error of the displayed (exposed and clipped) mean, divided by
-// that mean plus DARKEST. Uses layers as in the EXR, so that resumed images behave identically.
+// Estimates the relative error of a block whose pixels share a count of at least 2: the root mean
+// square, over pixels and channels, of the standard error of the displayed (exposed and clipped)
+// mean, divided by that mean plus DARKEST. Uses the EXR's layers, so that resuming changes nothing.
 double displayed_error(const Film &film, const Crop &block, float exposure) {
     const double gain = std::exp2(double(exposure));
     double squares = 0, light = 0;
@@ -191,7 +191,7 @@ struct Renderer {
         for (FilmPixel &pixel = film_pixel(film, x, y); pixel.count < count;) {
             const uint32_t index = settings.first_sample + pixel.count;
             PathSample sample = trace_path(integrator, x, y, index, counters);
-            // One such sample would ruin the pixel. The total is reported at the end.
+            // One non-finite sample would ruin the pixel. The total is reported at the end.
             if (!is_finite(sample.radiance)) {
                 sample.radiance = {0, 0, 0};
                 ++counters.lost;
@@ -200,8 +200,8 @@ struct Renderer {
         }
     }
 
-    // Renders up to `limit` samples, or until a test finds enough. Missing pixels of a resumed image
-    // catch up.
+    // Renders up to `limit` samples, or until a test finds that they suffice. Missing pixels of a
+    // resumed image catch up.
     PathCounters render_block(const Crop &block, uint32_t limit) {
         PathCounters counters;
         uint32_t count = settings.noise > 0 ? 0 : limit;
@@ -216,7 +216,7 @@ struct Renderer {
     // Gives every pixel `count` samples, unless its block is done. Returns false if interrupted.
     bool render_pass(uint32_t count, const Progress &progress) {
         const Crop &crop = film.crop, all = whole_blocks(crop, film);
-        std::vector<Crop> blocks; // row by row, those at the edges smaller
+        std::vector<Crop> blocks; // row by row; those at the edges are smaller
         for (int y = all.y0; y < all.y1; y += BLOCK_SIZE)
             for (int x = all.x0; x < all.x1; x += BLOCK_SIZE)
                 blocks.push_back({std::max(x, crop.x0), std::max(y, crop.y0),

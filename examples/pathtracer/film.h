@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The accumulated samples of each pixel, from which the layers of an image are computed. Values are means
-// in double precision, stored with their sample counts. So pixels may have different counts and receive
-// more samples later, and films with different samples can be merged.
+// The accumulated samples of each pixel, from which an image's layers are computed. Values are means in
+// double precision, stored with their sample counts. So pixels may have different counts and receive more
+// samples later, and films with different samples can be merged.
 #pragma once
 
 #include <csignal>
@@ -72,8 +72,7 @@ glm::dvec3 film_variance(const FilmPixel &pixel);
 float auto_exposure(const Film &film);
 
 // A one-line warning, with advice, if the image has no visible surfaces or light; empty otherwise, and
-// for parts of an image.
-// `extent` describes the bounds of the scene.
+// for parts of an image. `extent` describes the scene's bounds.
 std::string film_warning(const Film &film, const std::string &extent);
 
 // ---- Rendering on all cores, in passes over the whole image, so that an interrupt leaves an image with
@@ -81,11 +80,11 @@ std::string film_warning(const Film &film, const std::string &extent);
 // pixels, on the grid of the whole image, at powers of two; README.md explains why.
 
 struct RenderSettings {
-    uint32_t spp;          // samples of each pixel
-    uint32_t first_sample; // index of the first
+    uint32_t spp;          // samples per pixel
+    uint32_t first_sample; // index of the first sample
     unsigned threads;
     float noise;      // relative error as displayed at which a block stops; 0: never
-    uint32_t min_spp; // the first look is at the first power of two from here on
+    uint32_t min_spp; // the first test is at the first power of two at or above this
     float exposure;   // of the display, in stops
 };
 
@@ -115,7 +114,7 @@ constexpr uint64_t MAX_PIXELS = 1u << 26;
 
 // The statistics of an image: attributes that differ between its parts.
 struct ImageStatistics {
-    uint32_t spp = 0;                          // the highest count of any pixel
+    uint32_t spp = 0;                          // the highest sample count of any pixel
     uint64_t first_sample = 0, end_sample = 0; // all sample numbers are below the latter
     float exposure = 0;                        // of the preview, in stops
     double seconds = 0;                        // of rendering
@@ -132,7 +131,7 @@ struct ExrHead {
     ImageStatistics statistics = {};
 };
 
-// The bytes of an EXR file of the film; the size and the crop are the film's. Throws Error.
+// Encodes an EXR file of the film, with the film's size and crop. Throws Error.
 std::string exr_encode(const Film &film, const ExrHead &head);
 
 // Reads the channels R, G and B of any EXR file that has them, converted to Rec. 709. Throws Error.

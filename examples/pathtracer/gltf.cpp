@@ -31,9 +31,9 @@ using Transform = glm::dmat4x3; // without the last row, which is 0, 0, 0, 1
 constexpr size_t MAX_ELEMENTS = size_t{1} << 26; // vertices, or elements of an array
 constexpr float LUMENS_PER_WATT = 683;           // at 555 nm; glTF exporters use it for all light
 constexpr float MAX_GLOW = 1;                    // radiance
-constexpr double MAX_COORDINATE = 1e15;          // doubles resolve an eighth there
+constexpr double MAX_COORDINATE = 1e15;          // where doubles still resolve an eighth
 // The largest distance from the scene's centre. Products of three lengths, and areas, still fit in a
-// float, so images are correct; at a hundred times the distance, Embree would abort.
+// float, so images are correct; at a hundred times this distance, Embree would abort.
 constexpr float MAX_REACH = 1e10f;
 
 // ---- JSON: missing values have defaults, and values of the wrong type are rejected
@@ -49,7 +49,7 @@ const Json &extension(const Json &of, const char *name) {
     return member(member(of, "extensions"), name);
 }
 
-// An index, an offset, a size or a constant of OpenGL.
+// An index, an offset, a size or an OpenGL constant.
 int64_t integer(const Json &of, const char *name, int64_t otherwise = -1) {
     if (!of.contains(name)) return otherwise;
     const auto value = of[name].get<double>();
@@ -117,7 +117,7 @@ bool holds_data(const std::string &uri) {
     return strncasecmp(uri.c_str(), "data:", 5) == 0;
 }
 
-// Names a buffer or an image in messages.
+// The name of a buffer or an image in messages.
 std::string name_of(const char *what, const Json &source, int64_t number) {
     const std::string uri = source.value("uri", ""), name = source.value("name", "");
     if (!uri.empty() && !holds_data(uri)) return joined(what, " ", percent_decoded(uri));
@@ -165,7 +165,7 @@ struct File {
                 throw Error("requires the extension ", required, ", which cannot be read");
     }
 
-    // The JSON of a .glb, its first chunk. The second one may be binary.
+    // A .glb file's JSON, its first chunk. The second chunk may be binary.
     Span glb_text() {
         const auto word = [&](size_t at) {
             uint32_t value;
@@ -196,7 +196,7 @@ struct File {
         return std::filesystem::path(path).parent_path() / percent_decoded(uri);
     }
 
-    // The bytes in a data URI, or of the file that a URI names.
+    // The bytes in a data URI, or in the file that a URI names.
     Bytes resource(const std::string &uri) {
         if (!holds_data(uri)) return read(resolve(uri));
         const size_t comma = uri.find(";base64,");
@@ -235,7 +235,7 @@ struct File {
 
 using Elements = std::vector<glm::dvec4>;
 
-// Calls visit with a number of a component type.
+// Calls visit with a value of a component type.
 template <typename Visit>
 void with_number(int64_t type, const char *name, const Visit &visit) {
     if (type == 5120) return visit(int8_t{});
@@ -278,7 +278,7 @@ Elements stored(File &file, const Json &source, const Json &accessor, size_t wid
     return elements;
 }
 
-// The elements of an accessor, such as an attribute, of one of these types.
+// The elements of an accessor, such as an attribute, which must have one of these types.
 Elements elements(File &file, const Json &of, const char *name,
                   const std::set<std::string> &types) {
     const Json &accessor = element(file.json, "accessors", integer(of, name));
@@ -317,7 +317,7 @@ struct Reader : File {
     std::vector<std::pair<const Json *, Transform>> placed = {}; // nodes with a camera or a light
     std::map<std::pair<int64_t, bool>, uint32_t> materials = {}; // with vertex colours, or without
     std::map<std::pair<int64_t, bool>, int32_t> textures = {};   // in sRGB, or linear
-    std::set<std::string> ignored = {}; // what the file has and the scene lacks
+    std::set<std::string> ignored = {}; // features of the file that the scene lacks
 };
 
 // ---- Textures
@@ -379,16 +379,16 @@ TextureUse texture_use(Reader &r, const Json &info, bool srgb) {
     return use;
 }
 
-// ---- Materials: a transmissive material becomes a dielectric, one with neither metal nor coat
+// ---- Materials: transmissive ones become dielectrics, and those with neither metal nor coat become
 // diffuse; all others use glTF's metallic-roughness model.
 
 // The coat's reflectance at normal incidence, as an index of refraction and a colour. Converters
-// from specular-glossiness write an index of 1000, or 0 for infinity, and the reflectance as colour.
+// from specular-glossiness write an index of 1000 (or 0: infinity) and the reflectance as colour.
 void read_coat(Reader &r, const Json &source, double ior, Material &m) {
     const Json &specular = extension(source, "KHR_materials_specular");
     if (specular.contains("specularTexture") || specular.contains("specularColorTexture")) {
         r.ignored.insert("textures of coats");
-        if (ior < 1 || ior > 3) ior = 1.5; // which only the texture would make sense of
+        if (ior < 1 || ior > 3) ior = 1.5; // makes sense only with the texture
     }
     m.ior = bounded(ior, 1, 10);
     const double root = ior < 1 ? 1 : (ior - 1) / (ior + 1);
@@ -454,8 +454,8 @@ uint32_t material_number(Reader &r, int64_t number, bool vertex_colours) {
     maps.vertex_colours = vertex_colours;
     maps.colour = texture_use(r, member(pbr, "baseColorTexture"), true);
     read_coat(r, source, ior, m);
-    // Metal does not transmit. But metal is the default if a file omits metallicFactor: if such a file
-    // also blends with an alpha below 1, it means glass.
+    // Metal does not transmit. But metal is the default if a file omits metallicFactor: if it also
+    // blends with an alpha below 1, it means glass.
     const bool transmits =
         transmission.value("transmissionFactor", 0.0) >= 0.5 && (m.metallic < 0.5f || blended);
     if (transmits) {
@@ -525,7 +525,7 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
     }
     if (!member(primitive, "targets").empty()) r.ignored.insert("morph targets");
     const Json &attributes = member(primitive, "attributes");
-    if (!attributes.contains("POSITION")) return; // glTF says to skip it
+    if (!attributes.contains("POSITION")) return; // glTF says to skip these
     const Elements positions = elements(r, attributes, "POSITION", {"VEC3"});
     const size_t count = positions.size();
     if (r.points.size() + count > MAX_ELEMENTS) throw Error("has more than 2^26 vertices");
@@ -542,8 +542,8 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
                    coordinates[] = {optional("TEXCOORD_0", {"VEC2"}),
                                     optional("TEXCOORD_1", {"VEC2"})};
 
-    // The cofactor matrix transforms normals correctly under any scale. A mirror would flip them, so
-    // its cofactors are negated.
+    // The cofactor matrix transforms normals correctly under any scale. Mirroring would flip them,
+    // so its cofactors are negated.
     const glm::dmat3 m(transform);
     const glm::dmat3 cofactors(cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1]));
     const bool mirrored = dot(m[0], cofactors[0]) < 0;
@@ -628,7 +628,7 @@ void read_nodes(Reader &r) {
 
 // ---- Converting the results to a scene
 
-// Moves the centre of the points to the origin, so that floats keep the significant digits.
+// Moves the centre of the points to the origin, so that floats keep their significant digits.
 void recentre(Reader &r) {
     Scene &scene = r.scene;
     Point3d low = r.points[0], high = low;
@@ -640,9 +640,9 @@ void recentre(Reader &r) {
     r.points = {};
 }
 
-// Tangents where a file has none, after Mikkelsen ("Simulation of Wrinkled Surfaces Revisited", 2008):
-// at each vertex, the mean over the faces that share its position, normal and texture coordinates,
-// weighted by their angles there. Faces with mirrored textures do not share tangents.
+// Makes tangents if a file has none, after Mikkelsen ("Simulation of Wrinkled Surfaces Revisited",
+// 2008): at each vertex, the mean over the faces that share its position, normal and texture
+// coordinates, weighted by their angles there. Faces with mirrored textures share none.
 void make_tangents(Scene &scene) {
     std::map<std::array<float, 9>, Vec3> sums;
     std::vector<std::pair<glm::vec4 *, const Vec3 *>> corners;
@@ -728,7 +728,7 @@ void read_light(Reader &r, const Json &node, const glm::dmat3 &turn, Vec3 positi
     r.scene.lights.push_back(light);
 }
 
-// Cameras and lights both point along their node's -z.
+// Cameras and lights both point along their node's -z axis.
 void read_cameras_and_lights(Reader &r) {
     for (const auto &[node, t] : r.placed) {
         if (!is_finite(t[3]) || max_magnitude(t[3]) > MAX_COORDINATE) {
@@ -838,7 +838,7 @@ Scene scene_file_read(const std::string &path, const SceneOptions &options) {
         if (!ignored.empty()) scene.notes.push_back(path + ": ignores " + ignored);
         return std::move(scene);
     } catch (const Json::exception &error) {
-        const std::string what = error.what(); // its end is a part of the file, which may be long
+        const std::string what = error.what(); // it ends with part of the file, which may be long
         throw Error(path, ": is not valid glTF 2.0: ", what.substr(0, what.find("; last read")));
     } catch (const Error &error) {
         throw Error(path, ": ", error.what());

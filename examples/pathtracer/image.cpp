@@ -32,7 +32,7 @@ float srgb_encode(float v) {
     return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
 }
 
-// Decodes a byte of sRGB to linear.
+// Decodes an sRGB byte to linear light.
 const std::array<float, 256> &srgb_table() {
     static const std::array<float, 256> table = [] {
         std::array<float, 256> t;
@@ -45,7 +45,7 @@ const std::array<float, 256> &srgb_table() {
     return table;
 }
 
-// Wraps a texel index along one axis; it may be negative or past the side.
+// Wraps a texel index along one axis; it may be negative or exceed the side.
 int wrapped(int64_t i, int side, Texture::Wrap wrap) {
     if (wrap == Texture::CLAMP) return int(std::clamp<int64_t>(i, 0, side - 1));
     const int64_t period = wrap == Texture::MIRROR ? int64_t{2} * side : side;
@@ -68,7 +68,7 @@ std::string png_encode_preview(const Image &image, float exposure) {
     const float gain = std::exp2(exposure);
     constexpr int MASK = 64; // texels
     const auto *ranks = static_cast<const uint16_t *>(bn_builtin_mask(MASK).ranks);
-    // Each channel uses a shifted mask, so they do not all round up at the same pixels.
+    // Each channel uses a shifted mask, so that they do not all round up at the same pixels.
     constexpr int SHIFT_X[3] = {0, 21, 43}, SHIFT_Y[3] = {0, 37, 11};
     std::vector<uint8_t> pixels;
     for (int y = image.crop.y0; y < image.crop.y1; ++y)
@@ -109,7 +109,7 @@ Texture texture_decode(const std::vector<unsigned char> &bytes) {
 }
 
 glm::vec4 texture_at(const Texture &t, Vec2 uv) {
-    // Non-finite and huge coordinates map to the corner.
+    // Non-finite and huge coordinates map to the top-left corner.
     const auto place = [](float v, int side) {
         return std::abs(v) < 1e6f ? double(v) * side : 0.0;
     };

@@ -43,7 +43,7 @@ struct Texture {
     enum Wrap : uint8_t { REPEAT, MIRROR, CLAMP };
     int width = 0, height = 0;
     Wrap wrap_u = REPEAT, wrap_v = REPEAT;
-    bool nearest = false;      // the nearest texel, not bilinear
+    bool nearest = false;      // use the nearest texel
     bool srgb = false;         // decode red, green and blue; alpha is always linear
     bool has_alpha = false;    // some texel is not opaque
     std::vector<uint8_t> rgba; // height rows of width texels, top row first
@@ -52,7 +52,7 @@ struct Texture {
 // Decodes the bytes of an image file. Throws Error with a message that continues the image's name.
 Texture texture_decode(const std::vector<unsigned char> &bytes);
 
-// The colour at uv: (0, 0) is the top left corner of the image, (1, 1) the bottom right.
+// The colour at uv: (0, 0) is the image's top-left corner, (1, 1) the bottom-right.
 glm::vec4 texture_at(const Texture &texture, Vec2 uv);
 
 // The mean of all texels: above zero if any texel is.

@@ -12,7 +12,7 @@
 
 namespace {
 
-// The first bounces contribute most light: Russian roulette there would add more noise than it saves time.
+// The first bounces contribute most light: Russian roulette there would cost more than it saves.
 constexpr uint32_t FIRST_ROULETTE_BOUNCE = 3;
 constexpr float INFINITE = std::numeric_limits<float>::infinity();
 
@@ -20,7 +20,7 @@ bool has_lens(const Scene &scene) {
     return scene.camera.lens_radius > 0;
 }
 
-// Whether the first light does not use ray 0: a lens uses that pair, or the light sample is split.
+// Whether the first light sample cannot use ray 0: a lens uses that pair, or the sample is split.
 bool first_light_apart(const Scene &scene) {
     return has_lens(scene) || scene.light_samples > 1;
 }
@@ -44,7 +44,7 @@ struct Vertex {
     Vec3 start(Vec3 wi) const {
         return offset_point(point, wi.z > 0 ? normals.geometric : -normals.geometric, distance);
     }
-    // Whether `wi` is on one side of the triangle and of the shading normal. No other carries light.
+    // Whether the triangle and the shading normal agree on the side of `wi`; otherwise it carries no light.
     bool same_side(Vec3 wi, Vec3 direction) const {
         return (wi.z > 0) == (dot(normals.geometric, direction) > 0);
     }
@@ -68,7 +68,7 @@ class Path {
         const Camera &camera = scene_.camera;
         u_ = draw(0);
         ray_ = camera_ray(camera, {float(x) + u_[0], float(y) + u_[1]}, {u_[2], u_[3]});
-        // It could use the second pair of ray 0, like a lens, but then the first light could not.
+        // Time could use ray 0's second pair, as a lens does, but then the first light could not.
         if (!scene_.motions.empty()) ray_.time = path_numbers_.time_wavelength()[0];
         PathSample result{};
         while (true) {
@@ -110,7 +110,7 @@ class Path {
     }
 
   private:
-    // The numbers of a ray. The second pair is drawn only if it serves a light or the lens.
+    // A ray's numbers. The second pair is drawn only if it serves a light or the lens.
     std::array<float, 4> draw(uint32_t ray) const {
         const bool light = !scene_.lights.empty() && ray < integrator_.max_depth;
         if (ray > 0 ? light : has_lens(scene_) || (light && !first_light_apart(scene_)))
@@ -136,8 +136,8 @@ class Path {
 
     // ---- Light that the ray hits
 
-    // Adds light from a direction that next event estimation would have chosen with density `pdf` had
-    // it chosen this light, or -1 for none.
+    // Adds light that the ray found. Had next event estimation chosen this light (-1 for none), it
+    // would have sampled the ray's direction with density `pdf`.
     void add_found_light(int32_t light, float pdf, Vec3 emitted) {
         float other = 0;
         if (light_samples_ > 0 && light >= 0)
@@ -251,7 +251,7 @@ class Path {
     // The density per steradian with which the ray was chosen, and the number of light samples that
     // compete with it: none after the camera or a mirror.
     float scatter_pdf_ = 1, light_samples_ = 0;
-    Receiver from_ = {}; // where the ray was scattered: what the light samples were chosen for
+    Receiver from_ = {};         // where the ray was scattered, and light samples were chosen
     bool seen_by_camera_ = true; // directly, or through mirrors and smooth glass
 };
 

@@ -13,7 +13,7 @@ struct Integrator {
     const Scene *scene;
     const Geometry *geometry;
     const Sampler *sampler;
-    uint32_t max_depth; // bounces, off surfaces and in a medium; 0 shows lights only
+    uint32_t max_depth; // bounces, off surfaces and in a medium; 0 shows only lights
 };
 
 struct PathCounters {
@@ -44,6 +44,6 @@ inline float power_heuristic(float pdf, float other_pdf) {
     return 1 / (1 + ratio * ratio);
 }
 
-// Traces sample `index` of pixel (x, y); (0, 0) is top left. Adds to `counters`.
+// Traces sample `index` of pixel (x, y); (0, 0) is at the top left. Adds to `counters`.
 PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index,
                       PathCounters &counters);

@@ -96,7 +96,7 @@ GeometryPointer geometry_build(const Scene &scene) {
         fill(RTC_BUFFER_TYPE_VERTEX, 1, RTC_FORMAT_FLOAT3, ends);
     }
     if (scene.has_cut_outs || scene.has_single_sided) {
-        rtcSetGeometryUserData(mesh, const_cast<Scene *>(&scene)); // read only
+        rtcSetGeometryUserData(mesh, const_cast<Scene *>(&scene)); // read-only
         rtcSetGeometryIntersectFilterFunction(mesh, pass_through);
         if (scene.has_cut_outs) rtcSetGeometryOccludedFilterFunction(mesh, pass_through);
     }

@@ -13,7 +13,7 @@
 
 namespace {
 
-// Sample the environment only if at least this share of its light exceeds the mean.
+// Samples the environment only if at least this share of its light exceeds the mean.
 constexpr double LEAST_CONTRAST = 0.02;
 
 glm::ivec2 texel_at(const Environment &e, Vec3 d) {
@@ -142,10 +142,10 @@ Environment environment_read(const std::string &path, bool clamp) {
 namespace {
 
 constexpr size_t WIDTH = 8; // children of a node, at most
-// Shared evenly by all children that can shine at the point: the bounds ignore occlusion.
+// Spread evenly over all children that can shine at the point, because the bounds ignore occlusion.
 constexpr float EVEN_SHARE = 0.02f;
 
-// The cosine of the difference of two angles, or 1 if it is negative.
+// The cosine of the difference of two angles, or 1 if the difference is negative.
 float cosine_less(float cosine, float by_cosine) {
     if (cosine >= by_cosine) return 1;
     return cosine * by_cosine +
@@ -211,7 +211,7 @@ LightNode node_around(const std::vector<Light> &lights, const uint32_t *first, s
         const Light &light = lights[first[i]];
         const float own = light.kind == Light::SPOT ? light.cosine_outer : 1,
                     between = dot(node.axis, light.normal);
-        // The cosine of the sum of two angles, or all sides.
+        // The cosine of the sum of two angles; all sides if the sum exceeds pi.
         const float sum =
             own * between - std::sqrt(std::max(0.0f, (1 - own * own) * (1 - between * between)));
         node.cosine = std::min(node.cosine, own < -between ? -1 : sum);
@@ -219,7 +219,7 @@ LightNode node_around(const std::vector<Light> &lights, const uint32_t *first, s
     return node;
 }
 
-// Splits lights in two: separates lights without a position from the others, or splits by position.
+// Splits lights into two groups: separates lights without a position from the others, or splits by position.
 size_t split(const std::vector<Light> &lights, uint32_t *first, size_t count) {
     uint32_t *const end = first + count;
     const auto distant = [&](uint32_t i) { return lights[i].is_distant(); };
@@ -244,7 +244,7 @@ void add_children(const std::vector<Light> &lights, LightTree &tree, uint32_t pa
             std::max_element(groups.begin(), groups.end(),
                              [](const auto &a, const auto &b) { return a.second < b.second; });
         const auto [begin, size] = *largest;
-        // A small group is split into its lights, in their order.
+        // A small group is split into single lights, in order.
         const size_t part = count <= WIDTH ? 1 : split(lights, begin, size);
         *largest = {begin, part};
         groups.insert(largest + 1, {begin + part, size - part});

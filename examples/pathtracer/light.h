@@ -24,12 +24,12 @@ constexpr float DRAW_STEP = 1.0f / (1 << 24);
 inline void distribution_build(const double *weights, size_t count, float *limits) {
     const double total = std::accumulate(weights, weights + count, 0.0);
     const auto used = std::count_if(weights, weights + count, [](double w) { return w > 0; });
-    const double shared = double((1 << 24) - used); // steps left after one each
+    const double shared = double((1 << 24) - used); // steps left once each item has one
     double sum = 0;
     uint32_t before = 0;
     limits[0] = 0;
     for (size_t i = 0; i < count; ++i) {
-        sum += weights[i]; // in the order of `total`, so that they end at the same value
+        sum += weights[i]; // in the same order as `total`, so that both end at the same value
         before += weights[i] > 0 ? 1 : 0;
         const double share = total > 0 ? sum / total : 1;
         limits[i + 1] = float(uint32_t(share * shared) + before) * DRAW_STEP;
@@ -67,7 +67,7 @@ struct Environment {
 // infinity becomes the largest half float and NaN black.
 Environment environment_create(int width, int height, std::vector<Vec3> texels, bool clamp = false);
 
-// A clear sky with a sun, wider than the real one, and ground below.
+// A clear sky with a sun that is wider than the real one, and ground below.
 Environment environment_sky(Vec3 to_sun);
 
 // Reads a latitude-longitude EXR file, or makes "sky" or "none" (black). Throws Error.
@@ -177,8 +177,8 @@ struct LightNode {
     Vec3 low = Vec3(0), high = Vec3(0); // bounds of its lights
     Vec3 axis = Vec3(0);                // the middle of the directions they shine in
     float cosine = -1;                  // of the largest angle to it; -1: to all sides
-    float power = 0;      // luminance of the intensity, or for distant lights of the irradiance
-    bool distant = false; // any of its lights has no position
+    float power = 0;      // luminance of the intensity, or of a distant light's irradiance
+    bool distant = false; // whether any of its lights has no position
     uint32_t parent = 0, first = 0, count = 0; // children
     int32_t light = -1;                        // of a node without children
 };
@@ -195,7 +195,7 @@ struct LightChoice {
     float probability;
 };
 
-// Chooses a light with u in [0, 1), which becomes its remainder, again in [0, 1).
+// Chooses a light with u in [0, 1), which becomes its remainder, also in [0, 1).
 LightChoice light_choose(const LightTree &tree, const Receiver &receiver, float &u);
 
 // The probability with which light_choose chooses this light.

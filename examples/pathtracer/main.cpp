@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program: rendering and merging, step by step. Everything that can fail early is done before the
-// first ray. In an interrupted image, each pixel holds its first samples, some pixels more than others.
-// The counts tell which samples are missing, so no other state is needed.
+// first ray. In an interrupted image, each pixel holds its first samples, and some hold more than
+// others. The counts tell which samples are missing, so no other state is needed.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -32,8 +32,8 @@ fs::path preview_path(const Options &o) {
     return fs::path(o.text("-o")).replace_extension(".png");
 }
 
-// Throws Error unless both outputs can be written and differ from all files that are read. Only the image
-// of --resume may be replaced by -o.
+// Throws Error unless both outputs can be written and differ from all files that are read. -o may replace
+// only the image of --resume.
 void check_outputs(const Options &o, const std::vector<std::string> &inputs) {
     const fs::path exr = o.text("-o"), png = preview_path(o);
     const auto check = [](const char *role, const fs::path &output, const fs::path &input) {
@@ -122,7 +122,7 @@ ExrHead image_head(const Options &o, const Scene &scene, const InputRecord &reco
         camera = "--camera " + std::to_string(o.number<uint32_t>("--camera")) + " ";
     camera += camera_text(scene, scene.camera);
     head.settings["draws"] = std::to_string(BN_DRAW_TABLE_VERSION);
-    head.settings["inputs"] = record.text(); // the rest may follow from what is in them
+    head.settings["inputs"] = record.text(); // the rest may depend on their contents
     head.settings["light-samples"] = std::to_string(scene.light_samples);
     const bool adaptive = o.number<double>("--noise") > 0;
     head.settings["noise-exposure"] = adaptive ? shortest(o.number<double>("--exposure")) : "";
@@ -135,7 +135,7 @@ ExrHead image_head(const Options &o, const Scene &scene, const InputRecord &reco
 
 using Settings = std::map<std::string, std::string>;
 
-// The settings that all parts of an image share and, for a part, its position.
+// The settings that all parts of an image share and, if `own` is set, the part's position.
 Settings settings_of(const ExrHead &head, bool own) {
     Settings all = head.settings;
     all["size"] = joined(head.full_width, "x", head.full_height);
@@ -170,7 +170,7 @@ void add_part(ImageStatistics &to, const ImageStatistics &part) {
     to.threads = std::max(to.threads, part.threads);
 }
 
-// Adds a part's samples to a pixel whose samples are missing from `next` on.
+// Adds a part's samples to a pixel that lacks samples from `next` on.
 void add_samples(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t next, uint64_t begin,
                  const std::string &path) {
     if (from.count == 0) return;
@@ -274,7 +274,7 @@ void print_progress(double fraction, const RenderTotals &totals) {
     std::fflush(stderr);
 }
 
-// Prints a summary of the image, without --quiet.
+// Prints a summary of the image, unless --quiet is set.
 void print_summary(const Options &o, const Film &film, const RenderTotals &totals) {
     const SampleCounts counts = film_counts(film);
     std::string spp = std::to_string(counts.least) + " spp";
@@ -357,7 +357,7 @@ void run_merge(const Options &o) {
 
 // ---- The process
 
-// Bytes of private memory already reserved; sanitizers reserve terabytes that are never touched.
+// Bytes of private memory already reserved; sanitizers reserve terabytes they never touch.
 double taken() {
     std::ifstream file("/proc/self/statm");
     double pages = 0;
@@ -366,7 +366,7 @@ double taken() {
 }
 
 // From here on, allocations beyond --max-memory fail, also in libraries, so a scene that wastes memory ends
-// with a one-line error. Works on Linux from 4.7 on; some other systems have no such limit.
+// with a one-line error. Works on Linux 4.7 and later; some other systems lack this limit.
 void limit_memory(const Options &o) {
     const double bytes = o.number<double>("--max-memory") * 1024 * 1024 * 1024;
     rlimit limit;
@@ -403,7 +403,7 @@ int main(int argc, char **argv) {
         } else if (!options.merge.empty()) {
             run_merge(options);
         } else if (const int signal = run_render(options)) {
-            return 128 + signal; // as shells do: a script sees that the image is incomplete
+            return 128 + signal; // as shells do, so that a script sees that the image is incomplete
         }
         return 0;
     } catch (const std::bad_alloc &) {

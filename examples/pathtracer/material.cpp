@@ -3,8 +3,8 @@
 //
 // A wide lobe adds back multiple scattering (Kulla and Conty, "Revisiting Physically Based Shading at
 // Imageworks", 2017): the energy loss in direction o times the loss in direction i, tabulated at
-// start-up. Rough materials are sampled as a mixture of both lobes, with the loss as the probability of
-// the wide lobe. Conductors use Schlick's Fresnel term.
+// start-up. Rough materials are sampled as a mixture of both lobes, where the loss is the wide lobe's
+// probability. Conductors use Schlick's Fresnel term.
 #include "material.h"
 
 #include "medium.h"
@@ -21,7 +21,7 @@ float alpha_of(const Material &m) {
 // the eye, normalised by the mean (Kelemen and Szirmay-Kalos, "A Microfacet Based Coupled
 // Specular-Matte BRDF Model", 2001), so white stays white for any blend.
 
-// A material with the tables interpolated to its roughness.
+// A material, with the tables interpolated at its roughness.
 struct Mixture : ConductorRow {
     float metallic, alpha;
     Vec3 reflectance;    // at normal incidence
@@ -29,7 +29,7 @@ struct Mixture : ConductorRow {
     float mean_loss;     // of facets
     float coat = 0;      // reflectance of the coat alone
     float coat_multiple; // colour of its multiple scattering
-    float mean_left;     // mean of what the coat leaves to the base
+    float mean_left;     // mean share that the coat leaves to the base
     Vec3 ground;         // albedo of the base, over mean_left
 
     explicit Mixture(const Material &m);
@@ -68,21 +68,21 @@ float loss(const Mixture &x, float cosine) {
                     1 - (1 - x.t) * interpolate(rows[0], root) - x.t * interpolate(rows[1], root));
 }
 
-// The part of the reflected light that Schlick's formula adds at any reflectance.
+// The share of reflected light that Schlick's formula adds at any reflectance.
 float edge_at(const Mixture &x, float cosine) {
     const float root = std::sqrt(std::abs(cosine));
     const EnergyTable *rows = &conductor_table().edge[x.row];
     return glm::mix(interpolate(rows[0], root), interpolate(rows[1], root), x.t);
 }
 
-// The light that the coat transmits to the base.
+// The share of light that the coat transmits to the base.
 float left(const Mixture &x, float cosine) {
     const float lost = loss(x, cosine), edge = edge_at(x, cosine);
     return std::max(0.0f, 1 - x.coat * (1 - lost - edge) - edge - x.coat_multiple * lost);
 }
 
-// The probability of sampling the cosine: metal's energy loss, or the share of light that facets do not
-// reflect.
+// The probability of sampling the cosine lobe: metal's energy loss, or the share of light that facets
+// do not reflect.
 float wide_share(const Mixture &x, float cosine) {
     const float lost = loss(x, cosine);
     if (x.metallic == 1) return lost;
@@ -211,7 +211,7 @@ MaterialSample specular_sample(const Material &m, bool front, Vec3 wo, Vec2 u, f
     return {wi, (1 / pdf) * eval, pdf, false};
 }
 
-// ---- The tables of the energy that microfacets preserve in single scattering
+// ---- Tables of the energy that microfacets preserve in single scattering
 
 namespace {
 
@@ -251,7 +251,7 @@ float mean_over_normals(float alpha, Vec3 o, const Function &function) {
     return float(sum / weights);
 }
 
-// Cosine-weighted. Between entries the table is linear in the root, as in interpolate().
+// The cosine-weighted mean. Between entries the table is linear in the root, as in interpolate().
 float hemispherical_mean(const EnergyTable &table) {
     const int steps = 8 * ENERGY_SIZE;
     double sum = 0, weight = 0;

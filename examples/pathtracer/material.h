@@ -3,7 +3,7 @@
 //
 // Directions are unit vectors pointing away from the surface, in a local frame whose +z is the normal
 // on the side of `wo`, which points back along the path; `wi` points to where light comes from.
-// `front`: `wo` is on the front. Densities are per steradian. Paths carry radiance divided by the
+// `front` means that `wo` is in front. Densities are per steradian. Paths carry radiance over the
 // squared index of refraction, which refraction preserves, so lights look equally bright inside glass.
 #pragma once
 
@@ -33,14 +33,14 @@ struct Material {
     Kind kind = DIFFUSE;
     Vec3 albedo = {0.5f, 0.5f, 0.5f}; // DIFFUSE: reflectance. METALLIC_ROUGHNESS: base colour.
                                       // DIELECTRIC: transmission tint. PHASE: scattered share
-    Vec3 coat_colour = {1, 1, 1};     // METALLIC_ROUGHNESS: times the reflectance by `ior`
+    Vec3 coat_colour = {1, 1, 1};     // METALLIC_ROUGHNESS: times the reflectance from `ior`
     float roughness =
-        0;              // in [0, 1]; alpha is its square. Below SMOOTH metal and glass are mirrors,
-                        // and a coat is as rough as SMOOTH
-    float metallic = 1; // METALLIC_ROUGHNESS: fraction of metal, in [0, 1]
-    float ior = 1.5f;   // index of refraction, inside over outside. DIELECTRIC, and the coat of
-                        // METALLIC_ROUGHNESS
-    float anisotropy = 0;      // PHASE: the mean cosine between light's ways in and out
+        0; // in [0, 1]; alpha is its square. Below SMOOTH, metal and glass are mirrors,
+           // and a coat is as rough as SMOOTH
+    float metallic = 1;   // METALLIC_ROUGHNESS: fraction of metal, in [0, 1]
+    float ior = 1.5f;     // index of refraction, inside over outside. DIELECTRIC, and the coat of
+                          // METALLIC_ROUGHNESS
+    float anisotropy = 0; // PHASE: the mean cosine of the scattering angle
     bool single_sided = false; // the camera does not see its back
     int32_t maps = -1;         // varying properties: index into Scene::maps, or -1
 

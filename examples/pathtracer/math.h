@@ -43,7 +43,7 @@ inline Vec3 normalize_or(Vec3 v, Vec3 fallback) {
     if (squared > 1e-30f && squared < 1e30f) return (1 / std::sqrt(squared)) * v;
     const float largest = max_magnitude(v);
     if (!(largest > 0) || !std::isfinite(largest)) return fallback;
-    // In two steps: a single division could overflow for the shortest vectors.
+    // Takes two steps, because a single division could overflow for the shortest vectors.
     return normalize(v / largest);
 }
 
@@ -56,7 +56,7 @@ inline glm::mat3 frame_around(Vec3 n) {
     return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
 }
 
-// For an angle in [-pi/4, pi/4], accurate to the last bits of a float.
+// Sine and cosine of an angle in [-pi/4, pi/4], accurate to a float's last bits.
 inline void small_sin_cos(float angle, float &sine, float &cosine) {
     const float s = angle * angle;
     sine = angle * (1 + s * (-1.0f / 6 + s * (1.0f / 120 + s * (-1.0f / 5040))));

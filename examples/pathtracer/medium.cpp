@@ -12,7 +12,7 @@ size_t index_of(glm::ivec3 size, int x, int y, int z) {
     return (size_t(z) * size.y + y) * size.x + x;
 }
 
-// The range of the interpolated density, which reads one cell beyond the block.
+// The range of the density, whose interpolation reads one cell beyond the block.
 Medium::Range range_of(const Medium &m, glm::ivec3 block) {
     const glm::ivec3 first = max(block * Medium::BLOCK - 1, glm::ivec3(0));
     const glm::ivec3 last = min((block + 1) * Medium::BLOCK, m.size - 1);
@@ -47,7 +47,7 @@ void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
     const Vec3 side = (high - low) * float{Medium::BLOCK} / Vec3(m.size);
     glm::ivec3 block = (origin + from * direction - low) / side, step;
     block = clamp(block, glm::ivec3(0), m.blocks - 1);
-    Vec3 next, length; // where the ray leaves the block on each axis, and crosses one
+    Vec3 next, length; // to where the ray leaves the block on each axis; across one block
     for (int i = 0; i < 3; ++i) {
         step[i] = direction[i] < 0 ? -1 : 1;
         const float face = low[i] + side[i] * float(block[i] + (step[i] > 0 ? 1 : 0));

@@ -2,11 +2,11 @@
 // A heterogeneous medium such as fog: a box of particles that scatter and absorb light. Density is the
 // same at every wavelength; only the colour of the scattered light varies.
 //
-// Density is extinction: the mean number of collisions of a ray per unit of length. Tracking uses a
-// majorant that is constant in each block of cells. medium_free_flight is delta tracking, which accepts
-// or rejects each collision at random (Woodcock et al., "Techniques Used in the GEM Code for Monte
-// Carlo Neutronics Calculations", 1965). medium_transmittance is ratio tracking, which multiplies by
-// the probability of rejection (Novak, Selle and Jarosz, "Residual Ratio Tracking for Estimating
+// Density is extinction: a ray's mean number of collisions per unit length. Tracking uses a majorant
+// that is constant in each block of cells. medium_free_flight is delta tracking, which accepts or
+// rejects each collision at random (Woodcock et al., "Techniques Used in the GEM Code for Monte Carlo
+// Neutronics Calculations", 1965). medium_transmittance is ratio tracking, which multiplies by the
+// probability of rejection (Novak, Selle and Jarosz, "Residual Ratio Tracking for Estimating
 // Attenuation in Participating Media", 2014). Both are unbiased.
 #pragma once
 
@@ -19,7 +19,7 @@
 #include "material.h"
 
 struct Medium {
-    static constexpr int BLOCK = 4; // cells, each way
+    static constexpr int BLOCK = 4; // cells per axis
     struct Range {
         float least, most; // density
     };
@@ -49,7 +49,7 @@ float medium_transmittance(const Medium &medium, const Ray &ray, float end,
 // ---- The phase function of Henyey and Greenstein ("Diffuse Radiation in the Galaxy", 1941), for
 // materials of type PHASE; `wi` is in a frame whose +z points back along the ray.
 
-// Its value, which is also the density of phase_sample.
+// The phase function's value, which is also the density of phase_sample.
 float phase_pdf(float anisotropy, Vec3 wi);
 
 Vec3 phase_sample(float anisotropy, Vec2 u);

@@ -4,7 +4,7 @@
 // 2007; Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", 2014),
 // Fresnel's equations, and tables of the energy that single scattering preserves. Directions are local,
 // with the normal along +z; alpha is in (0, 1]. Masking and shadowing include the division by their
-// cosines, so that no division by a vanishing cosine occurs.
+// cosines, so that nothing is divided by a vanishing cosine.
 #pragma once
 
 #include "material.h"
@@ -32,7 +32,8 @@ inline float ggx_shadowing(float alpha, Vec3 o, Vec3 i) {
     return 2 / (zi * (ggx_smith(alpha, o) - zo) + zo * (ggx_smith(alpha, i) - zi));
 }
 
-// From a uniform point on the disc (Heitz, "Sampling the GGX Distribution of Visible Normals", 2018).
+// Maps a uniform point on the disc to a normal (Heitz, "Sampling the GGX Distribution of Visible Normals",
+// 2018).
 inline Vec3 ggx_visible_normal(float alpha, Vec3 o, Vec2 disc) {
     const Vec3 stretched = normalize(Vec3{alpha * o.x, alpha * o.y, o.z});
     const float squared = stretched.x * stretched.x + stretched.y * stretched.y;
@@ -57,7 +58,7 @@ inline float fresnel_dielectric(float cosine, float eta) {
     return 0.5f * (parallel * parallel + perpendicular * perpendicular);
 }
 
-// Refracts o through a facet of normal h. False on total internal reflection.
+// Refracts o through a facet of normal h. Returns false on total internal reflection.
 inline bool refract(Vec3 o, Vec3 h, float eta, Vec3 &wi) {
     const float cosine = dot(o, h);
     const float squared_sine = (1 - cosine * cosine) / (eta * eta);

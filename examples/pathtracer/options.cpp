@@ -165,7 +165,7 @@ bool Options::has_auto_exposure(const std::string &scene) const {
 void Options::set(const std::string &name, const std::string &value) {
     const Row &row = row_of(name);
     if (!fits(row, value)) throw Error(name, " takes ", takes(row), ", not '", value, "'");
-    // In the program's number format, so that settings can be compared as strings.
+    // Uses the program's number format, so that settings can be compared as strings.
     values_[name] = row.kind == WHOLE  ? std::to_string(split<uint64_t>(value)[0])
                     : row.kind == REAL ? shortest(split<double>(value)[0])
                                        : value;

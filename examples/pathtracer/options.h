@@ -24,7 +24,7 @@ class Options {
     bool given(const std::string &name) const { return given_.count(name) > 0; }
     const std::string &text(const std::string &name) const { return values_.at(name); }
     bool flag(const std::string &name) const { return text(name) == "1"; }
-    // 0 if the option is not given and has no default.
+    // 0 if the option is absent and has no default.
     template <typename Number>
     Number number(const std::string &name) const {
         Number value{};
@@ -34,10 +34,10 @@ class Options {
     std::vector<int> integers(const std::string &name) const;
     std::optional<Point3d> point(const std::string &name) const;
     Crop crop() const; // the whole image by default
-    // Whether the exposure follows from the image, of this scene.
+    // Whether the exposure is derived from the image, for this scene.
     bool has_auto_exposure(const std::string &scene) const;
 
-    // Sets an option that was not given. Throws Error if the option does not take this value.
+    // Sets an option that was not passed. Throws Error if the option does not take this value.
     void set(const std::string &name, const std::string &value);
     // Checks that the options, including those of a resumed image, are consistent. Throws Error.
     void check() const;

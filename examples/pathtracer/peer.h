@@ -10,8 +10,8 @@
 #include <cstdint>
 #include <memory>
 
-// Draws by a key for each decision. Either half of a 4-D draw may also be a decision of its own; the second
-// then has key + 1.
+// Draws with one key per decision. Either half of a 4-D draw may also be a separate decision; the second
+// half then has key + 1.
 class PeerSampler {
   public:
     static constexpr uint64_t INDEX_LIMIT = uint64_t{1} << 31;
@@ -30,7 +30,7 @@ class PeerSampler {
     }
 
     const uint64_t seed;
-    const bn::Sampler generator; // of loops, after their first four numbers
+    const bn::Sampler generator; // for loops, after their first four numbers
 };
 using PeerPointer = std::unique_ptr<const PeerSampler>;
 
@@ -70,10 +70,10 @@ struct PeerPath {
     }
 };
 
-// One ray of a path, which must outlive it: the part of bn::RaySampler that the integrator uses.
+// One ray of a path, which must outlive the ray: the part of bn::RaySampler that the integrator uses.
 class PeerRay {
   public:
-    // Keys of rays are multiples of four below 2^14.
+    // Ray keys are multiples of four below 2^14.
     PeerRay(const PeerPath &path, uint32_t key) : path_(&path), key_(key) {}
 
     std::array<float, 4> draw() const { return path_->draw<4>(key_); }

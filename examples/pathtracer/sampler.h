@@ -3,13 +3,13 @@
 //
 // The integrator draws from a bn::PathSampler, which bn/bn_path.h documents. Its decisions use
 //
-//     ray 0            draw()     pixel position, and light where it ends or the lens
-//     ray d            draw()     direction off surface d, and light where it ends
+//     ray 0            draw()     pixel position; light where the ray ends, or the lens
+//     ray d            draw()     direction off surface d; light where the ray ends
 //                      next_1d()  lobe of rough glass, and then Russian roulette
 //                      draw_loop(0) free flight through a medium
 //                      draw_loop(k + 1) transmittance towards light sample k where the ray ends
-//     first_light()    in place of ray 0's, if the lens has taken that or it is split
-//     time_wavelength() of the whole path, where things move
+//     first_light()    in place of ray 0's, if the lens uses that or the sample is split
+//     time_wavelength() for the whole path, if anything moves
 //
 // No state is kept between samples, so threads, tiles and crops cannot change an image. docs/paths.md gives
 // the reasons; README.md lists what else the path tracer does to keep noise blue.
@@ -28,7 +28,7 @@
 
 struct Sampler {
     bn::Sampler library;
-    PeerPointer peer; // draws in place of `library`, unless it is null
+    PeerPointer peer; // draws in place of `library`, unless null
 };
 using SamplerPointer = std::unique_ptr<const Sampler>;
 
@@ -46,8 +46,8 @@ const std::vector<SamplerEntry> &sampler_entries();
 // which is linked if BN_WITH_PEERS is defined.
 std::vector<SamplerEntry> peer_entries();
 
-// The sampler of this name. `declared_spp` is for "zorder"; 0: unknown. Throws Error that lists the
-// known samplers.
+// The sampler of this name. `declared_spp` is for "zorder"; 0 means unknown. Throws Error that
+// lists the known samplers.
 SamplerPointer sampler_create(const std::string &name, uint64_t seed = 0,
                               uint32_t declared_spp = 0);
 

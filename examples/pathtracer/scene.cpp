@@ -63,7 +63,7 @@ void prepare_lights(Scene &scene) {
         light.environment = scene.environment.get();
         scene.lights.push_back(light);
     }
-    // Lights without a position are beyond everything, and beyond the camera.
+    // Lights without a position lie beyond everything, including the camera.
     const Bounds e = extent_of(scene);
     const float half_diagonal = 0.5f * length(e.high - e.low);
     const float radius = half_diagonal > 0 ? half_diagonal : 1;
@@ -102,8 +102,8 @@ Vec3 mapped_normal(const Scene &scene, SurfacePoint p, Vec3 normal) {
     return normalize_or(x * across + y * up + (2 * n.z - 1) * normal, normal);
 }
 
-// Bends a shading normal just enough to reflect `wo`, on the front, above the surface of normal
-// `geometric`: mirrors with normal maps would have black spots where the reflection points into the
+// Bends a shading normal just enough to reflect `wo`, on the front, above the surface with normal
+// `geometric`. Otherwise, normal-mapped mirrors have black spots where reflections enter the
 // surface (Keller et al., "The Iray Light Transport Simulation and Rendering System", 2017).
 Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 wo) {
     // The smallest allowed cosine between the reflected direction and the geometric normal.
@@ -146,7 +146,7 @@ ShadingNormals shading_normals(const Scene &scene, SurfacePoint p, Vec3 normal, 
     if (!scene.normals.empty())
         smooth = normalize_or(interpolated(scene, scene.normals, p), normal);
     Vec3 bent = scene.maps.empty() ? smooth : mapped_normal(scene, p, smooth);
-    if (dot(smooth, normal) < 0) { // the corners are in the wrong order, or the normals turned
+    if (dot(smooth, normal) < 0) { // the corners are in the wrong order, or the normals flipped
         if (material.single_sided)
             bent -= 2 * dot(bent, smooth) * smooth, smooth = -smooth;
         else

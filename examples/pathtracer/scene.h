@@ -24,18 +24,18 @@ struct Triangle {
 
 struct Surface {
     uint32_t material;
-    int32_t light; // index of the light this surface is, or -1
+    int32_t light; // index of this surface's light, or -1
 };
 
 // How a material uses a texture.
 struct TextureUse {
     int32_t texture = -1; // index into Scene::textures; -1: none
     uint32_t set = 0;     // of texture coordinates, 0 or 1
-    // From vertex coordinates to texture coordinates, times (u, v, 1).
+    // Maps vertex coordinates, as (u, v, 1), to texture coordinates.
     glm::mat3x2 transform{1};
 };
 
-// Material properties that vary over a surface, looked up at each hit on a material that has any.
+// Material properties that vary over a surface, looked up at each hit on a material that has maps.
 struct SurfaceMaps {
     TextureUse colour;             // times Material::albedo
     TextureUse metallic_roughness; // blue times metallic, green times roughness
@@ -49,7 +49,7 @@ struct SurfaceMaps {
     bool vertex_colours = false; // times Material::albedo, and their fourth component times alpha
 };
 
-// A point on a triangle: the barycentric weights of its second and third vertex.
+// A point on a triangle: the barycentric weights of its second and third vertices.
 struct SurfacePoint {
     uint32_t triangle;
     float u, v;
@@ -63,23 +63,23 @@ struct NamedCamera {
 // Arrays marked "per vertex" hold one element per vertex, or are empty.
 struct Scene {
     Camera camera{};                  // the one to render with
-    std::vector<NamedCamera> cameras; // defined by the scene; none if `camera` is made up
-    Point3d origin = {0, 0, 0};       // of these coordinates, in the scene file's coordinates
+    std::vector<NamedCamera> cameras; // defined by the scene; empty if `camera` is made up
+    Point3d origin = {0, 0, 0};       // of the coordinates below, in the scene file's coordinates
     std::vector<Vec3> vertices;
     std::vector<Vec3> normals; // per vertex, for smooth shading; zero: the triangle's own
     std::vector<Vec3> motions; // per vertex, on a straight line while the shutter is open
     std::vector<Vec2> texture_coordinates[2]; // per vertex
     std::vector<glm::vec4> colours;           // per vertex, linear
-    // One per corner of each triangle, or none. w is the sign of the bitangent, w cross(normal, tangent).
-    // Zero: there is none.
+    // One per triangle corner, or empty. w is the sign of the bitangent, w cross(normal, tangent). A zero
+    // vector means no tangent.
     std::vector<glm::vec4> tangents;
     std::vector<Triangle> triangles;
     std::vector<Surface> surfaces; // one per triangle
     std::vector<Material> materials;
-    std::vector<SurfaceMaps> maps; // of the materials that have any
+    std::vector<SurfaceMaps> maps; // for the materials that have any
     std::vector<Texture> textures;
     bool has_cut_outs = false;     // call is_cut_out() at each hit
-    bool has_single_sided = false; // any material is
+    bool has_single_sided = false; // whether any material is
     std::vector<Light> lights;
     std::shared_ptr<const Environment> environment; // null: rays that escape see black
     std::shared_ptr<const Medium> medium;           // null: all of space is clear
@@ -141,7 +141,7 @@ const std::vector<SceneEntry> &scene_entries();
 // The camera to render with. Points are in the scene file's coordinates. Unset fields keep the values of
 // the scene's camera.
 struct CameraChoice {
-    std::optional<uint32_t> number; // of the scene's cameras; the first unless given
+    std::optional<uint32_t> number; // of the scene's cameras; the first by default
     std::optional<Point3d> eye, target;
     std::optional<double> fov; // the vertical angle of view, in degrees
 };
@@ -152,7 +152,7 @@ struct SceneOptions {
     CameraChoice camera;
     std::shared_ptr<const Environment> environment; // replaces the scene's own; may be empty
     bool photometric = false;      // a file's punctual lights are in candela and lux
-    InputRecord *record = nullptr; // gets the files of the scene
+    InputRecord *record = nullptr; // receives the scene's files
 };
 
 // Builds a scene by name, or reads it from a .gltf or .glb file, and finishes it. Throws Error with a list
@@ -175,7 +175,7 @@ void add_quad(Scene &scene, uint32_t material, Vec3 a, Vec3 b, Vec3 c, Vec3 d, i
 
 // A parallelogram light that emits to the side from which a, b, c are counter-clockwise.
 void add_light(Scene &scene, uint32_t material, Vec3 radiance, Vec3 a, Vec3 b, Vec3 c);
-// The same from its centre and a point that it faces; its upper edge is horizontal.
+// The same, from its centre and a point it faces; its upper edge is horizontal.
 void add_panel(Scene &scene, uint32_t material, Vec3 radiance, Vec3 middle, Vec3 target,
                float width, float height);
 

@@ -25,7 +25,7 @@ void add_triangle(Scene &scene, uint32_t material, uint32_t a, uint32_t b, uint3
     scene.surfaces.push_back({material, light});
 }
 
-// Joins the last pairs of vertices, each with the next one, and if it is closed the last with the first.
+// Joins each of the last vertex pairs to the next one and, if the strip is closed, the last to the first.
 void add_strip(Scene &scene, uint32_t material, uint32_t pairs, bool closed) {
     const uint32_t first = uint32_t(scene.vertices.size()) - 2 * pairs;
     for (uint32_t i = 0; i + (closed ? 0 : 1) < pairs; ++i) {
@@ -109,14 +109,14 @@ void add_motion(Scene &scene, size_t first, const std::function<Vec3(Vec3)> &end
 
 namespace {
 
-// A scene with a camera whose up is +y.
+// A scene with a camera whose up direction is +y.
 Scene scene_from(Vec3 eye, Vec3 target, float tan_half_height) {
     Scene scene;
     scene.camera = camera_look_at(eye, target, {0, 1, 0}, tan_half_height);
     return scene;
 }
 
-// A box along the axes.
+// An axis-aligned box.
 void add_box(Scene &scene, uint32_t material, Vec3 middle, Vec3 half) {
     add_box(scene, material, middle, {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z});
 }
@@ -134,8 +134,8 @@ void add_bar(Scene &scene, uint32_t material, Vec3 a, Vec3 b, float radius) {
     add_strip(scene, material, AROUND, true);
 }
 
-// A smooth-shaded sheet that curves up behind everything. In (z, y): from `top` along a quarter of a
-// circle to `front`.
+// A smooth-shaded sheet that curves up behind everything. In (z, y), it runs from `top` along a
+// quarter circle to `front`.
 void add_backdrop(Scene &scene, uint32_t material, float half_width, Vec2 top, Vec2 centre,
                   float radius, Vec2 front) {
     constexpr int PARTS = 24;
@@ -197,7 +197,7 @@ Scene scene_cornell() {
     return scene;
 }
 
-// A large panel and a lamp of a hundredth of its area, each giving half of the light, behind bars
+// A large panel and a lamp with a hundredth of its area, each giving half of the light, behind bars
 // and slats. Included because neighbouring pixels differ mainly in visibility.
 Scene scene_penumbra() {
     Scene scene = scene_from({0.15f, 2.3f, 6.0f}, {0, 0.42f, 0.1f}, 0.235f);
@@ -252,10 +252,10 @@ Scene scene_glossy() {
         add_panel(scene, black, (1.3f / (sides[i] * sides[i])) * colours[i],
                   lamps + Vec3{places[i], 0, 0}, {0.7f * places[i], 1, 2}, sides[i], sides[i]);
 
-    // A dim panel above the eye fills in what the lamps do not reach.
+    // A dim panel above the eye lights what the lamps do not reach.
     add_panel(scene, black, {0.6f, 0.6f, 0.6f}, {0, 6, 7}, {0, 0.8f, 0}, 4, 3);
 
-    // Each plate is tilted to reflect the lamps to the eye.
+    // Each plate is tilted to reflect the lamps towards the eye.
     const float roughnesses[4] = {0.14f, 0.22f, 0.33f, 0.5f};
     const Vec3 middles[4] = {
         {0, 1.85f, -0.7f}, {0, 1.22f, 0.35f}, {0, 0.66f, 1.4f}, {0, 0.22f, 2.4f}};
@@ -268,8 +268,8 @@ Scene scene_glossy() {
     return scene;
 }
 
-// Balls and posts under a sky with a sun, through a wide-aperture lens. Included because the positions
-// in the pixel, on the lens and on the light form a six-dimensional integrand.
+// Balls and posts under a sky with a sun, seen through a wide-aperture lens. Included because the
+// positions in the pixel, on the lens and on the light form a six-dimensional integrand.
 Scene scene_lens() {
     Scene scene = scene_from({0, 0.8f, 4.2f}, {0, 0.33f, 0}, 0.23f);
     camera_set_lens(scene.camera, 0.075f, {0, 0.3f, 0.35f});
@@ -305,8 +305,8 @@ Vec3 turned(Vec3 point, Vec3 middle, Vec3 axis, float angle) {
     return middle + along + std::cos(angle) * (p - along) + std::sin(angle) * cross(axis, p);
 }
 
-// Moving objects under soft light, with the shutter open. Included because time multiplies with the
-// position in the pixel: each edge moves with its own speed and direction.
+// Moving objects under soft light, with the shutter open. Included because time and pixel position
+// interact: each edge moves at its own speed and in its own direction.
 Scene scene_motion() {
     Scene scene = scene_from({0.1f, 1.5f, 6.0f}, {0, 0.93f, 0}, 0.225f);
 
@@ -376,7 +376,7 @@ Scene scene_motion() {
     add_sphere(scene, teal, bob, 0.13f);
     turns(pivot, {0, 0, 1}, 0.15f, {0, 0, 0});
 
-    // Three balls low over the floor: one rolls towards the camera, one away, and one rests.
+    // Three balls low over the floor: one rolls towards the camera, one rolls away and one rests.
     add_sphere(scene, teal, {-0.35f, 0.2f, 1.05f}, 0.2f);
     flies({-0.30f, 0, 0.22f});
     add_sphere(scene, yellow, {0.75f, 0.14f, 1.0f}, 0.14f);
@@ -472,7 +472,7 @@ Scene scene_interior() {
 
 constexpr Vec3 FOG_LOW = {-6, -0.1f, -6}, FOG_HIGH = {6, 4.4f, 6};
 
-// Banks of fog over the ground, thinner with height and broken up by waves that distort each other.
+// Banks of fog that thin out with height and are broken up by waves that distort each other.
 float fog_density(Vec3 p) {
     const Vec3 q = {p.x + 0.9f * std::sin(1.1f * p.z + 0.5f) + 0.4f * std::sin(2.3f * p.y),
                     1.6f * p.y + 0.5f * std::sin(1.3f * p.x + 0.7f * p.z),
@@ -513,7 +513,7 @@ Scene scene_fog() {
     return scene;
 }
 
-// A closed cube whose walls emit half and reflect half: radiance 1 - 2^-(bounces + 1) in every pixel.
+// A closed cube whose walls emit and reflect half each: every pixel's radiance is 1 - 2^-(bounces + 1).
 Scene scene_furnace() {
     Scene scene = scene_from({0.1f, 0.2f, -0.3f}, {1, 0.5f, 1}, 0.8f);
     const uint32_t wall = add_diffuse(scene, {0.5f, 0.5f, 0.5f});

@@ -5,7 +5,7 @@
 const SIDE = 1024; // draws along each side of the image
 const COUNT = SIDE * SIDE;
 const REPEATS = 8; // draws or fetches per thread when they are timed
-const TEXELS = 256; // along each side of the texture that is fetched from
+const TEXELS = 256; // along each side of the fetched texture
 const element = id => document.getElementById(id);
 
 // ---- The draws in JavaScript, from bn_draw.glsl
@@ -26,7 +26,7 @@ function hash(v) {
   return v ^ v >>> 15;
 }
 
-/* Writes the four words of a sample of blue to out[at] and the elements after it. */
+/* Writes the four words of a blue sample to out[at] and the elements after it. */
 function blueBits(words, seed, x, y, index, domain, out, at) {
   const turned = domain << 2 | domain >>> 30, member = turned & 3, start = turned & ~3 ^ seed[0];
   let family = times(start, 0x21f0aaad);
@@ -64,7 +64,7 @@ function blueBits(words, seed, x, y, index, domain, out, at) {
   }
 }
 
-/* The i-th draw: each pixel of the image occurs once, with indices up to 2^20 and 1024 domains. */
+/* The i-th draw. Each pixel of the image occurs once; indices go up to 2^20, and there are 1024 domains. */
 const asked = i => ({x: i % SIDE, y: i / SIDE | 0, index: times(i, 0x9e3779b1) >>> 12, domain: times(i, 0x85ebca6b) >>> 22 << 22 >>> 0});
 
 function drawOnCpu() {
@@ -265,4 +265,4 @@ element("copy").addEventListener("click", () => {
   element("report").select();
   document.execCommand("copy"); // navigator.clipboard would need HTTPS
 });
-setTimeout(() => check(drawOnCpu())); // when the page has been shown
+setTimeout(() => check(drawOnCpu())); // after the page has been shown

@@ -36,7 +36,7 @@ function changeMode() {
   if (tracer) tracer.restart(tracer.run, settings.mode);
 }
 
-/* Shows this many samples per pixel. Samples cannot be removed, so if there are more, rendering starts again. */
+/* Shows this many samples per pixel. Samples cannot be removed, so if there are more, rendering starts over. */
 function limitTo(count) {
   settings.limit = count;
   paused = false;

@@ -58,7 +58,7 @@ struct surface {
   int kind;
 };
 
-// No component is zero, so that divisions are safe.
+// Keeps components away from zero, so that divisions are safe.
 vec3 divisor(vec3 v) { return mix(v, vec3(1e-7), lessThan(abs(v), vec3(1e-7))); }
 
 float to_ball(vec3 from, vec3 to, vec4 ball) {
@@ -118,7 +118,7 @@ bool blocked(vec3 from, vec3 to, float distance) {
   return min(to_block(from, to, normal), min(to_ball(from, to, BALL), to_ball(from, to, MIRROR))) < distance;
 }
 
-// Light from a point on the lamp, over pi.
+// Light from a point on the lamp, divided by pi.
 vec3 light_from(vec3 at, vec3 normal, vec2 u) {
   vec2 on_lamp = LAMP_AT + (2.0 * u - 1.0) * LAMP_SIZE;
   vec3 way = vec3(on_lamp.x, ROOM.y, on_lamp.y) - at;
@@ -242,7 +242,7 @@ vec3 blurred(usampler2D image, ivec2 at, ivec2 step, float scale) {
 
 const BLUR_ROWS_FRAGMENT = `${BLUR}
 uniform usampler2D sums;
-uniform float scale; // over the number of samples
+uniform float scale; // divided by the number of samples
 out uvec4 row;
 
 void main() {
@@ -263,7 +263,7 @@ void main() {
 }
 `;
 
-// The difference of two images after the blur, for the error.
+// The difference of two images after a blur, for the error.
 const DIFFERENCE_FRAGMENT = `${BLUR}
 uniform usampler2D one, other;
 out uvec4 difference;

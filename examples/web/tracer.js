@@ -11,7 +11,7 @@ function cameraAt(mode, frame) {
   return mode === "camera" ? [0.5 * Math.sin(frame / 45), 1 + 0.2 * Math.sin(frame / 22.5), 4.6] : [0, 1, 4.6];
 }
 
-/* An integer texture. With words, it holds them in rows of 64; without, it holds four words per pixel and can be rendered to. */
+/* An integer texture. If `words` is passed, it holds them in rows of 64; otherwise it holds four words per pixel and can be rendered to. */
 function makeImage(gl, width, height, words = null) {
   const texture = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, texture);
@@ -100,8 +100,8 @@ function makeTracer(canvas) {
       Object.assign(tracer, {width, height, count: 0});
     },
 
-    /* Restarts with zero samples; each run uses different random numbers. Mode: the "sum" of all frames, a moving "average", or an average
-     * with a moving "camera". In all modes the index continues across frames. */
+    /* Restarts with zero samples; each run uses different random numbers. `mode` selects the "sum" of all frames, a moving "average", or
+     * an average with a moving "camera". In all modes the index continues across frames. */
     restart(run, mode = tracer.mode) {
       Object.assign(tracer, {run, mode, count: 0});
     },

@@ -107,8 +107,8 @@ static void project(const float *rows, int count, int step, int inner, int width
 
 /* ---- Samples ---- */
 
-/* Coordinates of a label's first samples in one pair, XORed with a key of random digits. They belong to a
- * domain in a copy of the tile and, from the seventeenth digit on, to a pixel. */
+/* Coordinates of a label's first samples in one pair, XORed with a key of random digits. The digits
+ * belong to a domain in a copy of the tile and, from the seventeenth digit on, to a pixel. */
 typedef struct {
     uint32_t point[POINTS][2], shift[PIXELS][2];
 } sample_pair;

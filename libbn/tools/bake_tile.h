@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Shared by the stages of bn_bake_sampler: the table under construction, random numbers, sums of products,
- * and the stages themselves. Each stage depends only on the previous stage's table, the seed and the
- * effort. */
+ * and the stages themselves. Each stage depends only on the previous table, the seed and the effort. */
 #ifndef BN_BAKE_TILE_H
 #define BN_BAKE_TILE_H
 

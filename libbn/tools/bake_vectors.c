@@ -203,7 +203,7 @@ BAKE_WIDE static void mark_inside(int8_t *out, const edge *e, const uint16_t *x,
     }
 }
 
-/* Takes one sample in every pixel, and counts those inside. */
+/* Takes one sample in every pixel, and adds those inside to the counts. */
 BAKE_WIDE static void count_sample(int16_t count[MEMBER][PIXELS], const integrand *f,
                                    const coordinates at, const uint16_t sample[4]) {
     const int16_t *c0 = f->plane[0].limit, *c1 = f->plane[1].limit, *c2 = f->other.limit,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Bakes a built-in mask by annealing a void-and-cluster mask for long, in steps of falling temperature. */
+ * Bakes a built-in mask from a void-and-cluster mask by long annealing, in steps of falling temperature. */
 #include <bn/bn.h>
 #include <stdio.h>
 #include <stdlib.h>

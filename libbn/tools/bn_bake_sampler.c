@@ -21,9 +21,9 @@ enum { VECTOR_SEED = 1, TREE_SEED = 5, PATH_SIZE = 4096 };
 
 /* ---- The quadtree ---- */
 
-/* A random permutation of node (x, y)'s four children on a level: p ^ flip after a linear map. Without the
- * map, both rows of the parent flip columns alike, and both columns flip rows alike, which keeps pixels
- * along a column or row apart. */
+/* A random permutation of the four children of a level's node (x, y): p ^ flip after a linear map. Without
+ * the map, both rows of the parent flip columns alike, and both columns flip rows alike, which keeps
+ * pixels along a column or row apart. */
 static uint32_t permuted(uint64_t seed, int level, uint32_t x, uint32_t y, int linear) {
     static const uint32_t maps[6][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 1, 3, 2},
                                         {0, 3, 1, 2}, {0, 2, 3, 1}, {0, 3, 2, 1}};
@@ -63,7 +63,7 @@ static void make_trees(bake_table *table, uint64_t seed) {
 /* ---- The table ---- */
 
 /* Adds random sums of each coordinate's upper digits to the digits below the sixteenth, so that points
- * differ in all 32 digits. This linear scrambling preserves every net. The searches ignore these lower
+ * differ in all 32 digits. This linear scrambling preserves every net. The searches ignore the lower
  * digits. */
 static void scramble_lower_digits(bake_table *table, uint64_t seed) {
     bake_random r = bake_random_make(seed, 9, 0);

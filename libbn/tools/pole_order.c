@@ -47,7 +47,7 @@ void pole_vectors_make(pole_vectors *v, int form) {
         }
         fraction = series_product(fraction, inverse);
     }
-    /* Dimension 2 or 3 must share its first digit with dimension 0 or 1 over 8 samples. Make it dimension
+    /* Dimension 2 or 3 must share its first digit with dimension 0 or 1 over 8 samples: use dimension
      * 3. */
     uint32_t first[4];
     for (int d = 0; d < 4; ++d) first[d] = pole_first_digit(v, d) & 7u;

@@ -62,7 +62,7 @@ fn bn_word(i: u32) -> u32 {
   ].join("\n");
 }
 
-// libbn hashes the seed: the finaliser of SplitMix64.
+// libbn hashes the seed with SplitMix64's finaliser.
 export function seedWords(seed = 0) {
   const mixed = (v, shift, factor) => BigInt.asUintN(64, (v ^ (v >> shift)) * factor);
   let v = BigInt.asUintN(64, BigInt(seed) + 0x9e3779b97f4a7c15n);

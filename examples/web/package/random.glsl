@@ -10,7 +10,7 @@
  *     }
  *
  * `effect` is a number below 2^32 - 1 that identifies the decision. The same effect at the same bounce always gives
- * the same numbers, so use each effect for one decision, with only one of the four functions. An effect draws from
+ * the same numbers, so use each effect for one decision and in only one of the four functions. An effect draws from
  * bn_ray_child_domain() of the ray that ends at the bounce, unless a macro gives it a role in the layout of
  * bn_path.h:
  *
@@ -46,7 +46,7 @@ uvec2 bn_rng_seed = uvec2(0x7b1dcdafu, 0xe220a839u); /* seed 0 */
 bn_path bn_rng_path;
 uint bn_rng_bounce;
 
-/* The seed comes from seedWords() of index.js or from bn_sampler_seed(). Seeds give independent images. */
+/* The seed comes from seedWords() in index.js or from bn_sampler_seed(). Different seeds give independent images. */
 void rngSeed(uvec2 seed) {
     bn_rng_seed = seed;
 }

@@ -14,7 +14,7 @@ var<private> bn_rng_seed = vec2u(0x7b1dcdafu, 0xe220a839u); /* seed 0 */
 var<private> bn_rng_path: bn_path;
 var<private> bn_rng_bounce: u32;
 
-/* The seed comes from seedWords() of index.js or from bn_sampler_seed(). Seeds give independent images. */
+/* The seed comes from seedWords() in index.js or from bn_sampler_seed(). Different seeds give independent images. */
 fn rngSeed(seed: vec2u) {
     bn_rng_seed = seed;
 }

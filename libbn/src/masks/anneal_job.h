@@ -14,9 +14,8 @@ typedef struct bn_anneal_job {
     void *progress_user;
     uint32_t width, height, channels;
     uint32_t texels;
-    uint32_t
-        reach[2];    /* half the window along x and y; limited, so that it never overlaps itself */
-    uint32_t *ranks; /* [channels][texels], annealed in place */
+    uint32_t reach[2];  /* half the window along x and y; no window may overlap itself */
+    uint32_t *ranks;    /* [channels][texels], annealed in place */
     const double *logs; /* -ln((i + 0.5) / BN_ANNEAL_LOG_SIZE) */
     bn_random random;
 } bn_anneal_job;

@@ -26,8 +26,8 @@ typedef struct bn_eliminate_watch {
     bn_team *team;
 } bn_eliminate_watch;
 
-/* Orders `count` texels, listed as indices into a row-major array, by repeatedly removing the
- * tightest cluster. On return, every prefix of `points` is spread evenly. Errors: OUT_OF_MEMORY,
+/* Orders `count` texels, as indices into a row-major array, by repeatedly removing the tightest
+ * cluster. On return, every prefix of `points` is spread evenly. Errors: OUT_OF_MEMORY,
  * CANCELLED. */
 bn_result bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t count,
                        const bn_eliminate_watch *watch);

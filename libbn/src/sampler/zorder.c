@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The sampler type ZORDER: Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling
- * Error via Hierarchical Ordering of Pixels", 2020. Along a Morton curve with scrambled digits, a 4096
- * x 4096 tile's pixels take consecutive blocks of 2^k points from one Owen-scrambled Sobol' sequence.
- * Indices from 2^k on continue a pixel's block, scrambled differently in each pixel. A domain's second
- * pair is its first pair with the index mapped by an SZ sequence's matrix (Ahmed et al., "SZ
- * Sequences: Binary-Based (0, 2^q)-Sequences", 2025), so that all four numbers are stratified
+ * Error via Hierarchical Ordering of Pixels", 2020. Along a Morton curve with scrambled digits, the
+ * pixels of a 4096 x 4096 tile take consecutive blocks of 2^k points from one Owen-scrambled Sobol'
+ * sequence. Indices from 2^k on continue a pixel's block, scrambled differently in each pixel. A
+ * domain's second pair is its first pair with the index mapped by an SZ sequence's matrix (Ahmed et
+ * al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025), so that all four numbers are stratified
  * together. Each domain has its own curve and sample orders, so domains are independent, like the
  * dimensions in the paper. */
 #include "sampler/types.h"
@@ -32,9 +32,9 @@ static uint64_t times_x64(uint64_t digits) {
 
 /* Maps the digits of the first pair to the second: multiplies by the upper triangular matrix with
  * entries binomial(j, i) x^(j - i) over the four-element field, which factors into one step per bit of
- * j, as in bn_sobol_second(). If `form` is odd, each second binary digit is added to the one before
- * it. This only renames the base-4 digits, and makes the four cross pairs of dimensions equally good
- * over both forms. */
+ * j, as in bn_sobol_second(). If `form` is odd, the second binary digit of each pair is added to the
+ * first. This only renames the base-4 digits, and makes the four cross pairs of dimensions equally
+ * good over both forms. */
 static uint64_t second_pair64(uint64_t digits, uint32_t form) {
     digits ^= (times_x64(digits) << 2) & 0xccccccccccccccccu;
     digits ^= (times_x64(times_x64(digits)) << 4) & 0xf0f0f0f0f0f0f0f0u;

@@ -30,7 +30,7 @@ typedef struct bn_simd {
 
     /* For two windows of rows x row_lanes values, in images with the same stride: the sum of weight
      * * clamp(value, low, high) over the second window minus that over the first. row_lanes is a
-     * multiple of BN_WINDOW_LANES, and the true difference fits in 32 bits. */
+     * multiple of BN_WINDOW_LANES. The true difference fits in 32 bits. */
     int32_t (*window_difference)(const int16_t *first, const int16_t *second, size_t stride,
                                  const int16_t *weights, uint32_t rows, uint32_t row_lanes,
                                  int16_t low, int16_t high);
@@ -43,7 +43,7 @@ typedef struct bn_simd {
                       uint32_t pairs, uint32_t columns, int16_t limit, int32_t shift,
                       int16_t *gradient);
 
-    /* Draws the types BLUE, SOBOL and WHITE into out[count][dimensions]. For two dimensions, `pair` is
+    /* Draws BLUE, SOBOL and WHITE samples into out[count][dimensions]. For two dimensions, `pair` is
      * that of bn_sample_2d(). NULL where nothing is faster than single draws. */
     void (*draw_many)(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
                       const bn_draw_lanes *lanes, float *out);
