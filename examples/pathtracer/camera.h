@@ -15,7 +15,7 @@ struct Camera {
     Vec3 forward, up, right;       // unit vectors; x grows to the right in the image
     float tan_half_height;         // tangent of half the vertical angle of view
     float pixel_size;              // at distance 1; camera_fit sets it and the half sizes
-    float half_width, half_height; // of the image, in pixels
+    float half_width, half_height; // half the image size, in pixels
     float lens_radius;             // 0: a pinhole
     float focus_distance;          // along `forward`, to the plane in focus
 };

@@ -13,7 +13,7 @@
 namespace {
 
 constexpr int BLOCK_SIZE = 8;   // pixels per side; blocks at the image's edges may be smaller
-constexpr int LARGE_BLOCK = 16; // of auto_exposure
+constexpr int LARGE_BLOCK = 16; // for auto_exposure
 constexpr double MIDDLE_GREY = 0.18;
 constexpr double LARGEST = 64; // stops; the command line has the same limit
 
@@ -78,7 +78,7 @@ float auto_exposure(const Film &film) {
     // Uses only pixels that show a surface, unless there are very few.
     const auto hits = std::count_if(film.pixels.begin(), film.pixels.end(), shows_surface);
     const bool surfaces_only = size_t(hits) * 1000 > film.pixels.size();
-    double sum = 0, weight = 0; // of logarithms
+    double sum = 0, weight = 0; // for the mean logarithm
     for (int top = film.crop.y0; top < film.crop.y1; top += LARGE_BLOCK)
         for (int left = film.crop.x0; left < film.crop.x1; left += LARGE_BLOCK) {
             double light = 0, count = 0;

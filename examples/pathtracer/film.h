@@ -16,16 +16,16 @@
 
 struct FilmPixel {
     glm::dvec3 radiance; // mean
-    glm::dvec3 squares;  // of radiance: sum of squared deviations from the mean
+    glm::dvec3 squares;  // sum of the radiance's squared deviations from the mean
     glm::dvec3 albedo;   // mean at the camera ray's hit; 0 for a miss
     glm::dvec3 normal;   // likewise, in world space
     double depth;        // along the camera's axis; mean over the samples that hit
     uint32_t count;      // samples taken
-    uint32_t hits;       // of these, camera rays that hit a surface
+    uint32_t hits;       // samples whose camera ray hit a surface
 };
 
 struct Film {
-    int full_width, full_height;   // of the whole image
+    int full_width, full_height;   // whole image
     Crop crop;                     // the pixels held
     std::vector<FilmPixel> pixels; // row by row
 };
@@ -85,7 +85,7 @@ struct RenderSettings {
     unsigned threads;
     float noise;      // relative error as displayed at which a block stops; 0: never
     uint32_t min_spp; // the first test is at the first power of two at or above this
-    float exposure;   // of the display, in stops
+    float exposure;   // display exposure, in stops
 };
 
 struct RenderTotals : PathCounters {
@@ -116,8 +116,8 @@ constexpr uint64_t MAX_PIXELS = 1u << 26;
 struct ImageStatistics {
     uint32_t spp = 0;                          // the highest sample count of any pixel
     uint64_t first_sample = 0, end_sample = 0; // all sample numbers are below the latter
-    float exposure = 0;                        // of the preview, in stops
-    double seconds = 0;                        // of rendering
+    float exposure = 0;                        // preview exposure, in stops
+    double seconds = 0;                        // rendering time
     uint64_t ray_count = 0;
     unsigned threads = 0;
 };

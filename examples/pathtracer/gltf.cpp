@@ -145,7 +145,7 @@ struct File {
     const std::string &path;
     const SceneOptions &options;
     InputRecord own_record = {};
-    Bytes bytes = read(path); // of the scene file
+    Bytes bytes = read(path); // the scene file
     Json json = {};
     Span chunk = {};                       // the binary chunk of a .glb
     std::map<int64_t, Bytes> buffers = {}; // those that were read
@@ -313,7 +313,7 @@ struct Reader : File {
     using File::File;
     Scene scene = {};
     std::vector<Point3d> points = {};                            // the vertices
-    std::vector<Emission> emission = {};                         // of each material
+    std::vector<Emission> emission = {};                         // one per material
     std::vector<std::pair<const Json *, Transform>> placed = {}; // nodes with a camera or a light
     std::map<std::pair<int64_t, bool>, uint32_t> materials = {}; // with vertex colours, or without
     std::map<std::pair<int64_t, bool>, int32_t> textures = {};   // in sRGB, or linear

@@ -27,7 +27,7 @@ inline size_t pixel_count(const Crop &crop) {
 }
 
 struct Image {
-    int full_width, full_height; // of the whole image
+    int full_width, full_height; // whole image
     Crop crop;                   // the pixels held
     std::vector<Vec3> rgb;       // height(crop) rows of width(crop) pixels
 };

@@ -39,7 +39,7 @@ inline void distribution_build(const double *weights, size_t count, float *limit
 struct Choice {
     size_t index;
     float rest;        // where the number falls between the item's limits, in [0, 1)
-    float probability; // of choosing this item
+    float probability; // probability of choosing this item
 };
 
 inline Choice distribution_choose(const float *limits, size_t count, float u) {
@@ -60,7 +60,7 @@ struct Environment {
     std::vector<float> row_limits;    // between rows, for sampling: height + 1
     std::vector<float> column_limits; // between columns: height rows of width + 1
     std::vector<float> row_cosines;   // height + 1: of the angle to +y, from 1 to -1
-    float irradiance; // of luminance above the mean; 0: too uniform to be worth sampling
+    float irradiance; // from luminance above the mean; 0: too uniform to be worth sampling
 };
 
 // Negative values become 0. Throws Error with the position if a texel is not finite; with `clamp`,
@@ -141,7 +141,7 @@ inline LightSample light_sample(const Light &light, Vec3 lit_point, Vec2 u) {
     if (!(squared > 0)) return {point, {}, {}, 0, u};
     const Vec3 direction = (1 / distance) * to_light;
     if (!light.has_extent()) {
-        float share = 1; // of the intensity that a spot emits in this direction
+        float share = 1; // fraction of the intensity that a spot emits in this direction
         if (light.kind == Light::SPOT) {
             const float range = std::max(light.cosine_inner - light.cosine_outer, 1e-3f);
             const float beyond = -dot(direction, light.normal) - light.cosine_outer;
@@ -176,16 +176,16 @@ struct Receiver {
 struct LightNode {
     Vec3 low = Vec3(0), high = Vec3(0); // bounds of its lights
     Vec3 axis = Vec3(0);                // the middle of the directions they shine in
-    float cosine = -1;                  // of the largest angle to it; -1: to all sides
+    float cosine = -1;                  // cosine of the largest angle to it; -1: all directions
     float power = 0;      // luminance of the intensity, or of a distant light's irradiance
     bool distant = false; // whether any of its lights has no position
     uint32_t parent = 0, first = 0, count = 0; // children
-    int32_t light = -1;                        // of a node without children
+    int32_t light = -1;                        // light of a node without children
 };
 
 struct LightTree {
     std::vector<LightNode> nodes;  // the root first
-    std::vector<uint32_t> node_of; // of each light; 0: it never shines
+    std::vector<uint32_t> node_of; // node of each light; 0: it never shines
 };
 
 LightTree light_tree(const std::vector<Light> &lights);

@@ -189,7 +189,8 @@ Film merge_images(const std::vector<std::string> &paths, ExrHead &merged) {
     merged = exr_read_head(paths[0]);
     ImageStatistics &all = merged.statistics;
     Crop &crop = merged.crop;
-    std::multimap<uint64_t, std::string> order; // of samples, so that pixels fill up without gaps
+    std::multimap<uint64_t, std::string>
+        order; // parts by first sample, so that pixels fill up without gaps
     for (const std::string &path : paths) {
         const ExrHead head = exr_read_head(path);
         const std::string differs =

@@ -26,7 +26,7 @@ struct Mixture : ConductorRow {
     float metallic, alpha;
     Vec3 reflectance;    // at normal incidence
     Vec3 multiple;       // colour of multiple scattering
-    float mean_loss;     // of facets
+    float mean_loss;     // mean energy loss of facets
     float coat = 0;      // reflectance of the coat alone
     float coat_multiple; // colour of its multiple scattering
     float mean_left;     // mean share that the coat leaves to the base

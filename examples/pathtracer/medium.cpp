@@ -47,7 +47,7 @@ void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
     const Vec3 side = (high - low) * float{Medium::BLOCK} / Vec3(m.size);
     glm::ivec3 block = (origin + from * direction - low) / side, step;
     block = clamp(block, glm::ivec3(0), m.blocks - 1);
-    Vec3 next, length; // to where the ray leaves the block on each axis; across one block
+    Vec3 next, length; // per axis: distance to the block's end; distance across a block
     for (int i = 0; i < 3; ++i) {
         step[i] = direction[i] < 0 ? -1 : 1;
         const float face = low[i] + side[i] * float(block[i] + (step[i] > 0 ? 1 : 0));

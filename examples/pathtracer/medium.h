@@ -28,7 +28,7 @@ struct Medium {
     std::vector<float> density; // at the middle of each cell; x changes fastest, then y.
                                 // Linear in between, constant in the outer halves of cells
     glm::ivec3 blocks;
-    std::vector<Range> ranges; // of each block
+    std::vector<Range> ranges; // one per block
     Material material;         // how particles scatter: PHASE
 };
 

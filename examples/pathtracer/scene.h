@@ -30,7 +30,7 @@ struct Surface {
 // How a material uses a texture.
 struct TextureUse {
     int32_t texture = -1; // index into Scene::textures; -1: none
-    uint32_t set = 0;     // of texture coordinates, 0 or 1
+    uint32_t set = 0;     // texture coordinate set, 0 or 1
     // Maps vertex coordinates, as (u, v, 1), to texture coordinates.
     glm::mat3x2 transform{1};
 };
@@ -64,7 +64,7 @@ struct NamedCamera {
 struct Scene {
     Camera camera{};                  // the one to render with
     std::vector<NamedCamera> cameras; // defined by the scene; empty if `camera` is made up
-    Point3d origin = {0, 0, 0};       // of the coordinates below, in the scene file's coordinates
+    Point3d origin = {0, 0, 0};       // origin of the coordinates below, in scene file coordinates
     std::vector<Vec3> vertices;
     std::vector<Vec3> normals; // per vertex, for smooth shading; zero: the triangle's own
     std::vector<Vec3> motions; // per vertex, on a straight line while the shutter is open
@@ -141,7 +141,7 @@ const std::vector<SceneEntry> &scene_entries();
 // The camera to render with. Points are in the scene file's coordinates. Unset fields keep the values of
 // the scene's camera.
 struct CameraChoice {
-    std::optional<uint32_t> number; // of the scene's cameras; the first by default
+    std::optional<uint32_t> number; // which of the scene's cameras; the first by default
     std::optional<Point3d> eye, target;
     std::optional<double> fov; // the vertical angle of view, in degrees
 };

@@ -40,7 +40,7 @@ function makeErrors(names, choose) {
     get values() { return steps; },
     get done() { return running.length === 0; },
 
-    /* Discards the errors, so that they are measured again step by step. */
+    /* Discards the errors, so that they are remeasured step by step. */
     restart(tracer) {
       for (const {run} of running) run.return();
       steps = Object.fromEntries(types.map(type => [type, []]));

@@ -39,7 +39,7 @@ const sampleFragment = type => `${DRAWS}
 uniform usampler2D sums;
 uniform uvec2 size;
 uniform uint index, run;
-uniform float weight; // of the newest sample in a settled moving average; 0: a sum
+uniform float weight; // weight of the newest sample in a settled moving average; 0: a sum
 uniform vec3 camera, camera_before;
 out uvec4 sum;
 

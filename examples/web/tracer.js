@@ -4,7 +4,7 @@
 
 const KINDS = ["white", "sobol", "blue"];
 const EXPOSURE = 1.0;
-const WEIGHT = 0.1; // of the newest sample in a moving average
+const WEIGHT = 0.1; // weight of the newest sample in a moving average
 
 /* The camera's position in a frame: at rest, or moving along a figure of eight. */
 function cameraAt(mode, frame) {

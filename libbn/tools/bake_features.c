@@ -20,7 +20,7 @@ enum { LANES = 16, ITERATIONS = 4 };
 static void multiply(const float *rows, const float *right, float *out, int count, int inner,
                      int width) {
     memset(out, 0, (size_t)count * width * sizeof *out);
-    for (int from = 0; from < inner; from += 128) { /* of `right`, as much as a cache holds */
+    for (int from = 0; from < inner; from += 128) { /* as much of `right` as a cache holds */
         int to = from + 128 < inner ? from + 128 : inner;
         for (int i = 0; i < count; ++i) {
             const float *row = rows + (size_t)i * inner;

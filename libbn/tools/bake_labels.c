@@ -27,7 +27,7 @@ typedef struct {
     feature_set set[MEMBERS];
     bake_kernel kernel;
     int crossed;
-    float *gram; /* of a block's labels, [BLOCKS][16][16], or of its places and labels [256][256] */
+    float *gram; /* by block and labels, [BLOCKS][16][16], or by places and labels, [256][256] */
 } feature_group;
 
 typedef struct {

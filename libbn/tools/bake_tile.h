@@ -10,16 +10,16 @@
 #include <stdint.h>
 
 enum {
-    SIDE = 64,            /* of the tile, in pixels */
-    PIXELS = SIDE * SIDE, /* as many labels */
-    BLOCKS = PIXELS / 16, /* of 4 x 4 pixels, whose labels share their upper bits */
+    SIDE = 64,            /* tile side, in pixels */
+    PIXELS = SIDE * SIDE, /* also the number of labels */
+    BLOCKS = PIXELS / 16, /* blocks of 4 x 4 pixels, whose labels share their upper bits */
     MEMBERS = 4,
     POINTS = 256,
     LEVELS = 9 /* 1, 2, 4 ... 256 samples */
 };
 
 static const double TURN = 6.283185307179586;
-static const double SIGMA = 2.1; /* of the blur through which an image is judged, in pixels */
+static const double SIGMA = 2.1; /* sigma of the blur through which an image is judged, in pixels */
 
 typedef struct {
     pole_vectors member[MEMBERS];

@@ -15,7 +15,7 @@
 #include <string.h>
 
 enum {
-    SETS = 4, /* of integrands that share a domain */
+    SETS = 4, /* sets of integrands that share a domain */
     EACH = 8, /* integrands in a set */
     INTEGRANDS = SETS * EACH,
     SAMPLES = 64,
@@ -38,7 +38,7 @@ typedef struct {
     int third;                   /* the dimension that chooses */
     int16_t below;               /* its limit */
     int earlier, earlier_pair, pair;
-    int8_t *inside; /* of the earlier member: [SAMPLES][PIXELS] */
+    int8_t *inside; /* for the earlier member: [SAMPLES][PIXELS] */
 } integrand;
 
 typedef struct {

@@ -21,7 +21,7 @@
 
 enum { REACH = BN_RELAX_LEARNED_REACH, VALUES = 1 << 16, COLUMNS = 256, MOST_THREADS = 64 };
 static const double SPARSE = 3.5;       /* texels farther apart do not interact */
-static const double STEPS_SHARE = 0.25; /* of the time; ordering the ends takes the rest */
+static const double STEPS_SHARE = 0.25; /* share of the time; ordering the ends takes the rest */
 
 typedef struct relaxation {
     uint64_t seed;

@@ -14,7 +14,7 @@ enum { BN_FFT_LANES = 8 };
 
 struct bn_fft {
     size_t n, m;                   /* the length; the power of two that is transformed */
-    double *cosine, *sine;         /* of -2 pi k / m, m / 2 values */
+    double *cosine, *sine;         /* cosine and sine of -2 pi k / m, m / 2 values */
     double *chirp_re, *chirp_im;   /* Bluestein: exp(-i pi k^2 / n), n values */
     double *filter_re, *filter_im; /* the conjugate chirp's transform divided by m, m values */
     double *scratch[4];            /* re, im, re, im: m rows of BN_FFT_LANES */

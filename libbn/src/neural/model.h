@@ -19,7 +19,7 @@ typedef struct bn_model {
     uint32_t align;  /* positions and extents are multiples of this */
     uint32_t channels;
     char output[BN_RUNTIME_TEXT_SIZE]; /* name of the output, zero-terminated */
-    uint32_t sparse_spacing;           /* of masks, in hundredths of a texel; 0 for none */
+    uint32_t sparse_spacing;           /* for masks, in hundredths of a texel; 0: none */
     int has_quantiles;
     float quantiles[BN_MODEL_QUANTILES]; /* entry i: i/64 of the outputs lie below it */
 } bn_model;

@@ -214,8 +214,8 @@ typedef struct image {
     void *progress_user;
     uint64_t seed;
     int64_t x0, y0;              /* the first texel */
-    uint32_t width, height;      /* of `values`, per channel */
-    uint32_t period_x, period_y; /* of the noise; 0 for none */
+    uint32_t width, height;      /* size of `values`, per channel */
+    uint32_t period_x, period_y; /* the noise's periods; 0 for none */
     int window;                  /* make values uniform in [0, 1) */
     float *values;
     uint64_t area_width, area_height; /* covered by tiles; starts at an aligned texel */

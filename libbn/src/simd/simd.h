@@ -28,9 +28,9 @@ typedef struct bn_simd {
     /* The texel with the lowest or highest energy; if there are several, the first in tile order. */
     bn_field_texel (*field_find)(const bn_field *field, int extreme);
 
-    /* For two windows of rows x row_lanes values, in images with the same stride: the sum of weight
-     * * clamp(value, low, high) over the second window minus that over the first. row_lanes is a
-     * multiple of BN_WINDOW_LANES. The true difference fits in 32 bits. */
+    /* For two windows of rows x row_lanes values in images with the same stride: the sum of
+     * weight * clamp(value, low, high) over the second window minus that over the first. row_lanes
+     * is a multiple of BN_WINDOW_LANES. The true difference fits in 32 bits. */
     int32_t (*window_difference)(const int16_t *first, const int16_t *second, size_t stride,
                                  const int16_t *weights, uint32_t rows, uint32_t row_lanes,
                                  int16_t low, int16_t high);
