@@ -200,7 +200,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("output", type=Path, help="the image to write, in a lossless format, or - for PNG")
     command.add_argument("--levels", default=2, type=_integer, help="number of levels, 2 to 256 (default 2)")
     command.add_argument("--mask", type=Path, metavar="FILE", help="the mask (default: the built-in 64x64 mask); with "
-                         "several channels, one per image channel")
+                         "multiple channels, one per image channel")
     command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the mask channel to use, counted from 1")
     command.add_argument("--rank", action="store_true", help="accept a mask with repeated values, such as an 8-bit "
                          "texture, and break ties at random")

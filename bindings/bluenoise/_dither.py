@@ -82,7 +82,7 @@ def dither(
     srgb : bool, default False
         Whether values are sRGB-encoded. If so, local means are preserved in linear light.
     channel_offset : bool, default True
-        Whether to shift the mask from channel to channel so that the channels' errors are uncorrelated. Masks with several channels are
+        Whether to shift the mask from channel to channel so that the channels' errors are uncorrelated. Masks with multiple channels are
         never shifted.
 
     Returns

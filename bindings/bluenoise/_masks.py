@@ -176,11 +176,11 @@ def anneal(
         Trial swaps per texel. Each takes about 65 ns.
     sigma, far_sigma : float, default 1 and max(1.5, sigma)
         Standard deviations, in texels, of the blurs whose dithering errors are minimised, where 0.25 <= sigma <= far_sigma <= 4.
-        With several channels, only `sigma` is used.
+        With multiple channels, only `sigma` is used.
     far_weight : float, default 1
         Weight of the squared error after the second blur; must be at least 0.
     value_sigma : float, default 1
-        With several channels, the distance between values within which vectors repel each other, from 0.01 to 100.
+        With multiple channels, the distance between values within which vectors repel each other, from 0.01 to 100.
     start_temperature, end_temperature : float, default 4e-4 and 2e-6
         Temperatures as fractions of the largest possible gain from one texel's pairs, where 0 < end <= start <= 1. Cooling is
         geometric.

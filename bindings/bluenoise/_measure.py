@@ -30,7 +30,7 @@ class MaskMeasures:
         `dithering_error`.
     anisotropy : float
         In dB: 10 log10 of the power's variance on a ring divided by its squared mean, averaged over rings of at least 32 texels.
-        It is about 0 for a single mask, whose spectrum is noisy (for several masks, see `anisotropy`), and NaN for small masks.
+        It is about 0 for a single mask, whose spectrum is noisy (for sets of masks, see `anisotropy`), and NaN for small masks.
     low_frequency : dict of float to float
         For each grey level, the thresholded mask's mean power below half the principal frequency; white noise has 1. The
         principal frequency is sqrt(g) cycles per texel for a grey level g of up to 1/2, and sqrt(1 - g) for a higher level. NaN
@@ -75,7 +75,7 @@ def measure(mask: npt.ArrayLike, *, progress: Optional[arguments.Progress] = Non
     Parameters
     ----------
     mask : array_like
-        Ranks, or values of any integer or float type, of shape ``(height, width)`` or ``(n,)``. For several channels, use
+        Ranks, or values of any integer or float type, of shape ``(height, width)`` or ``(n,)``. For multiple channels, use
         ``[measure(channel) for channel in mask]``.
     progress : callable, optional
         Called with the fraction done; the last call passes 1. A true return value stops the work with `CancelledError`.
@@ -138,7 +138,7 @@ def dithering_error(mask: npt.ArrayLike, sigma: float = 1.0) -> float:
 
 
 def anisotropy(masks: Union[npt.ArrayLike, Sequence[npt.ArrayLike]]) -> float:
-    """Compute the anisotropy of the mean power spectrum of several masks.
+    """Compute the anisotropy of the mean power spectrum of a set of masks.
 
     Parameters
     ----------
@@ -231,7 +231,7 @@ def radial_power(mask: npt.ArrayLike) -> tuple[npt.NDArray[np.float64], npt.NDAr
         Centres of the rings in cycles per texel, from one ring width to at most sqrt(1/2). Each ring is 1 / max(height, width)
         wide. Frequency 0 and empty rings are omitted.
     power : ndarray of float64
-        The mean power on each ring. If there are several channels or slices, each has its own row.
+        The mean power on each ring. If there are multiple channels or slices, each has its own row.
 
     Raises
     ------

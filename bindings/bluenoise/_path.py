@@ -128,7 +128,7 @@ class PathSampler:
     def first_light(self, count: int = 1, k: npt.ArrayLike = 0) -> _Floats:
         """Draw the light sample at the end of ray 0. Shape ``(..., 2)``.
 
-        Use this if a lens takes that ray's second pair, or if there are several light samples.
+        Use this if a lens takes that ray's second pair, or if you take multiple light samples.
 
         Parameters
         ----------
@@ -320,7 +320,7 @@ class RaySampler(_OnceOnly):
 
 
 class Split:
-    """A path that continues in several branches. ``split[k]`` is branch k. If the split comes from ``RaySampler.next_split``,
+    """A path that continues in multiple branches. ``split[k]`` is branch k. If the split comes from ``RaySampler.next_split``,
     ``len(split)`` is the number of branches, and iterating over the split yields all of them. If the split comes from
     ``RaySampler.next_split_from``, both operations raise ``TypeError``."""
 

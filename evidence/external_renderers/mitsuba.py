@@ -22,7 +22,7 @@ SAMPLERS = (*OWN, "bluenoise")
 BASE = "independent"
 COUNTS = (1, 4, 16)
 REFERENCE_SPP, REFERENCE_PART = 1024, 512
-# What the page begins with.
+# The image at the top of the page.
 PICTURE, PICTURE_SCENE, PICTURE_SPP = "docs/mitsuba.jpg", "Cornell box, direct light", 4
 PICTURE_SIZE, PICTURE_PART = 320, (20, 110, 200, 200)
 PICTURE_SAMPLERS = ("independent", "multijitter", "bluenoise")

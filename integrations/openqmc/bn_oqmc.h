@@ -49,14 +49,14 @@ class OpenQmcSampler {
         return with(branch.index, branch.domain);
     }
 
-    // Branch `index` of an unknown number. The branches of each sample form a sequence.
+    // Branch `index` of a variable number. The branches of each sample form a sequence.
     OpenQmcSampler newDomainDistrib(int key, int index) const {
         assert(index >= 0);
         const uint32_t domain = bn_domain_child(path_.domain, static_cast<uint32_t>(key));
         return with(static_cast<uint32_t>(index), bn_domain_child(domain, path_.index));
     }
 
-    // Branch `index` of an unknown number. Each branch forms a sequence over the samples of the pixel.
+    // Branch `index` of a variable number. Each branch forms a sequence over the samples of the pixel.
     OpenQmcSampler newDomainChain(int key, int index) const {
         return newDomain(key).newDomain(index);
     }

@@ -168,7 +168,7 @@ def convert(path, output):
         if coloured and key in plain and len(plain[key].vertices) == len(mesh.vertices):
             mesh.visual.vertex_attributes["color"] = plain[key].visual.vertex_colors
         elif coloured:
-            lost.add("vertex colours of what has several materials")
+            lost.add("vertex colours of objects with multiple materials")
 
     def finish(tree):
         used = set()

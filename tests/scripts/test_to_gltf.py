@@ -87,7 +87,7 @@ def test_losses_are_named_and_other_files_refused(tmp_path, capsys):
     corners = "".join(f"v {place} 0 1 0 0\n" for place in ("0 0", "1 0", "1 1", ".5 .5", "0 1"))
     (tmp_path / "s.obj").write_text(f"mtllib s.mtl\n{corners}usemtl a\nf 1 2 3 4 5\nusemtl b\nf 1 2 5\n")
     to_gltf.run([str(tmp_path / "s.obj"), "-o", str(tmp_path / "b.glb")])
-    assert "without: the shape of concave polygons, vertex colours of what has several materials" in capsys.readouterr().out
+    assert "without: the shape of concave polygons, vertex colours of objects with multiple materials" in capsys.readouterr().out
     (tmp_path / "s.txt").write_text("no mesh")
     for name, said in (("s.txt", "trimesh cannot read"), ("none.obj", "there is no file")):
         with pytest.raises(to_gltf.CommandError, match=said):

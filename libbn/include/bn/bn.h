@@ -107,7 +107,7 @@ BN_API const char *bn_result_string(bn_result result);
 BN_API const char *bn_version_string(void);
 
 /* A progress callback, or NULL. Long computations take a callback and a user pointer as their last two
- * arguments. They call it at short intervals on the calling thread and pass the fraction done so far, from 0
+ * arguments. They call it periodically on the calling thread and pass the fraction completed so far, from 0
  * to 1. Return a non-zero value to cancel; the computation then returns CANCELLED. */
 typedef int32_t (*bn_progress)(void *user, double fraction);
 
@@ -365,7 +365,7 @@ typedef struct bn_anneal_options {
      * it along with sigma), and the weight of its squared error relative to that of the first blur (default
      * 1; 0 turns it off). */
     double far_sigma, far_weight;
-    /* Several channels only: how close values must be to repel each other, from 0.01 to 100. Default 1. */
+    /* Multiple channels only: how close values must be to repel each other, from 0.01 to 100. Default 1. */
     double value_sigma;
     /* Temperatures as fractions of the largest possible gain from one texel's pairs, where 0 < end <= start
      * <= 1. Cooling is geometric. The defaults are 4e-4 and 2e-6. */
@@ -388,7 +388,7 @@ BN_INLINE bn_anneal_options bn_anneal_options_default(void) {
  * dithered sampling", 2016).
  *
  * With one channel, it minimises E_sigma^2 + far_weight * E_far_sigma^2, where E is bn_mask_error(). A trial
- * swap takes about 65 ns. With several channels, it minimises the sum, over all pairs of texels, of
+ * swap takes about 65 ns. With multiple channels, it minimises the sum, over all pairs of texels, of
  * exp(-distance^2 / (4 sigma^2)) * exp(-|difference of values|^(channels / 2) / value_sigma^2), where values
  * are in [0, 1). A trial swap then takes about 1 microsecond. Also fails with BAD_DATA if start_from_ranks is
  * set and the ranks are not permutations. */

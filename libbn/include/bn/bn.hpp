@@ -239,7 +239,7 @@ class LoopSampler {
     bn_loop loop_;
 };
 
-// A path that continues in several branches.
+// A path that continues in multiple branches.
 class Split {
   public:
     Split(const bn_sampler *sampler, const bn_split &split) noexcept
@@ -353,7 +353,7 @@ class PathSampler {
     RaySampler ray(uint32_t number) const noexcept {
         return RaySampler(sampler_, bn_path_ray(&state_, number));
     }
-    // The light sample at the end of ray 0, for use if a lens takes that ray's second pair; or light sample k of
+    // The light sample at the end of ray 0, for when a lens takes that ray's second pair, or light sample k of
     // `count`.
     std::array<float, 2> first_light(uint32_t count = 1, uint32_t k = 0) const noexcept {
         std::array<float, 2> out{};

@@ -22,7 +22,7 @@
  *     u[2], u[3]   the light sample at its end
  *
  * The two pairs multiply in the integrand, so they are stratified together. If the lens takes u[2] and u[3]
- * of ray 0, or if you take several light samples there, call bn_path_first_light() for the light. Call
+ * of ray 0, or if you take multiple light samples there, call bn_path_first_light() for the light. Call
  * bn_path_time_wavelength() for time and wavelength, once for all branches of the path.
  *
  * For all other decisions, call bn_ray_next_1d(), bn_ray_next_2d() and bn_ray_next_4d(). Each function has
@@ -199,7 +199,7 @@ BN_HOST_INLINE void bn_ray_next_4d(const bn_sampler *s, bn_ray *ray, float out[4
 
 /* ---- Once per path */
 
-/* The light sample at the end of ray 0, for use if a lens takes that ray's second pair; or light sample k of
+/* The light sample at the end of ray 0, for when a lens takes that ray's second pair, or light sample k of
  * `count`. The count must be the same for all samples of the pixel; 0 means 1. */
 BN_HOST_INLINE void bn_path_first_light(const bn_sampler *s, const bn_path *path, uint32_t count,
                                         uint32_t k, float out[2]) {
