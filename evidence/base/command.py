@@ -4,6 +4,7 @@
 import argparse
 import importlib
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -18,6 +19,14 @@ def package(name, install):
         return importlib.import_module(name)
     except ImportError:
         raise CommandError(f"the package {name.replace('_', '-')} is missing; run {install}") from None
+
+
+def output_of(command, remedy, **options):
+    """The standard output of a program. If it fails, CommandError names the remedy."""
+    try:
+        return subprocess.run(command, stdout=subprocess.PIPE, check=True, **options).stdout
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise CommandError(f"{command[0]} failed ({error}); {remedy}") from None
 
 
 def run_or_say_why(run, arguments, program):
@@ -96,7 +105,7 @@ class Parser(argparse.ArgumentParser):
 # ---- The command line in a report
 
 # Options that say where to read and write, or how many jobs to run, but not what to measure.
-PLACES = ("--out", "--pathtracer", "--jobs")
+PLACES = ("--out", "--pathtracer", "--jobs", "--stbn", "--fast", "--slices")
 FOLDERS = ("--openqmc", "--program", "--luxcore", "--cycles")  # reports do not show these paths
 
 
@@ -109,6 +118,6 @@ def command_shown(command, arguments):
             next(words, None)
         if name in FOLDERS:
             result += [name, "FILE" if name == "--program" else "DIR"]
-        elif name not in PLACES:
+        elif name not in (*PLACES, "--again"):
             result.append(word)
     return " ".join(result)

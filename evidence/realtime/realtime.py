@@ -17,7 +17,7 @@ from scipy import fft, ndimage
 
 import bluenoise
 
-from ..base.command import CommandError, Parser
+from ..base.command import CommandError, Parser, command_shown
 from ..base.files import read_numbers, write_rows, write_text
 from ..base.plots import plt, save, style
 from ..base.tables import md_table
@@ -83,13 +83,13 @@ class GradientNoise:
 
 # ---- Slices in files
 
-# The sets of uniform numbers in the public packs, and their channels: scalars and two-vectors from STBN (Wolfe et al., 2022) and
-# FAST (Donnelly et al., 2024).
-PACKS = {"STBN": {r"stbn_(?:scalar|vec1)_.*": 1, r"stbn_vec2_.*": 2},
-         "FAST": {r"real_uniform_.*": 1, r"vector2_uniform_.*": 2}, "slices": {".*": 0}}
-PACK_HELP = {"STBN": "PNG files of the public STBN pack: stbn_scalar_..., stbn_vec2_...",
-             "FAST": "PNG files of FAST for one pair of filters: real_uniform_..., vector2_uniform_...",
-             "slices": "any other stack of numbered PNG files"}
+# The help of each option, and the pack's sets of uniform numbers with their channels: scalars and two-vectors from STBN (Wolfe et al.,
+# 2022) and FAST (Donnelly et al., 2024).
+PACKS = {"STBN": ("PNG files of the public STBN pack: stbn_scalar_..., stbn_vec2_...",
+                  {r"stbn_(?:scalar|vec1)_.*": 1, r"stbn_vec2_.*": 2}),
+         "FAST": ("PNG files of FAST for one pair of filters: real_uniform_..., vector2_uniform_...",
+                  {r"real_uniform_.*": 1, r"vector2_uniform_.*": 2}),
+         "slices": ("any other stack of numbered PNG files", {".*": 0})}
 
 
 def read_set(folder, pattern, channels):
@@ -113,20 +113,11 @@ def read_set(folder, pattern, channels):
 
 def read_pack(pack, folder):
     """Slices from an "STBN" or "FAST" folder (of several sets, the first by name), or with "slices" from any stack of numbered files."""
-    stacks = [stack for pattern, channels in PACKS[pack].items() if (stack := read_set(folder, pattern, channels)) is not None]
+    patterns = PACKS[pack][1]
+    stacks = [stack for pattern, channels in patterns.items() if (stack := read_set(folder, pattern, channels)) is not None]
     if not stacks:
-        raise CommandError(f"{folder} has no PNG files named like {' or '.join(PACKS[pack])}, with a number at the end")
+        raise CommandError(f"{folder} has no PNG files named like {' or '.join(patterns)}, with a number at the end")
     return Slices(*stacks)
-
-
-def add_packs(parser, names):
-    for name in names:
-        parser.add_argument(f"--{name.lower()}", type=Path, metavar="FOLDER", help=PACK_HELP[name])
-
-
-def packs_of(options):
-    """{name: Slices} for the packs that were given."""
-    return {name: read_pack(name, folder) for name in PACKS if (folder := getattr(options, name.lower(), None))}
 
 
 # ---- The measure
@@ -164,12 +155,7 @@ GIVEN = {
 
 # ---- Integrands: (values of numbers (..., dimensions), their mean)
 
-def middles(n):
-    return (np.arange(n, dtype=np.float32) + np.float32(0.5)) / np.float32(n)
-
-
-def of_pairs(values):
-    return values, float(np.mean(values(np.stack(np.meshgrid(middles(2048), middles(2048)), -1)), dtype=np.float64))
+MIDDLES = (np.arange(2048, dtype=np.float32) + np.float32(0.5)) / np.float32(2048)
 
 
 def step(random):
@@ -180,7 +166,11 @@ def step(random):
 def half_plane(random):
     angle, point = random.uniform(0, 2 * np.pi), random.uniform(0.2, 0.8, 2)
     normal = np.array([np.cos(angle), np.sin(angle)], np.float32)
-    return of_pairs(lambda u: u @ normal < np.float32(normal @ point))
+
+    def values(u):
+        return u @ normal < np.float32(normal @ point)
+
+    return values, float(np.mean(values(np.stack(np.meshgrid(MIDDLES, MIDDLES), -1)), dtype=np.float64))
 
 
 def product(random):
@@ -367,12 +357,13 @@ def run(arguments):
     parser = Parser("realtime", __doc__)
     parser.number("--seeds", 2, "number of seeds per sampler")
     parser.number("--integrands", 12, "number of integrands per type")
-    add_packs(parser, PACKS)
+    for name, (files, _) in PACKS.items():
+        parser.add_argument(f"--{name.lower()}", type=Path, metavar="FOLDER", help=files)
     parser.out()
     options = parser.parse_args(arguments)
-    options.command = "scripts/bench realtime" + "".join(f" --{name} {value}" for name, value in (("seeds", options.seeds), ("integrands", options.integrands))
-                                                         if value != parser.get_default(name))
-    ways, path = {**WAYS, **packs_of(options)}, options.out / "realtime.csv"
+    options.command = command_shown("realtime", arguments)
+    packs = {name: read_pack(name, folder) for name in PACKS if (folder := getattr(options, name.lower()))}
+    ways, path = {**WAYS, **packs}, options.out / "realtime.csv"
     result = measure(ways, options.seeds, options.integrands)
     earlier = [row for row in read_numbers(path) if row["way"] not in ways] if path.is_file() else []
     rows = [*rows_of(result, ways), *earlier]

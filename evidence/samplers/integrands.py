@@ -6,6 +6,7 @@ integrands are random."""
 
 import functools
 import itertools
+import math
 
 import numpy as np
 from scipy.stats import qmc
@@ -40,13 +41,13 @@ def global_sobol(run, count, member):
 
 # ---- Integrands: functions of the samples with values 0 or 1, and their mean in every pixel
 
-def area(a, b, c):
-    """The area of a x + b y < c in the unit square."""
-    c = c - min(a, 0) - min(b, 0)
-    a, b = max(abs(a), 1e-4), max(abs(b), 1e-4)
-    terms = (np.maximum(0, c - sub)**2 for sub in (0, a, b, a + b))
-    first, *two, last = terms
-    return np.clip((first - sum(two) + last) / (2 * a * b), 0, 1)
+def half_space(normal, at, least=1e-4):
+    """The volume of normal . u < at in the unit cube with as many dimensions as `normal`, whose components count as at least `least`."""
+    at = at - np.minimum(normal, 0).sum()
+    size = np.maximum(np.abs(normal), least)
+    corners = ((np.array(corner) @ size, (-1) ** sum(corner)) for corner in itertools.product((0, 1), repeat=len(normal)))
+    total = sum(sign * np.maximum(0, at - away) ** len(normal) for away, sign in corners)
+    return np.clip(total / (np.prod(size) * math.factorial(len(normal))), 0, 1)
 
 
 def drift(r, period):
@@ -64,7 +65,7 @@ class Plane:
     def __init__(self, r, period=0):
         self.a, self.b = (f(angle) for angle in [r.uniform(0, 2 * np.pi)] for f in (np.cos, np.sin))
         self.c = self.a * r.uniform(.2, .8) + self.b * r.uniform(.2, .8) + drift(r, period)
-        self.mean = area(self.a, self.b, self.c)
+        self.mean = half_space((self.a, self.b), self.c)
 
     def __call__(self, u, v):
         return np.float32(self.a) * u + np.float32(self.b) * v < self.c[..., None].astype(np.float32)
@@ -100,68 +101,62 @@ def peaks(images):
 SIGMAS = {"": (2.1, 2.1), ", sigma 1.0": (1.0, 1.0), ", single pixels": (0, 0)}
 
 
+def with_sigmas(row, images):
+    return [(row + ending, images, sigma) for ending, sigma in SIGMAS.items()]
+
+
 def images_of_run(draw, run, counts):
     """Yields (row, images, blurs) of every integrand."""
-    samples = [draw(run, counts[-1], member) for member in range(4)]
+    samples = [np.moveaxis(draw(run, counts[-1], member), -1, 0) for member in range(4)]
     for period, member in itertools.product((0, 64, 24), range(4)):
         r = np.random.default_rng([run, member, period, 5])
-        u = np.moveaxis(samples[member], -1, 0)
+        u = samples[member]
         for _ in range(6):
             first, second = Plane(r, period), Plane(r, period)
             inside = first(u[0], u[1]), second(u[2], u[3])
             name = f"half-planes, period {period}" if period else "half-planes"
             for pair, plane in enumerate((first, second)):
                 images = error_images(inside[pair], plane.mean, counts)
-                for ending, sigma in SIGMAS.items():
-                    yield name + ending, images, sigma
+                yield from with_sigmas(name, images)
                 yield f"peaks, member {member}, pair {pair}{', drifting' if period else ''}", images, None
             images = error_images(inside[0] & inside[1], first.mean * second.mean, counts)
-            for ending, sigma in SIGMAS.items():
-                yield f"products of both pairs{f', period {period}' if period else ''}{ending}", images, sigma
+            yield from with_sigmas(f"products of both pairs{f', period {period}' if period else ''}", images)
     for member, other in itertools.combinations(range(4), 2):
         r = np.random.default_rng([run, member, other, 6])
         for k in range(4):
             first, second = Plane(r), Plane(r)
-            values = (first(*np.moveaxis(samples[member], -1, 0)[2 * (k & 1):][:2]) &
-                      second(*np.moveaxis(samples[other], -1, 0)[2 * (k >> 1):][:2]))
-            images = error_images(values, first.mean * second.mean, counts)
-            for ending, sigma in SIGMAS.items():
-                yield f"products of two members{ending}", images, sigma
+            values = first(*samples[member][2 * (k & 1):][:2]) & second(*samples[other][2 * (k >> 1):][:2])
+            yield from with_sigmas("products of two members", error_images(values, first.mean * second.mean, counts))
     r = np.random.default_rng([run, 7])
     for k in range(24):
         d, c = k % 2, np.float32((k // 2 + r.uniform()) / 12)
-        images = error_images(samples[0][..., d] < c, c, counts)
+        images = error_images(samples[0][d] < c, c, counts)
         yield "edges along the pixel's sides", images, (2.1, 0) if d == 0 else (0, 2.1)
     for k in range(16):  # edges that lean slightly
         member, angle = k % 4, np.arctan(r.uniform(.03, .1) * (-1)**(k // 4)) + np.pi / 2 * (k // 8)
         a, b = np.cos(angle), np.sin(angle)
         c = a * r.uniform() + b * r.uniform()
-        u = np.moveaxis(samples[member], -1, 0)
-        values = np.float32(a) * u[0] + np.float32(b) * u[1] < np.float32(c)
-        yield "edges that lean", error_images(values, area(a, b, c), counts), (2.1, 2.1)
+        values = np.float32(a) * samples[member][0] + np.float32(b) * samples[member][1] < np.float32(c)
+        yield "edges that lean", error_images(values, half_space((a, b), c), counts), (2.1, 2.1)
     for k in range(24):
         member, d = k % 4, k // 4 % 4
         c = np.clip(r.uniform(.05, .95) + drift(r, (0, 64)[k % 2]) * .7, 0, 1).astype(np.float32)
-        images = error_images(samples[member][..., d] < c[..., None], c, counts)
-        for ending, sigma in SIGMAS.items():
-            yield f"single numbers{ending}", images, sigma
+        yield from with_sigmas("single numbers", error_images(samples[member][d] < c[..., None], c, counts))
     for member, chosen in itertools.product(range(4), (2, 3)):
-        u = np.moveaxis(samples[member], -1, 0)
+        u = samples[member]
         for _ in range(4):
             share, first, second = r.uniform(.25, .75), Plane(r), Plane(r)
             values = np.where(u[chosen] < np.float32(share), first(u[0], u[1]), second(u[0], u[1]))
             images = error_images(values, share * first.mean + (1 - share) * second.mean, counts)
             yield f"choice by u[{chosen}], then a pair", images, (2.1, 2.1)
     for _ in range(48):  # pixel position, and time or lens
-        member = 0
         angle, speed = r.uniform(0, 2 * np.pi), 16 * r.uniform(.1, 1)
         a, b = np.cos(angle), np.sin(angle)
         e = speed * np.cos(r.uniform(0, 2 * np.pi))
         c = a * r.uniform(16, 48) + b * r.uniform(16, 48) + e / 2
-        normal, at = np.array([a, b, e]), c - a * X - b * Y
-        u = np.moveaxis(samples[member], -1, 0)
+        u, at = samples[0], c - a * X - b * Y
         values = np.float32(a) * u[0] + np.float32(b) * u[1] + np.float32(e) * u[2] < at[..., None].astype(np.float32)
-        yield "edges that move", error_images(values, half_space(normal, at), counts), (2.1, 2.1)
+        yield "edges that move", error_images(values, half_space((a, b, e), at, 1e-3), counts), (2.1, 2.1)
 
 
 def images_at_every_count(draw, run, counts):
@@ -174,15 +169,6 @@ def images_at_every_count(draw, run, counts):
             images = error_images(values, mean, counts)
             yield name, images, (2.1, 2.1)
             yield f"{name}, single pixels", images, (0, 0)
-
-
-def half_space(normal, at):
-    """The volume of normal . u < at in the unit cube with as many dimensions as `normal`."""
-    at = at - np.minimum(normal, 0).sum()
-    size = np.maximum(np.abs(normal), 1e-3)
-    corners = ((np.array(corner) @ size, (-1) ** sum(corner)) for corner in itertools.product((0, 1), repeat=len(normal)))
-    total = sum(sign * np.maximum(0, at - away) ** len(normal) for away, sign in corners)
-    return np.clip(total / (np.prod(size) * np.prod(np.arange(1, len(normal) + 1))), 0, 1)
 
 
 def measure(draw, runs, counts=COUNTS, one_count=False, images_of=images_of_run):
@@ -217,9 +203,11 @@ def patterns():
 
 def summarised(found):
     """Merges the peak rows of all members and pairs into their maximum."""
-    rows = {row: values for row, values in found.items() if not row.startswith("peaks")}
-    for ending in ("", ", drifting"):
-        of = [values for row, values in found.items() if row.startswith("peaks") and row.endswith("drifting") == bool(ending)]
-        if of:
-            rows[f"spectral peaks, the largest of any pair{ending}"] = np.max(of, 0)
-    return rows
+    rows, largest = {}, {}
+    for row, values in found.items():
+        if row.startswith("peaks"):
+            name = "spectral peaks, the largest of any pair" + ", drifting" * row.endswith("drifting")
+            largest[name] = np.maximum(values, largest.get(name, 0))
+        else:
+            rows[row] = values
+    return {**rows, **largest}

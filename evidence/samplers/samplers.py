@@ -7,14 +7,13 @@ bench_draws times draws. samplers.csv lists all errors and peaks.
 
 import csv
 import functools
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 
 from ..base import peers
-from ..base.command import CommandError, Parser
+from ..base.command import Parser, command_shown, output_of
 from ..base.files import kept, write_image, write_text
 from ..base.plots import finish, plt, save, style
 from ..base.progress import in_parallel
@@ -46,22 +45,10 @@ def of_openqmc(program, name):
     """A draw() function for integrands.py that runs the program bench_samplers."""
     @functools.lru_cache(2)
     def members(run, count):
-        try:
-            data = subprocess.run([program, name, str(count), str(run)], check=True, capture_output=True).stdout
-        except (OSError, subprocess.CalledProcessError) as error:
-            raise CommandError(f"{program} failed ({error}); run scripts/setup -DBN_OPENQMC=DIR") from None
+        data = output_of([program, name, str(count), str(run)], "run scripts/setup -DBN_OPENQMC=DIR")
         return np.frombuffer(data, np.float32).reshape(4, SIDE, SIDE, count, 4)
 
     return lambda run, count, member: members(run, count)[member]
-
-
-def time_draws(program):
-    """The rows printed by bench_draws."""
-    try:
-        text = subprocess.run([program], stdout=subprocess.PIPE, text=True, check=True).stdout
-    except (OSError, subprocess.CalledProcessError) as error:
-        raise CommandError(f"{program} failed ({error}); build it with scripts/setup") from None
-    return list(csv.DictReader(text.splitlines()))
 
 
 def measure_all(ways, runs, counts=COUNTS, images_of=integrands.images_of_run):
@@ -171,10 +158,11 @@ def run(arguments):
     if options.picture:
         return write_image(options.picture, integrands.patterns())
     others = peers.chosen(options.openqmc, options.pathtracer)
-    options.command = "scripts/bench samplers" + (f" --runs {options.runs}" if options.runs != parser.get_default("runs") else "") + (" --openqmc DIR" if others else "")
+    options.command = command_shown("samplers", arguments)
     ways = {**{name: integrands.of_library(name) for name in OWN}, "sobol-global": integrands.global_sobol, **{name: of_openqmc(options.program, name) for name in others}}
     times = kept(options.out / "samplers_draws.csv", options.again, lambda: [
-        row for row in time_draws(options.draws) if row["form"] != "peer" or row["sampler"] in others])
+        row for row in csv.DictReader(output_of([options.draws], "build it with scripts/setup", text=True).splitlines())
+        if row["form"] != "peer" or row["sampler"] in others])
     rows = kept(options.out / "samplers.csv", options.again, lambda: measure_all(ways, options.runs))
     some = {name: draw for name, draw in ways.items() if name in EVERY}
     every = kept(options.out / "samplers_counts.csv", options.again, lambda: measure_all(some, RUNS_OF_EVERY, EVERY_COUNT, integrands.images_at_every_count))
