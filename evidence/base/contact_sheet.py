@@ -6,7 +6,6 @@ from PIL import Image, ImageDraw, ImageFont
 
 BACKGROUND, INK = (255, 255, 255), (20, 20, 20)
 GAP = 4  # pixels between the images in a cell; cells are 4 gaps apart
-BAR = 40  # pixels for two-line labels
 
 
 def enlarged_part(image, box, factor):
@@ -29,17 +28,17 @@ def preview(rgb, exposure=0.0):
     return Image.fromarray(np.floor(255 * encoded + 0.5).astype(np.uint8))
 
 
-def before_and_after(columns, part, *after):
-    """A sheet with one column for each image in {two-line label: linear radiance}. It shows the part (left, top, width, height) of the
-    image and, below it, the same part of each after(image)."""
-    left, top, width, height = part
-    figure = Image.new("RGB", (len(columns) * (width + GAP) - GAP, BAR + (1 + len(after)) * (height + GAP) - GAP), BACKGROUND)
-    draw, font = ImageDraw.Draw(figure), ImageFont.load_default(14)
-    for i, (text, picture) in enumerate(columns.items()):
+def labelled(columns, bar, size):
+    """A sheet with one column of images for each {label: images}. Labels have `bar` pixels above the columns and a font of `size` pixels."""
+    width, height = next(iter(columns.values()))[0].size
+    rows = max(map(len, columns.values()))
+    figure = Image.new("RGB", (len(columns) * (width + GAP) - GAP, bar + rows * (height + GAP) - GAP), BACKGROUND)
+    draw, font = ImageDraw.Draw(figure), ImageFont.load_default(size)
+    for i, (text, images) in enumerate(columns.items()):
         x = i * (width + GAP)
-        draw.multiline_text((x + width / 2, BAR / 2), text, INK, font, anchor="mm", align="center", spacing=2)
-        for row, shown in enumerate((picture, *(each(picture) for each in after))):
-            figure.paste(preview(shown[top:top + height, left:left + width]), (x, BAR + row * (height + GAP)))
+        draw.multiline_text((x + width / 2, bar / 2), text, INK, font, anchor="mm", align="center", spacing=2)
+        for row, image in enumerate(images):
+            figure.paste(image, (x, bar + row * (height + GAP)))
     return figure
 
 

@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plots for evidence/results: headless Matplotlib, plain numbers on the axes, and small PNG files. Each sampler has its own colour and
+"""Plots for evidence/results: plain numbers on the axes, and small PNG files. Each sampler has its own colour and
 marker, so plots are readable without colour."""
 
 import io
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from PIL import Image
 
@@ -53,11 +50,11 @@ def finish(axis, title, label):
     axis.grid(True, which="major", alpha=.25)
 
 
-def save(figure, path, colours=96, laid_out=False):
+def save(figure, path):
     """Writes a palette PNG, a third of the size of a full-colour one, and closes the figure."""
-    if not laid_out:
+    if figure.get_layout_engine() is None:
         figure.tight_layout()
     data = io.BytesIO()
     figure.savefig(data, format="png", dpi=80)
     plt.close(figure)
-    write_image(path, Image.open(data).convert("RGB").quantize(colours, dither=0))
+    write_image(path, Image.open(data).convert("RGB").quantize(96, dither=0))

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.command import command_shown, names_of
-from ..base.contact_sheet import before_and_after
+from ..base.contact_sheet import labelled, preview
 from ..base.files import read_exr, write_image, write_text
 from ..base.progress import Progress, in_parallel
 from ..base.tables import md_table, update_table
@@ -125,7 +125,9 @@ def write_picture(path, pictures, reference, part, sigma=2.1):
     below. The number above each is the error of the whole image, as displayed after the blur, relative to the last image."""
     errors = [displayed_rmse(picture, reference, sigma=sigma) for picture in pictures.values()]
     columns = {f"{name}\n{error / errors[-1]:.2f}": picture for (name, picture), error in zip(pictures.items(), errors)}
-    figure = before_and_after({**columns, "reference\n0": reference}, part, lambda picture: blurred(displayed(picture), sigma))
+    left, top, width, height = part
+    figure = labelled({text: [preview(shown[top:top + height, left:left + width]) for shown in (picture, blurred(displayed(picture), sigma))]
+                       for text, picture in {**columns, "reference\n0": reference}.items()}, 40, 14)
     write_image(path, figure, quality=95, subsampling=0)
 
 

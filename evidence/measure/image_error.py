@@ -31,23 +31,20 @@ def _difference(image, reference):
     return np.asarray(image, np.float64) - np.asarray(reference, np.float64)
 
 
-def blurred(image, sigma, edge="mirror"):
-    """The image convolved with a Gaussian of `sigma` pixels, truncated at four sigma.
-
-    edge: "mirror" for images (the outermost pixel is repeated: c b a | a b c), "toroidal" for tiles.
-    """
+def blurred(image, sigma, mode="reflect"):
+    """The image convolved with a Gaussian of `sigma` pixels, truncated at four sigma. mode: SciPy's, "wrap" for tiles."""
     image = np.asarray(image, np.float64)
     sigmas = (sigma, sigma) + (0,) * (image.ndim - 2)
-    return ndimage.gaussian_filter(image, sigmas, mode={"mirror": "reflect", "toroidal": "wrap"}[edge])
+    return ndimage.gaussian_filter(image, sigmas, mode=mode)
 
 
-def _rms(error, sigma=0.0, edge="mirror"):
-    return float(np.sqrt(np.mean(blurred(error, sigma, edge) ** 2)))
+def _rms(error, sigma=0.0):
+    return float(np.sqrt(np.mean(blurred(error, sigma) ** 2)))
 
 
-def rmse(image, reference, sigma=0.0, edge="mirror"):
+def rmse(image, reference, sigma=0.0):
     """Root mean square, over pixels and channels, of the blurred difference; identical to the path tracer's RMSE."""
-    return _rms(_difference(image, reference), sigma, edge)
+    return _rms(_difference(image, reference), sigma)
 
 
 def measure_name(name):

@@ -128,7 +128,7 @@ MEANS, WEIGHTS = (8, 32), (0.05, 0.1, 0.2)  # numbers of frames; weights of the 
 ALONE = range(64, 80)  # the frames measured one by one
 SETTLED = range(100, FRAMES, 3)  # ages at which the moving averages are measured
 OUTCOMES = ("one frame", *(f"mean of {n}" for n in MEANS), *(f"average, {weight}" for weight in WEIGHTS))
-FILTERS = {**{f"sigma {sigma}": functools.partial(blurred, sigma=sigma, edge="toroidal") for sigma in (0.0, 1.0, 2.1)},
+FILTERS = {**{f"sigma {sigma}": functools.partial(blurred, sigma=sigma, mode="wrap") for sigma in (0.0, 1.0, 2.1)},
            **{f"box {n}x{n}": functools.partial(ndimage.uniform_filter, size=n, mode="wrap") for n in (3, 5)}}
 WAYS = {
     "white": Draws("white"),
@@ -326,7 +326,7 @@ def draw_plot(result, ways, path):
         axis.grid(True, alpha=.25)
     axes[0].set_ylabel("error of a frame over padded Sobol'")
     figure.legend(*axes[0].get_legend_handles_labels(), fontsize="x-small", loc="outside lower center", ncols=6)
-    save(figure, path, laid_out=True)
+    save(figure, path)
 
 
 def text(errors, parts, options):

@@ -6,10 +6,10 @@ of 500 seeds for a soft shadow. Results are cached, so an interrupted run resume
 """
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image
 
 from ..base.command import Parser
-from ..base.contact_sheet import BACKGROUND, GAP, INK, preview
+from ..base.contact_sheet import labelled, preview
 from ..base.files import write_image, write_rows
 from ..measure.image_error import blurred, displayed
 from . import views
@@ -40,15 +40,9 @@ def draw_picture(options):
     columns = [next(pictures_of(options.pathtracer, Task(view, label, 0, (SPP,))))[1] for label in SHOWN]
     distant = [blurred(displayed(picture, view.exposure), SIGMA) / 2.0**view.exposure for picture in columns]
     middle = np.mean(distant, axis=(0, 1, 2))
-    side, bar = [ENLARGED * length for length in view.size], 28
-    figure = Image.new("RGB", (len(columns) * (side[0] + GAP) - GAP, bar + 2 * (side[1] + GAP) - GAP), BACKGROUND)
-    draw, font = ImageDraw.Draw(figure), ImageFont.load_default(16)
-    for i, (name, *rows) in enumerate(zip(SHOWN.values(), columns, (middle + CONTRAST * (picture - middle) for picture in distant))):
-        x = i * (side[0] + GAP)
-        draw.text((x + side[0] / 2, bar / 2), name, INK, font, anchor="mm")
-        for row, shown in enumerate(rows):
-            part = preview(shown, view.exposure).resize(side, Image.Resampling.NEAREST)
-            figure.paste(part, (x, bar + row * (side[1] + GAP)))
+    figure = labelled({name: [preview(shown, view.exposure).resize([ENLARGED * length for length in view.size], Image.Resampling.NEAREST)
+                              for shown in (picture, middle + CONTRAST * (far - middle))]
+                       for name, picture, far in zip(SHOWN.values(), columns, distant)}, 28, 16)
     write_image(options.picture, figure.quantize(256), optimize=True)
     print(f"{options.picture}: {view.label}, crop {','.join(map(str, view.crop))}, {SPP} samples per pixel; blue has {ratio:.2f} times the error of padded Sobol', "
           "the median over crops.")

@@ -9,8 +9,7 @@ change to one sampler re-renders only that sampler.
 
 import numpy as np
 
-from ..base import peers
-from ..base.command import Parser
+from ..base.command import Parser, names_of
 from ..base.files import write_text
 from ..base.plots import finish, plt, save, style
 from ..base.tables import md_table
@@ -160,7 +159,7 @@ class Report:
                           f"*{options.views}*: {views.SETS[options.views][1]}). The third-party models come from the pip package {models.GRADIO} and "
                           f"the Debian packages {' and '.join(models.DEBIAN)}; they stand on a floor under the sky or in a room with a lamp. `zorder` is tuned for each sample "
                           "count. The mask sampler adds a mask's values to padded Sobol' points."
-                          + (f" OpenQMC is at commit {peers.commit(options.openqmc)}." if set(peers.PEERS) & set(self.labels) else ""), "",
+                          + (f" OpenQMC is at commit {variants.commit(options.openqmc)}." if set(variants.PEERS) & set(self.labels) else ""), "",
                           *(f"- {text}" for text in WHAT_FOR.values()), "",
                           f"References have {options.reference_spp} samples per pixel. A crop counts only if the smaller of the two errors is at least {REFERENCE_MARGIN:g} times the "
                           "reference's own error, and if one sample of white noise differs from the reference by "
@@ -174,7 +173,8 @@ class Report:
 def parse_options(arguments, command="renders", **defaults):
     parser = Parser(command, __doc__)
     views.add_options(parser, REFERENCE_SPP)
-    variants.add_option(parser)
+    parser.add_argument("--samplers", type=names_of("sampler", variants.OWN), default=variants.OWN, metavar="A,B,...", help=(
+        f"samplers from {', '.join(variants.OWN)} (default {','.join(variants.OWN)}); {', '.join(variants.ALWAYS)} are always included"))
     parser.number("--spp", 64, "largest sample count, at most 64")
     parser.set_defaults(**defaults)
     options = parser.parse_args(arguments)

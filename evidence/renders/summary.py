@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Updates the README's table, and the answers and table in evidence/README.md, from the benches' CSV files: `scripts/bench summary`"""
 
+import functools
+
 from ..base.command import CommandError, Parser
 from ..base.files import read_numbers
 from ..base.tables import md_table, update_table
@@ -131,7 +133,7 @@ def of_realtime(rows):
                          f"after sigma 1.0 are: in averaged frames, {at('average, 0.1')}; in single frames, {at('one frame')}"), "realtime.md"
 
 
-def of_cost(found, draws, samples):
+def of_cost(found, samples, draws):
     times = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in draws}
     inline = {"`blue`": times["blue", "inline"], "libbn's padded Sobol'": times["sobol", "inline"],
               **{NAMES.get(name, name): value for (name, form), value in times.items() if form == "peer"}}
@@ -166,13 +168,11 @@ def answers(folder):
     def rows(name, of=read_numbers):
         return of(folder / name) if (folder / name).is_file() else []
 
-    renders, denoise = rows(RESULTS, read), rows("denoise.csv", read)
-    found = [*of_renders(renders), *(of_denoise(denoise) if denoise else ())]
-    for name, of in (("pbrt.csv", of_pbrt), ("cycles.csv", of_cycles)):
-        found += of(rows(name, read)) if rows(name, read) else ()
-    for name, of in (("realtime.csv", of_realtime), ("samplers_draws.csv", lambda draws: of_cost(renders, draws, rows("times.csv"))),
-                     ("samplers.csv", of_samplers), ("worst.csv", of_worst)):
-        found += of(rows(name)) if rows(name) else ()
+    renders = rows(RESULTS, read)
+    own = {of_denoise: rows("denoise.csv", read), of_pbrt: rows("pbrt.csv", read), of_cycles: rows("cycles.csv", read),
+           of_realtime: rows("realtime.csv"), functools.partial(of_cost, renders, rows("times.csv")): rows("samplers_draws.csv"),
+           of_samplers: rows("samplers.csv"), of_worst: rows("worst.csv")}
+    found = [*of_renders(renders), *(answer for of, given in own.items() if given for answer in of(given))]
     return "\n".join(f"- **{question}** {text[0].upper()}{text[1:]} ([details]({folder.name}/{link}))." for question, text, link in found)
 
 

@@ -8,7 +8,6 @@ import statistics
 import tempfile
 from pathlib import Path
 
-from ..base import peers
 from ..base.command import Parser
 from ..base.files import write_rows
 from ..base.progress import Progress
@@ -45,7 +44,7 @@ def run(arguments):
     parser.out()
     parser.pathtracer()
     options = parser.parse_args(arguments)
-    labels = variants.chosen(variants.OWN, peers.chosen(options.openqmc, options.pathtracer))
+    labels = variants.chosen(variants.OWN, options)
     chosen = {view.scene: view for view in reversed(views.crops(scenes=views.BUILT_IN))}
     rows = [{"scene": scene, "sampler": label, "microseconds": f"{value:.4f}"}
             for (scene, label), value in of_a_sample(options.pathtracer, list(chosen.values())[::-1], labels).items()]

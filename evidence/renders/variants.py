@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The samplers to compare, each used as intended."""
+"""The samplers to compare, each used as intended. `scripts/bench PART --openqmc DIR` adds OpenQMC's to a build and its tables."""
 
-from ..base.command import names_of
-from ..base.peers import PEERS
+import subprocess
+import sys
 
+# OpenQMC's blue-noise samplers.
+PEERS = ("openqmc-pmjbn", "openqmc-sobolbn", "openqmc-latticebn")
 # Only builds with Boost include sobol-global.
 SAMPLERS = ("white", "sobol", "zorder", "mask", "sobol-global", *PEERS, "blue")
 OWN = tuple(name for name in SAMPLERS if name not in PEERS)
@@ -11,12 +13,31 @@ ALWAYS = ("white", "sobol", "blue")  # the headline figures compare blue with th
 DECLARED = ("zorder",)  # must know the sample count, so each sample count takes a separate run
 
 
-def add_option(parser, default=OWN):
-    """Adds --samplers; chosen(options.samplers, peers) gives the labels."""
-    parser.add_argument("--samplers", type=names_of("sampler", OWN), default=default, metavar="A,B,...",
-                        help=f"samplers from {', '.join(OWN)} (default {','.join(default)}); {', '.join(ALWAYS)} are always included")
+def built(program):
+    """The samplers that the path tracer lists with --list; none if it cannot be run."""
+    try:
+        listing = subprocess.run([program, "--list"], check=False, capture_output=True, text=True).stdout
+    except OSError:
+        return set()
+    return {line.split()[0] for line in listing.splitlines() if line.startswith("  ")}
 
 
-def chosen(labels, peers=()):
-    """Labels in the order of SAMPLERS, including the samplers that ratios need and the peers in the build."""
-    return tuple(label for label in SAMPLERS if label in labels or label in ALWAYS or label in peers)
+def commit(openqmc):
+    """A checkout's commit and date, for a report; "unknown" if it is not a git checkout, empty if there is none."""
+    if not openqmc:
+        return ""
+    done = subprocess.run(["git", "-C", openqmc, "log", "-1", "--format=%h of %cs"], check=False, capture_output=True, text=True)
+    return done.stdout.strip() or "unknown"
+
+
+def peers(options):
+    """The peers to compare with: all of them with --openqmc, otherwise none. Exits with a one-line message if the build lacks them."""
+    if options.openqmc and not built(options.pathtracer).issuperset(PEERS):
+        sys.exit(f"bench: {options.pathtracer} was built without OpenQMC; build it with scripts/setup -DBN_OPENQMC={options.openqmc}")
+    return PEERS if options.openqmc else ()
+
+
+def chosen(labels, options):
+    """Labels in the order of SAMPLERS, including the samplers that ratios need and the peers."""
+    wanted = {*labels, *ALWAYS, *peers(options)}
+    return tuple(label for label in SAMPLERS if label in wanted)

@@ -13,7 +13,6 @@ import math
 import os
 from pathlib import Path
 
-from ..base import peers
 from ..base.command import command_shown, names_of, parse_size, positive
 from . import models, variants
 from .renderer import Request, scene_label
@@ -82,10 +81,6 @@ class View:
     @property
     def options(self):
         return (*self.camera, *(("--crop", ",".join(map(str, self.crop))) if self.crop else ()), *self.lights)
-
-    @property
-    def environment(self):
-        return self.camera[self.camera.index("--env"):][:2] if "--env" in self.camera else ()
 
     @property
     def key(self):
@@ -188,7 +183,7 @@ def finish_options(parser, options, command, arguments):
     if options.reference_spp % 32:
         parser.error(f"--reference-spp must be a multiple of 32, not {options.reference_spp}")
     options.out = options.out or Path(f"out/{command}" if options.quick or options.views != SHOWN else "evidence/results")
-    options.labels = variants.chosen(options.samplers, peers.chosen(options.openqmc, options.pathtracer))
-    if "sobol-global" in options.labels and "sobol-global" not in peers.samplers(options.pathtracer):
+    options.labels = variants.chosen(options.samplers, options)
+    if "sobol-global" in options.labels and "sobol-global" not in variants.built(options.pathtracer):
         parser.error("sobol-global needs Boost (Debian: libboost-dev) when the path tracer is built; install it, or remove it from --samplers")
     options.command = command_shown(command, arguments)

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base import peers
 from ..base.command import Parser, command_shown, output_of
 from ..base.files import kept, write_image, write_text
 from ..base.plots import finish, plt, save, style
 from ..base.progress import in_parallel
 from ..base.tables import md_table
+from ..renders import variants
 from ..renders.renders import NAMES
 from . import integrands
 from .integrands import COUNTS, EVERY_COUNT, SIDE
@@ -101,7 +101,7 @@ def plot(rows, path):
     axes[0].set_ylabel("error over padded Sobol'")
     axes[-1].set_yticks([6, 8, 12, 20, 40, 60])
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(names))
-    save(figure, path, laid_out=True)
+    save(figure, path)
 
 
 def answer(rows):
@@ -124,7 +124,7 @@ def report_text(rows, times, every, options):
              f"Errors are relative to padded Sobol' at the same sample count, so values below 1 are better. Images have {SIDE}x{SIDE} pixels; the Gaussian blur is toroidal. "
              f"Each error is a root mean square over {options.runs} seeds, all four domains of a family, and random integrands that were never used in a search. Samplers run "
              "progressively, except that `zorder` is tuned for each sample count. `sobol-global` uses dimensions 2 to 17 of one sequence over the screen. "
-             + (f"OpenQMC is at commit {peers.commit(options.openqmc)}; its `sobolbn` draws SZ sequences. " if options.openqmc else "")
+             + (f"OpenQMC is at commit {variants.commit(options.openqmc)}; its `sobolbn` draws SZ sequences. " if options.openqmc else "")
              + "[samplers.csv](samplers.csv) contains all rows.", ""]
     for row, what in ROWS.items():
         parts += [f"## {what}", "", row_table(rows, row), ""]
@@ -157,7 +157,7 @@ def run(arguments):
     options = parser.parse_args(arguments)
     if options.picture:
         return write_image(options.picture, integrands.patterns())
-    others = peers.chosen(options.openqmc, options.pathtracer)
+    others = variants.peers(options)
     options.command = command_shown("samplers", arguments)
     ways = {**{name: integrands.of_library(name) for name in OWN}, "sobol-global": integrands.global_sobol, **{name: of_openqmc(options.program, name) for name in others}}
     times = kept(options.out / "samplers_draws.csv", options.again, lambda: [
