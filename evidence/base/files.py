@@ -3,9 +3,7 @@
 
 import contextlib
 import csv
-import hashlib
 import io
-from pathlib import Path
 
 import numpy as np
 import OpenEXR
@@ -17,10 +15,6 @@ def write_image(path, image, **options):
     """Writes a Pillow image."""
     with written_beside(path) as beside:
         image.save(beside, **options)
-
-
-def sha256_of(path):
-    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
 def read_exr(path):

@@ -18,11 +18,10 @@ from pathlib import Path
 import numpy as np
 
 from ..base.command import Parser
-from ..base.files import sha256_of
 from ..base.tables import md_table
 from ..measure.statistics import bootstrap
 from ..renders.judge import Cells
-from ..renders.renderer import REFERENCE_SEED, RenderError
+from ..renders.renderer import REFERENCE_SEED, RenderError, processor_seconds
 from . import other_renderer
 from .other_renderer import EXPOSED, HEADLINE, Task, name_of
 
@@ -163,38 +162,34 @@ def integrator(sampler, spp, seed, threshold=None):
             "adaptive_threshold": threshold or 0}
 
 
-def render(program, checkout, scene, settings, out, spp, counts=False):
-    """Renders `spp` samples into `out`, or with `counts` each pixel's sample count; returns the CPU seconds."""
-    with tempfile.TemporaryDirectory(prefix="libbn-cycles-") as folder:
-        path = Path(folder) / "scene.xml"
-        path.write_text(text(scene, checkout, settings), encoding="utf-8")
-        (Path(folder) / "examples").symlink_to(Path(checkout).resolve() / "examples")
-        # Cycles finds included files only if the scene is given by a relative path.
-        command = ["/usr/bin/env", f"--chdir={folder}", str(Path(program).resolve()), "--quiet", "--threads", "1", "--samples",
-                   str(spp), "--width", str(SIZE[0]), "--height", str(SIZE[1]), "--output", str(out), path.name]
-        environment = {**os.environ, "BN_TOLD": str(settings["aa_samples"]), **({"BN_COUNTS": "1"} if counts else {})}
-        seconds = other_renderer.processor_seconds(command, f"Cycles failed on {scene}", environment)
-        if not Path(out).is_file():
-            raise RenderError(f"Cycles wrote no image of {scene}")
-    return seconds
-
-
 class CyclesRun(other_renderer.OtherRun):
     """Renders tasks, or finds their results in the cache."""
 
     reference = REFERENCE_SAMPLER
 
     def __init__(self, program, checkout, jobs):
-        super().__init__(program, "cycles", jobs)
-        self.checkout, self.build = checkout, sha256_of(program)
+        super().__init__(program, "cycles/results", jobs)
+        self.checkout = checkout
 
     def key(self, task, reference):
         return {"scene": text(task.view.scene, self.checkout, integrator(task.sampler, task.told, task.seed, task.threshold)), "size": SIZE,
-                "counts": task.counts, "build": self.build}
+                "counts": task.counts, "build": self.sha256}
 
     def render(self, task, spp, seed, out, counts=False):
-        return render(self.program, self.checkout, task.view.scene, integrator(task.sampler, task.told or spp, seed, task.threshold), out, spp,
-                      counts)
+        """Renders the image, or with `counts` each pixel's sample count."""
+        scene, told = task.view.scene, task.told or spp
+        with tempfile.TemporaryDirectory(prefix="libbn-cycles-") as folder:
+            path = Path(folder) / "scene.xml"
+            path.write_text(text(scene, self.checkout, integrator(task.sampler, told, seed, task.threshold)), encoding="utf-8")
+            (Path(folder) / "examples").symlink_to(Path(self.checkout).resolve() / "examples")
+            # Cycles finds included files only if the scene is given by a relative path.
+            command = ["/usr/bin/env", f"--chdir={folder}", str(Path(self.program).resolve()), "--quiet", "--threads", "1", "--samples",
+                       str(spp), "--width", str(SIZE[0]), "--height", str(SIZE[1]), "--output", str(out), path.name]
+            environment = {**os.environ, "BN_TOLD": str(told), **({"BN_COUNTS": "1"} if counts else {})}
+            seconds = processor_seconds(command, f"Cycles failed on {scene}", environment)
+        if not out.is_file():
+            raise RenderError(f"Cycles wrote no image of {scene}")
+        return seconds
 
     def more(self, task, spp):
         if not task.threshold:
@@ -204,7 +199,7 @@ class CyclesRun(other_renderer.OtherRun):
 
     def reference_key(self, view, spp):
         return {"reference": text(view.scene, self.checkout, integrator(REFERENCE_SAMPLER, spp, 0)), "size": SIZE, "seed": REFERENCE_SEED,
-                "build": self.build}
+                "build": self.sha256}
 
     def picture(self, path, reference):
         """Writes PICTURE_SCENE as rendered by the patterns in PICTURE."""
@@ -261,15 +256,10 @@ this error. Cells are empty where the reference is too noisy."""
     def answer(self):
         """The main table and the cost."""
         counts = [n for n in (1, 4, 16, 64) if n in self.counts]
-
-        def cell(than, spp):
-            shown, raw = (self.compared.over(than, spp, measure) for measure in HEADLINE)
-            return f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else ""
-
         samples, error = (self.adaptive_ratio(name, "tabulated_sobol") for name in ("samples", HEADLINE[0]))
         last = (f"With adaptive sampling and a threshold of {ADAPTIVE}, Tabulated Sobol takes {samples} times as many samples as `blue` and ends up "
                 f"with {error} times its error. " if samples and error else "")
-        rows = [[name, *(cell(than, spp) for spp in counts)] for than, name in {**NAMES, **TOLD}.items()]
+        rows = [[name, *(self.both(self.compared, than, spp) for spp in counts)] for than, name in {**NAMES, **TOLD}.items()]
         return (f"Errors relative to `blue` after a blur of 2.1 pixels, as displayed (raw errors in brackets):\n\n{md_table(['pattern, at spp', *map(str, counts)], rows)}\n\n"
                 f"{last}Tabulated Sobol is the default of Cycles' stand-alone program. The [times](#time) show no clear difference.")
 

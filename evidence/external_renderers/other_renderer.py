@@ -20,7 +20,7 @@ from ..measure import compare
 from ..measure.compare import MARKED, Comparison
 from ..measure.image_error import LUMINANCE, SIGMAS, blurred, displayed, displayed_rmse, rmse
 from ..renders.judge import Reference, Run
-from ..renders.renderer import REFERENCE_SEED, processor_seconds  # noqa: F401, used by all comparisons
+from ..renders.renderer import REFERENCE_SEED
 
 COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
 KINDS = {"displayed": "as displayed", "exposed": "exposed and displayed", "rmse": "raw"}
@@ -79,9 +79,6 @@ class OtherRun(Run):
     the sampler of references, whose seeds are REFERENCE_SEED and REFERENCE_SEED + 1.
     """
 
-    def __init__(self, program, folder, jobs):
-        super().__init__(program, f"{folder}/results", jobs)
-
     def more(self, task, spp):
         """Further figures for the row of a task."""
         return {}
@@ -133,10 +130,11 @@ def write_picture(path, pictures, reference, part, sigma=2.1):
 
 # ---- Options
 
-def add_options(parser, name, scenes, seeds):
+def add_options(parser, name, scenes, seeds, counts=COUNTS):
+    parser.set_defaults(counts=counts)
     parser.add_argument("--scenes", type=names_of("scene", scenes), default=tuple(scenes), metavar="NAME,...",
                         help=f"scenes to render: {', '.join(scenes)}")
-    parser.number("--spp", max(COUNTS), "largest sample count")
+    parser.number("--spp", max(counts), "largest sample count")
     parser.number("--seeds", seeds, "number of images per sampler")
     parser.add_argument("--quick", action="store_true", help="a trial of the setup: 2 seeds, up to 16 samples, noisier references")
     parser.number("--jobs", os.cpu_count() or 1, "number of parallel processes with one thread each", ": one per core")
@@ -151,7 +149,7 @@ def finish_options(parser, options, name, arguments, whole=()):
     is_whole = not options.quick and all(getattr(options, one) == parser.get_default(one) for one in ("scenes", "spp", "seeds", *whole))
     if options.quick:
         options.seeds, options.spp = min(options.seeds, 2), min(options.spp, 16)
-    options.counts = tuple(n for n in COUNTS if n <= options.spp)
+    options.counts = tuple(n for n in options.counts if n <= options.spp)
     options.out = options.out or Path("evidence/results" if is_whole else f"out/{name}")
     options.command = command_shown(name, arguments)
 
@@ -182,14 +180,16 @@ class OtherReport:
         return compare.table("error over `blue`'s, at spp", counts or self.counts, {
             name: functools.partial(own.over, than, measure=measure) for than, name in (thans or self.thans).items()})
 
+    def both(self, own, than, spp):
+        """The error relative to blue as displayed, with the raw error in brackets."""
+        shown, raw = (own.over(than, spp, measure) for measure in HEADLINE)
+        return f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else ""
+
     def summary(self, thans=None):
         """The guide's tables, one for each set: errors as displayed, with raw errors in brackets."""
         parts = []
         for title, own in self.sets.items():
-            rows = []
-            for than, name in (thans or self.thans).items():
-                found = [[own.over(than, spp, measure) for measure in HEADLINE] for spp in self.counts]
-                rows.append([name, *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
+            rows = [[name, *(self.both(own, than, spp) for spp in self.counts)] for than, name in (thans or self.thans).items()]
             scenes = len({view.scene for view in own.views})
             crops = f", {len(own.views)} crops" if len(own.views) > scenes else ""
             parts.append(f"{title} ({self.options.seeds} seeds; {scenes} scenes{crops} rendered):\n\n"

@@ -7,13 +7,14 @@ of its scenes with every sampler at 1 to 16 samples per pixel, and measures them
 """
 
 import argparse
+import functools
 import tempfile
 
 from ..base.cache import cache_folder
 from ..base.command import Parser
 from ..base.tables import md_table
 from ..renders.judge import Cells
-from ..renders.renderer import REFERENCE_SEED
+from ..renders.renderer import REFERENCE_SEED, processor_seconds
 from . import lux_scenes, other_renderer
 from .other_renderer import EXPOSED, HEADLINE, Task, name_of
 from .pbrt_scenes import CROP, CROPS, HEIGHT, OWN, WIDTH, View, crops, write_files
@@ -37,15 +38,6 @@ SETS = {"Fixed wavelengths": tuple(name + lux_scenes.FIXED for name in lux_scene
 
 # ---- Running pbrt
 
-def render(program, scene, sampler, bounds, spp, seed, out):
-    """Renders into `out`; returns the CPU seconds."""
-    with tempfile.TemporaryDirectory(prefix="libbn-pbrt-") as folder:
-        path = write_files(folder, scene, sampler, LINES[sampler])
-        command = [str(program), "--quiet", "--nthreads", "1", "--spp", str(spp), "--seed", str(seed),
-                   "--pixelbounds", ",".join(map(str, bounds)), "--outfile", str(out), str(path)]
-        return other_renderer.processor_seconds(command, f"pbrt failed on {scene.name}")
-
-
 class PbrtRun(other_renderer.OtherRun):
     reference = "reference"
 
@@ -54,7 +46,11 @@ class PbrtRun(other_renderer.OtherRun):
                 "counts": task.counts, "program": self.sha256}
 
     def render(self, task, spp, seed, out):
-        return render(self.program, SCENES[task.view.scene], task.sampler, task.view.bounds, spp, seed, out)
+        with tempfile.TemporaryDirectory(prefix="libbn-pbrt-") as folder:
+            path = write_files(folder, SCENES[task.view.scene], task.sampler, LINES[task.sampler])
+            command = [self.program, "--quiet", "--nthreads", "1", "--spp", str(spp), "--seed", str(seed),
+                       "--pixelbounds", ",".join(map(str, task.view.bounds)), "--outfile", out, path]
+            return processor_seconds(command, f"pbrt failed on {task.view.scene}")
 
     def reference_key(self, view, spp):
         return {"reference": SCENES[view.scene].text(LINES["reference"]), "bounds": view.bounds, "spp": spp, "program": self.sha256}
@@ -68,11 +64,9 @@ class PbrtCells(Cells):
 
 
 def make_picture(work, path):
-    def picture(name, spp, seed):
-        return work.rendered(Task(PICTURE_VIEW, name, seed, ()), spp, seed)[1]
-
-    pictures = {name: picture(name, PICTURE_SPP, 1) for name in PICTURE_SAMPLERS}
-    reference = picture(work.reference, SCENES[PICTURE_VIEW.scene].reference_spp // 16, REFERENCE_SEED)
+    of = functools.partial(Task, PICTURE_VIEW, seed=0, counts=())
+    pictures = {name: work.rendered(of(name), PICTURE_SPP, 1)[1] for name in PICTURE_SAMPLERS}
+    _, reference = work.rendered(of(work.reference), SCENES[PICTURE_VIEW.scene].reference_spp // 16, REFERENCE_SEED)
     other_renderer.write_picture(path, pictures, reference, PICTURE_PART)
 
 
@@ -124,22 +118,20 @@ The comparison takes {MINUTES} minutes of CPU time. References and results are c
     known = sum(SETS.values(), ())
     parser.add_argument("--luxcore", metavar="DIR", help="checkout of LuxCoreRender that contains the scenes")
     parser.number("--crops", CROPS, f"number of crops per image, at most {CROPS}")
-    other_renderer.add_options(parser, "pbrt", known, SEEDS)
+    other_renderer.add_options(parser, "pbrt", known, SEEDS, COUNTS)
     parser.add_argument("--picture", metavar="FILE", nargs="?", const=PICTURE,
                         help=f"only make the image at {PICTURE_SPP} samples per pixel (default {PICTURE})")
-    parser.set_defaults(spp=max(COUNTS))
     options = parser.parse_args(arguments)
     if not options.luxcore and not options.picture:
         parser.error("--luxcore must name a checkout of LuxCoreRender")
     other_renderer.finish_options(parser, options, "pbrt", arguments)
-    options.counts = tuple(n for n in COUNTS if n <= options.spp)
     options.reference_share = 0.125 if options.quick else 0.25
     return options
 
 
 def run(arguments):
     options = parse_options(arguments)
-    work = PbrtRun(options.program, "pbrt", options.jobs)
+    work = PbrtRun(options.program, "pbrt/results", options.jobs)
     if options.picture:
         return make_picture(work, options.picture)
     SCENES.update(lux_scenes.scenes(options.luxcore, cache_folder() / "pbrt"))

@@ -14,7 +14,7 @@ import threading
 import numpy as np
 import OpenEXR
 
-from ..base.command import Parser, package
+from ..base.command import package
 from ..base.files import write_text
 from ..base.plots import finish, plt, save, style
 from ..measure import compare
@@ -23,7 +23,7 @@ from ..measure.image_error import displayed, displayed_rmse, own_errors, relativ
 from ..measure.statistics import estimate
 from . import views
 from .judge import Cells, Run, Task, pictures_of, plan, render_references
-from .renders import NAMES, REFERENCE_SPP
+from .renders import NAMES
 
 # The inputs of the denoiser.
 WAYS = {
@@ -148,7 +148,7 @@ class DenoisedRun(Run):
 
 # ---- The report
 
-COUNTS, SEEDS = (1, 2, 4, 8, 16), 4
+COUNTS = (1, 2, 4, 8, 16)
 LABELS = ("white", "sobol", "sobol-global", "zorder", "blue")
 
 
@@ -232,18 +232,6 @@ class Report:
         save(figure, path)
 
 
-def parse_options(arguments):
-    parser = Parser("denoise", __doc__)
-    views.add_options(parser, REFERENCE_SPP)
-    parser.number("--spp", max(COUNTS), "largest sample count, at most 16")
-    options = parser.parse_args(arguments)
-    options.samplers, options.chosen = LABELS, views.of(parser, options)
-    views.finish_options(parser, options, "denoise", arguments)
-    options.seeds = options.seeds or SEEDS
-    options.counts = tuple(spp for spp in COUNTS if spp <= options.spp)
-    return options
-
-
 def with_own_errors(reference):
     """A judge.Reference whose own errors are named like the measures after denoising."""
     own = own_errors(reference.picture, reference.first_half, reference.exposure, errors)
@@ -251,7 +239,7 @@ def with_own_errors(reference):
 
 
 def run(arguments):
-    options = parse_options(arguments)
+    options = views.parse_options("denoise", __doc__, arguments, COUNTS, choose=False, samplers=LABELS)
     work = DenoisedRun(options.pathtracer, options.jobs, load())
     references = render_references(options.pathtracer, options.chosen, options.reference_spp)
     tasks = plan(options.chosen, options.labels, options.counts, options.seeds)

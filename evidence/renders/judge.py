@@ -8,18 +8,19 @@ reference, and the path tracer. An interrupted run therefore resumes.
 import dataclasses
 import hashlib
 import sys
+from pathlib import Path
 
 import numpy as np
 
 from ..base.cache import Store, cache_folder
-from ..base.files import read_exr, sha256_of
+from ..base.files import read_exr
 from ..base.progress import Progress, in_parallel
 from ..measure.image_error import LUMINANCE, all_errors, own_errors
 from . import variants
 from .renderer import REFERENCE_SEED, RenderError, files_beside, make_reference, progressive
 from .views import View
 
-COUNTS, SEEDS = (1, 2, 3, 4, 6, 8, 16, 32, 64), 4
+COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -100,7 +101,7 @@ class Run:
         self.program, self.jobs = program, jobs
         self.store = Store(cache_folder() / folder)
         try:
-            self.sha256 = sha256_of(program)
+            self.sha256 = hashlib.sha256(Path(program).read_bytes()).hexdigest()
         except OSError as error:
             raise RenderError(f"cannot read {program} ({error.strerror}); build it with scripts/setup") from None
 

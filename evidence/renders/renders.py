@@ -9,7 +9,6 @@ change to one sampler re-renders only that sampler.
 
 import numpy as np
 
-from ..base.command import Parser, names_of
 from ..base.files import write_text
 from ..base.plots import finish, plt, save, style
 from ..base.tables import md_table
@@ -17,7 +16,7 @@ from ..measure import compare, statistics
 from ..measure.compare import MARKED, REFERENCE_MARGIN, VISIBLE, Comparison, row_of
 from ..measure.image_error import LUMINANCE, MEASURES, WHAT_FOR, measure_name
 from . import models, variants, views
-from .judge import COUNTS, SEEDS, Cells, Run, plan, render_references
+from .judge import COUNTS, Cells, Run, plan, render_references
 from .renderer import REFERENCE_PARTS
 
 HEADLINE = "displayed_2.1"
@@ -26,7 +25,6 @@ NAMES = {"white": "white noise", "sobol": "padded Sobol'", "sobol-global": "glob
          "blue": "`blue`", "openqmc-sobolbn": "OpenQMC sobolbn (SZ)", "openqmc-pmjbn": "OpenQMC pmjbn", "openqmc-latticebn": "OpenQMC latticebn"}
 TO_REACH = (4, 16)  # sample counts of the base whose error is to be reached
 TO_WHITE = "samples for white noise's error, displayed_2.1"  # in the CSV
-REFERENCE_SPP = 1024
 
 
 class Report:
@@ -170,20 +168,6 @@ class Report:
 
 # ---- The command
 
-def parse_options(arguments, command="renders", **defaults):
-    parser = Parser(command, __doc__)
-    views.add_options(parser, REFERENCE_SPP)
-    parser.add_argument("--samplers", type=names_of("sampler", variants.OWN), default=variants.OWN, metavar="A,B,...", help=(
-        f"samplers from {', '.join(variants.OWN)} (default {','.join(variants.OWN)}); {', '.join(variants.ALWAYS)} are always included"))
-    parser.number("--spp", 64, "largest sample count, at most 64")
-    parser.set_defaults(**defaults)
-    options = parser.parse_args(arguments)
-    options.chosen = views.of(parser, options)
-    views.finish_options(parser, options, command, arguments)
-    options.seeds, options.counts = options.seeds or SEEDS, tuple(spp for spp in COUNTS if spp <= options.spp)
-    return options
-
-
 def measured(options):
     """(Cells, references)."""
     work = Run(options.pathtracer, "renders", options.jobs)
@@ -192,7 +176,7 @@ def measured(options):
 
 
 def run(arguments):
-    options = parse_options(arguments)
+    options = views.parse_options("renders", __doc__, arguments, COUNTS)
     cells, references = measured(options)
     report = Report(options, cells, references)
     # The text is written last, after the files it refers to.
@@ -204,8 +188,8 @@ def run(arguments):
 
 def headline(arguments):
     """Repeats the headline in ten minutes on two cores, with smaller crops."""
-    options = parse_options(arguments, "headline", quick=True, spp=16,
-                            samplers=("white", "sobol", "sobol-global", "zorder", "blue"))
+    options = views.parse_options("headline", __doc__, arguments, COUNTS, quick=True, spp=16,
+                                  samplers=("white", "sobol", "sobol-global", "zorder", "blue"))
     report = Report(options, *measured(options))
     print(report.short(), report.table(HEADLINE), report.reach_table(), sep="\n\n")
 

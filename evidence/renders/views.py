@@ -13,7 +13,7 @@ import math
 import os
 from pathlib import Path
 
-from ..base.command import command_shown, names_of, parse_size, positive
+from ..base.command import Parser, command_shown, names_of, parse_size
 from . import models, variants
 from .renderer import Request, scene_label
 
@@ -38,6 +38,7 @@ EXPOSURES = {"cornell": 1.0, "interior": 1.0}
 # cornell shows a square box.
 LARGE_SIZE, LARGE_SIZES = (1280, 960), {"cornell": (1280, 1280)}
 CROP, QUICK_CROP = (64, 48), (48, 36)
+SEEDS, REFERENCE_SPP = 4, 1024
 TURN, SHIFT, ZOOM = 6.0, 0.04, 0.12  # maxima: degrees, fraction of the distance to the target, fraction of the angle of view
 
 
@@ -151,16 +152,10 @@ def crops(name=SHOWN, scenes=SCENES, size=None, crop=CROP):
     return tuple(found)
 
 
-def of(parser, options):
-    """The views selected by the options of add_options()."""
-    try:
-        return crops(options.views, options.scenes, options.size, options.crop or (QUICK_CROP if options.quick else CROP))
-    except ValueError as error:
-        parser.error(str(error))
-
-
-def add_options(parser, reference_spp):
-    """Options shared by `renders` and `denoise`; of(parser, options) gives the views."""
+def parse_options(command, text, arguments, counts, choose=True, **defaults):
+    """The options of `renders` and `denoise`, with views, labels, counts and command. choose: whether --samplers is an option. Trials and
+    other sets than SHOWN go to out."""
+    parser = Parser(command, text)
     parser.add_argument("--views", choices=SETS, default=SHOWN, metavar="SET", help=(
         "; ".join(f"{name}: {what}" for name, (_, what) in SETS.items()) + f" (default {SHOWN})"))
     parser.add_argument("--scenes", type=names_of("scene", SCENES), default=SCENES, metavar="A,B,...",
@@ -169,21 +164,29 @@ def add_options(parser, reference_spp):
                         f"{LARGE_SIZE[0]}x{LARGE_SIZE[1]} or more)")
     parser.add_argument("--crop", type=parse_size, metavar="WxH",
                         help=f"size of the crops, four per image (default {CROP[0]}x{CROP[1]})")
-    parser.add_argument("--quick", action="store_true", help=f"crops of {QUICK_CROP[0]}x{QUICK_CROP[1]} pixels and few seeds; such a check "
+    parser.add_argument("--quick", action="store_true", help=f"crops of {QUICK_CROP[0]}x{QUICK_CROP[1]} pixels; such a check "
                         "writes its figures only to out/")
-    parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds per image")
-    parser.number("--reference-spp", reference_spp, "samples per pixel of the references, a multiple of 32")
+    if choose:
+        parser.add_argument("--samplers", type=names_of("sampler", variants.OWN), default=variants.OWN, metavar="A,B,...",
+                            help=f"samplers from {', '.join(variants.OWN)}; {', '.join(variants.ALWAYS)} are always included")
+    parser.number("--spp", max(counts), f"largest sample count, at most {max(counts)}")
+    parser.number("--seeds", SEEDS, "seeds per image")
+    parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of the references, a multiple of 32")
     parser.number("--jobs", os.cpu_count() or 1, "images to render in parallel with one thread each", ": one per core")
     parser.add_argument("--out", type=Path, help="folder for the report (default evidence/results; out for trials)")
     parser.pathtracer()
-
-
-def finish_options(parser, options, command, arguments):
-    """Checks the options of add_options() and derives folder, labels and command from them. Trials and other sets than SHOWN go to out."""
+    parser.set_defaults(**defaults)
+    options = parser.parse_args(arguments)
     if options.reference_spp % 32:
         parser.error(f"--reference-spp must be a multiple of 32, not {options.reference_spp}")
+    try:
+        options.chosen = crops(options.views, options.scenes, options.size, options.crop or (QUICK_CROP if options.quick else CROP))
+    except ValueError as error:
+        parser.error(str(error))
     options.out = options.out or Path(f"out/{command}" if options.quick or options.views != SHOWN else "evidence/results")
     options.labels = variants.chosen(options.samplers, options)
     if "sobol-global" in options.labels and "sobol-global" not in variants.built(options.pathtracer):
         parser.error("sobol-global needs Boost (Debian: libboost-dev) when the path tracer is built; install it, or remove it from --samplers")
+    options.counts = tuple(spp for spp in counts if spp <= options.spp)
     options.command = command_shown(command, arguments)
+    return options
