@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The paper's losses and perceptron, Wronski's method, and the table that compares them."""
 
-import argparse
 
 import numpy as np
 import pytest
 import torch
+from bn_trainer.__main__ import main
 from bn_trainer.config import TrainerError, load
 from bn_trainer.paper import perceptron as paper
 from bn_trainer.paper import pictures, table, wronski
@@ -143,14 +143,12 @@ def test_pictures(tmp_path):
 def test_table_command(tmp_path, capsys):
     config = paper.PaperConfig(size=16, hidden=10, batch=8, inputs=80, epochs=2)
     paper.train(config, tmp_path / "paper-16", report=lambda line: None)
-    parser = argparse.ArgumentParser()
-    table.add_arguments(parser)
     out = tmp_path / "report"
     out.mkdir()
     marks = "<!-- table: {} -->\n\nold\n\n<!-- end of the table -->\n"
     (out / "paper.md").write_text("".join(map(marks.format, ("errors", "masks", "descent"))))
-    table.main(parser.parse_args(["--runs", str(tmp_path), "--sizes", "16", "--masks", "3", "--wronski-masks", "2",
-                                  "--wronski-iterations", "30", "--out", str(out)]))
+    assert main(["table", "--runs", str(tmp_path), "--sizes", "16", "--masks", "3", "--wronski-masks", "2",
+                 "--wronski-iterations", "30", "--out", str(out)]) == 0
     assert sorted(path.name for path in out.iterdir()) == ["paper.md", "paper.png"]
     text = (out / "paper.md").read_text()
     printed = capsys.readouterr().out

@@ -13,104 +13,69 @@ from typing import Any
 from .config import TrainerError
 
 
-def whole(least: int):  # type: ignore[no-untyped-def]
+def whole(least: int) -> Callable[[str], int]:
     def read(text: str) -> int:
-        try:
-            value = int(text)
-        except ValueError:
-            value = least - 1
-        if value < least:
+        if not text.isdecimal() or int(text) < least:
             raise argparse.ArgumentTypeError(f"must be an integer of at least {least}, not {text!r}")
-        return value
+        return int(text)
 
     return read
 
 
-def run_train(options: argparse.Namespace) -> None:
-    from .train import train
-
-    train(options.config, options.folder, resume=options.resume, device=options.device, threads=options.threads,
-          stop_after=options.stop_after, quiet=options.quiet)
-
-
-def run_evaluate(options: argparse.Namespace) -> None:
-    import torch
-
-    from .evaluate import evaluate
-
-    if options.threads:
-        torch.set_num_threads(options.threads)
-    evaluate(options.model, seeds=options.seeds, flatness_seeds=options.flatness_seeds)
-
-
-def run_export(options: argparse.Namespace) -> None:
-    from .export import export
-    from .files import load_model
-
-    done = export(load_model(options.checkpoint), options.output)
-    print(f"{options.output}: {done['bytes']} bytes, {done['compared']}\nSHA-256 {done['sha256']}")
-
-
-def run_schedule(options: argparse.Namespace) -> None:
-    from .files import load_model
-    from .schedule import write_schedule
-
-    write_schedule(load_model(options.checkpoint), options.output)
-
-
-OUTPUT = {"type": Path, "required": True}
+CONFIG = {"type": Path, "help": "TOML file; see trainer/configs"}
+FOLDER = {"type": Path, "help": "folder of the run (default ~/.cache/bn_trainer/<name of the config>)"}
 THREADS = {"type": whole(0), "default": 0, "help": "number of torch threads (default 0: torch chooses)"}
-#: Each command's help, function and options.
-OWN: dict[str, tuple[str, Callable[[argparse.Namespace], None], dict[str, dict[str, Any]]]] = {
-    "train": ("train a network", run_train, {
-        "--config": {"type": Path, "help": "TOML file; see trainer/configs"},
-        "--folder": {"type": Path, "metavar": "FOLDER", "help": "folder for configuration, log and checkpoints (default "
-                     "~/.cache/bn_trainer/<name of the config>)"},
+CHECKPOINT = {"type": Path, "help": "a checkpoint of train"}
+OUTPUT = {"type": Path, "required": True, "help": "the file to write"}
+#: Each command's help, module and options, which are the arguments of its function run().
+COMMANDS: dict[str, tuple[str, str, dict[str, dict[str, Any]]]] = {
+    "train": ("train a network", ".train", {
+        "--config": CONFIG, "--folder": FOLDER, "--threads": THREADS,
         "--resume": {"action": "store_true", "help": "continue the run in the folder; results are as if it had never stopped"},
         "--device": {"default": "cpu", "choices": ("cpu", "cuda"), "help": "default cpu"},
-        "--threads": THREADS,
         "--stop-after": {"type": whole(0), "default": 0, "metavar": "N", "help": "stop after N iterations in total"},
         "--quiet": {"action": "store_true", "help": "do not show progress"}}),
-    "evaluate": ("print the quality and cost of a model", run_evaluate, {
+    "evaluate": ("print the quality and cost of a model", ".evaluate", {
         "model": {"type": Path, "help": "a checkpoint (.pt) or an ONNX file (.onnx)"},
         "--seeds": {"type": whole(1), "default": 20, "help": "number of seeds per size (default 20)"},
         "--flatness-seeds": {"type": whole(0), "default": 1000, "help": "masks in the test for fixed patterns (default 1000; 0 skips it)"},
         "--threads": THREADS}),
-    "export": ("write a checkpoint's model as ONNX", run_export, {
-        "checkpoint": {"type": Path, "help": "the checkpoint to export"}, "--output": {**OUTPUT, "help": "the ONNX file to write"}}),
-    "schedule": ("write a checkpoint's steps as the schedule of bn_relax", run_schedule, {
-        "checkpoint": {"type": Path, "help": "the checkpoint of a network with model.sharpness = false"},
-        "--output": {**OUTPUT, "help": "the JSON file to write"}}),
-}
-#: Commands implemented by modules with add_arguments(parser) and main(options).
-MODULES = {
-    "train-paper": ("paper.perceptron", "train the paper's perceptron"),
-    "table": ("paper.table", "reproduce the paper's Table I"),
+    "export": ("write a checkpoint's model as ONNX", ".export", {"checkpoint": CHECKPOINT, "-o --output": OUTPUT}),
+    "schedule": ("write the steps of a network with model.sharpness = false as the schedule of bn_relax, in JSON", ".schedule", {
+        "checkpoint": CHECKPOINT, "-o --output": OUTPUT}),
+    "train-paper": ("train the paper's perceptron", ".paper.perceptron", {
+        "--config": {**CONFIG, "required": True}, "--folder": FOLDER, "--threads": {**THREADS, "default": 1, "help": "default 1"}}),
+    "table": ("reproduce the paper's Table I", ".paper.table", {
+        "--runs": {"type": Path, "help": "folder that contains the run folders paper-64, paper-64-sum, paper-128 and paper-128-sum of "
+                   "train-paper (default ~/.cache/bn_trainer)"},
+        "--sizes": {"type": whole(1), "nargs": "+", "default": [64, 128], "help": "mask sizes (default 64 128)"},
+        "--masks": {"type": whole(1), "default": 100, "help": "number of masks per method (default 100)"},
+        "--wronski-masks": {"type": whole(1), "default": 8, "help": "number of masks by Wronski's method (default 8)"},
+        "--wronski-iterations": {"type": whole(1), "default": 1000, "help": "number of iterations of Wronski's method (default 1000)"},
+        "--picture": {"action": "append", "default": [], "metavar": "FILE[@X,Y]",
+                      "help": "also dither a 256x256 crop of this image with the given top-left corner"},
+        "--out": {"type": Path, "default": Path(__file__).resolve().parents[2] / "evidence" / "results",
+                  "help": "folder for the report (default evidence/results)"}}),
 }
 
 
 def main(arguments: list[str] | None = None) -> int:
-    arguments = sys.argv[1:] if arguments is None else arguments
     parser = argparse.ArgumentParser(prog="python -m bn_trainer", description="Trains, evaluates and exports libbn's network.")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for name, (help_text, run, arguments_of) in OWN.items():
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    for name, (help_text, module, arguments_of) in COMMANDS.items():
         child = commands.add_parser(name, help=help_text)
+        child.set_defaults(module=module)
         for argument, settings in arguments_of.items():
-            child.add_argument(*(("-o",) if argument == "--output" else ()), argument, **settings)
-        child.set_defaults(run_command=run)
-    for name, (module_name, help_text) in MODULES.items():
-        child = commands.add_parser(name, help=help_text)
-        # Imported on demand because they need more packages.
-        if arguments[:1] == [name]:
-            module = importlib.import_module(f".{module_name}", __package__)
-            module.add_arguments(child)
-            child.set_defaults(run_command=module.main)
-    options = parser.parse_args(arguments)
+            child.add_argument(*argument.split(), **settings)
+    options = vars(parser.parse_args(arguments))
     try:
-        options.run_command(options)
+        importlib.import_module(options.pop("module"), __package__).run(**options)
         return 0
     except TrainerError as error:
         print(f"bn_trainer: {error}", file=sys.stderr)
+        return 1
+    except ModuleNotFoundError as error:
+        print(f"bn_trainer: the package {error.name} is missing; run pip install './trainer[check]'", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("bn_trainer: interrupted; continue with --resume", file=sys.stderr)

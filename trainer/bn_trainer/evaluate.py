@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import onnx
 import torch
+
+import bluenoise
 
 from .config import TrainerError
 from .export import session_of
@@ -21,20 +23,10 @@ from .model import wrap
 SIGMAS = (0.75, 1.0, 1.5, 2.0)
 #: Height and width.
 SIZES = ((64, 64), (128, 128), (256, 256), (67, 93), (48, 200))
-SEEDS = 20
-ANISOTROPY_MASKS = 16
-FLATNESS_SEEDS, FLATNESS_SIZE = 1000, 32
+ANISOTROPY_MASKS, FLATNESS_SIZE = 16, 32
 
 #: Maps noise (h + 2r, w + 2r) to values (c, h, w).
 Network = Callable[[npt.NDArray[np.float32]], npt.NDArray[np.float32]]
-
-
-def bluenoise() -> Any:
-    try:
-        import bluenoise as package
-    except ImportError:
-        raise TrainerError("evaluation needs the package bluenoise; run pip install libbn, or pip install . in the repository") from None
-    return package
 
 
 def network_of(path: Path) -> tuple[Network, int, str]:
@@ -45,14 +37,12 @@ def network_of(path: Path) -> tuple[Network, int, str]:
         cost = f"{parameters} parameters, {model.flop_per_texel() / 1000:.2f} kFLOP per texel, radius {model.receptive_radius}"
         return lambda noise: model(torch.from_numpy(noise)[None, None]).numpy()[0], model.receptive_radius, cost
     try:
-        import onnx
-
         data = path.read_bytes()
         proto = onnx.load_from_string(data)
         radius = int({p.key: p.value for p in proto.metadata_props}["bn.receptive_radius"])
         session = session_of(data)
     except ImportError:
-        raise TrainerError("evaluating an ONNX file needs the packages onnx and onnxruntime") from None
+        raise
     except OSError as error:
         raise TrainerError(f"cannot read {path}: {error.strerror}") from None
     except Exception:  # the parsers of onnx and ONNX Runtime raise many exception types
@@ -89,9 +79,8 @@ def ranks_of(values: npt.NDArray[np.float32]) -> npt.NDArray[np.uint32]:
 
 def errors(network: Network, radius: int, height: int, width: int, seeds: int) -> npt.NDArray[np.float64]:
     """E_sigma for every seed, channel and sigma in SIGMAS, with shape (seeds * channels, 4)."""
-    package = bluenoise()
     masks = (mask for seed in range(seeds) for mask in ranks_of(values_of(network, radius, height, width, seed)))
-    return np.array([[package.dithering_error(mask, sigma) for sigma in SIGMAS] for mask in masks])
+    return np.array([[bluenoise.dithering_error(mask, sigma) for sigma in SIGMAS] for mask in masks])
 
 
 def energies(network: Network, radius: int, size: int, seeds: int) -> npt.NDArray[np.float64]:
@@ -101,30 +90,29 @@ def energies(network: Network, radius: int, size: int, seeds: int) -> npt.NDArra
     return np.array([float(energy(torch.from_numpy((mask[None] + 0.5) / size**2))[0]) for mask in masks])
 
 
-def evaluate(path: Path, *, seeds: int = SEEDS, flatness_seeds: int = FLATNESS_SEEDS, out: Any = None) -> None:
+def run(model: Path, seeds: int, flatness_seeds: int, threads: int) -> None:
     """Prints the quality and cost of a checkpoint or an ONNX file."""
-    out = out or sys.stdout
-    package = bluenoise()
-    network, radius, cost = network_of(path)
-    print(f"{path.name}: {cost}", file=out)
-    print(f"mean and standard deviation over {seeds} seeds", file=out)
-    print(f"{'size':>9}" + "".join(f"{f'E_{sigma:g}':>17}" for sigma in SIGMAS), file=out)
+    if threads:
+        torch.set_num_threads(threads)
+    network, radius, cost = network_of(model)
+    print(f"{model.name}: {cost}")
+    print(f"mean and standard deviation over {seeds} seeds")
+    print(f"{'size':>9}" + "".join(f"{f'E_{sigma:g}':>17}" for sigma in SIGMAS))
     for height, width in SIZES:
         table = errors(network, radius, height, width, seeds)
         cells = "".join(f"{mean:>9.4f} {deviation:.4f} " for mean, deviation in zip(table.mean(0), table.std(0)))
-        print(f"{f'{width}x{height}':>9} {cells}", file=out, flush=True)
+        print(f"{f'{width}x{height}':>9} {cells}", flush=True)
     values = values_of(network, radius, 256, 256, 0)
     if len(values) == 2:
-        print(f"vector energy at 64x64: {energies(network, radius, 64, seeds).mean():.5f} (white noise: .6119)", file=out)
+        print(f"vector energy at 64x64: {energies(network, radius, 64, seeds).mean():.5f} (white noise: .6119)")
     print(f"raw values at 256x256: mean {values.mean():.4f}, standard deviation {values.std():.4f} (uniform: 0.5, 0.2887), "
-          f"{values.min():.4f} to {values.max():.4f}", file=out)
+          f"{values.min():.4f} to {values.max():.4f}")
     masks = [ranks_of(values_of(network, radius, 128, 128, seed))[0] for seed in range(ANISOTROPY_MASKS)]
-    print(f"anisotropy of the first channel over {ANISOTROPY_MASKS} masks of 128x128: {package.anisotropy(masks):.1f} dB",
-          file=out)
+    print(f"anisotropy of the first channel over {ANISOTROPY_MASKS} masks of 128x128: {bluenoise.anisotropy(masks):.1f} dB")
     if flatness_seeds:
         spread, expected, worst = flatness(network, radius, flatness_seeds)
         print(f"mean over {flatness_seeds} masks of {FLATNESS_SIZE}x{FLATNESS_SIZE}: standard deviation over texels "
-              f"{spread:.5f}, expected {expected:.5f}; largest row, column or phase mean {worst:.1f} standard deviations", file=out)
+              f"{spread:.5f}, expected {expected:.5f}; largest row, column or phase mean {worst:.1f} standard deviations")
 
 
 def flatness(network: Network, radius: int, seeds: int) -> tuple[float, float, float]:

@@ -21,10 +21,12 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import onnx
 import torch
+from onnx.reference import ReferenceEvaluator
 
 from .config import TrainerError
-from .files import write_atomically
+from .files import load_model, write_atomically
 from .model import FIRST_SCALE, SPLIT, Relaxation, Step, halves
 
 OPSET, IR_VERSION = 18, 9
@@ -60,8 +62,6 @@ class _Graph:
         return name
 
     def add(self, kind: str, *inputs: str, output: str = "", **attributes: Any) -> str:
-        import onnx
-
         output = output or f"v{len(self.nodes)}"
         self.nodes.append(onnx.helper.make_node(kind, inputs, [output], **attributes))
         return output
@@ -116,8 +116,6 @@ def _add_step(graph: _Graph, step: Step, values: str, channels: int) -> str:
 def _name_shapes(proto: Any) -> None:
     """Names the extents of all intermediate values after how much smaller they are than the noise. Without names, ONNX
     Runtime cannot tell which values have the same shape, and opening the model takes time quadratic in the number of values."""
-    import onnx
-
     extents = 1 << 20, 1 << 21
     sized = onnx.ModelProto.FromString(proto.SerializeToString())
     for axis, extent in zip(sized.graph.input[0].type.tensor_type.shape.dim[2:], extents):
@@ -140,11 +138,6 @@ def quantiles(model: Relaxation) -> list[int]:
 
 def onnx_bytes(model: Relaxation) -> bytes:
     """The model as the bytes of an ONNX file."""
-    try:
-        import onnx
-    except ImportError:
-        raise TrainerError("export needs the package onnx; run pip install ./trainer") from None
-
     graph = _Graph()
     values = "noise"
     if model.channels == 2:
@@ -190,9 +183,6 @@ def session_of(data: bytes) -> Any:
 
 def check(model: Relaxation, data: bytes) -> str:
     """Compares the model with torch at several sizes. Returns a summary. Raises TrainerError if they differ."""
-    import onnx
-    from onnx.reference import ReferenceEvaluator
-
     runs = {"the ONNX reference": ReferenceEvaluator(onnx.load_from_string(data)).run}
     with contextlib.suppress(ImportError):
         runs["ONNX Runtime"] = session_of(data).run
@@ -223,3 +213,8 @@ def export(model: Relaxation, path: Path) -> dict[str, object]:
     compared = check(model, data)
     write_atomically(path, lambda beside: beside.write_bytes(data) and None)
     return {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data), "compared": compared}
+
+
+def run(checkpoint: Path, output: Path) -> None:
+    done = export(load_model(checkpoint), output)
+    print(f"{output}: {done['bytes']} bytes, {done['compared']}\nSHA-256 {done['sha256']}")

@@ -10,7 +10,7 @@ import json
 from pathlib import Path
 
 from .config import TrainerError
-from .files import write_atomically
+from .files import load_model, write_atomically
 from .model import Relaxation
 
 
@@ -28,6 +28,6 @@ def schedule(model: Relaxation) -> str:
     return "[\n" + ",\n".join(steps) + "\n]\n"
 
 
-def write_schedule(model: Relaxation, path: Path) -> None:
-    text = schedule(model)
-    write_atomically(path, lambda beside: beside.write_text(text) and None)
+def run(checkpoint: Path, output: Path) -> None:
+    text = schedule(load_model(checkpoint))
+    write_atomically(output, lambda beside: beside.write_text(text) and None)

@@ -10,7 +10,6 @@ All random numbers are functions of seed and iteration, so a resumed run continu
 
 from __future__ import annotations
 
-import csv
 import math
 import os
 import random
@@ -21,6 +20,7 @@ from typing import Any
 
 import torch
 from torch import Tensor
+from tqdm import tqdm
 
 from .config import Config, TrainerError, checked, load
 from .evolution import Evolution
@@ -36,28 +36,6 @@ def noise(seed: int, iteration: int, shape: tuple[int, ...]) -> Tensor:
     """White noise in [0, 1) as a function of (seed, iteration). It is bit-identical on every machine."""
     generator = torch.Generator().manual_seed(random.Random(f"{seed}:{iteration}").getrandbits(63))
     return torch.rand(shape, generator=generator)
-
-
-class Progress:
-    """Reports progress: one updated line on a terminal, occasional lines in a pipe."""
-
-    def __init__(self, quiet: bool) -> None:
-        self.quiet, self.terminal, self.last = quiet, sys.stderr.isatty(), 0.0
-
-    def line(self, text: str, final: bool = False) -> None:
-        if self.quiet:
-            return
-        if self.terminal:
-            sys.stderr.write("\r\x1b[K" + text + ("\n" if final else ""))
-        elif final or time.monotonic() - self.last > 60:
-            sys.stderr.write(text + "\n")
-            self.last = time.monotonic()
-        sys.stderr.flush()
-
-
-def clock(seconds: float) -> str:
-    seconds = max(0, int(seconds))
-    return f"{seconds // 3600}:{seconds // 60 % 60:02}:{seconds % 60:02}"
 
 
 class Trainer:
@@ -119,45 +97,18 @@ class Trainer:
             raise TrainerError("the checkpoint does not match its configuration; start without --resume") from None
 
 
-def append_log(path: Path, row: list[str]) -> None:
-    new = not path.exists()
-    with open(path, "a", newline="") as file:
-        writer = csv.writer(file)
-        if new:
-            writer.writerow(LOG_COLUMNS)
-        writer.writerow(row)
-
-
-def trim_log(path: Path, iteration: int) -> None:
-    """Drops the rows after a checkpoint's iteration, because resuming writes them again."""
-    if not path.exists():
-        return
-    with open(path, newline="") as file:
-        rows = list(csv.reader(file))
-    kept = rows[:1] + [row for row in rows[1:] if row and int(row[0]) <= iteration]
-
-    def write(beside: Path) -> None:
-        with open(beside, "w", newline="") as file:
-            csv.writer(file).writerows(kept)
-
-    write_atomically(path, write)
-
-
 def default_folder(config_path: Path) -> Path:
     cache = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     return Path(cache) / "bn_trainer" / config_path.stem
 
 
-def train(config_path: Path | None, folder: Path | None, *, resume: bool = False, device: str = "cpu",
-          threads: int = 0, stop_after: int = 0, quiet: bool = False) -> Path:
-    """Trains, and returns the path of the checkpoint. `resume` continues from the folder's checkpoint with its
-    configuration; `stop_after` stops after that many iterations in total, so that the run can be resumed later."""
-    if config_path is None and folder is None:
+def run(config: Path | None, folder: Path | None, resume: bool, device: str, threads: int, stop_after: int, quiet: bool) -> None:
+    """Trains. `resume` continues from the folder's checkpoint with its configuration; `stop_after` stops after that many iterations in
+    total, so that the run can be resumed later."""
+    if config is None and folder is None:
         raise TrainerError("give a configuration (--config) or a run folder to resume (--resume --folder FOLDER)")
-    if folder is None:
-        assert config_path is not None
-        folder = default_folder(config_path)
-    config = load(config_path, Config) if config_path is not None else None
+    settings = load(config, Config) if config else None
+    folder = folder or default_folder(config)
     if threads:
         torch.set_num_threads(threads)
     where = torch.device(device)
@@ -165,42 +116,37 @@ def train(config_path: Path | None, folder: Path | None, *, resume: bool = False
         raise TrainerError("no CUDA device is available; use --device cpu")
     newest, log = folder / "checkpoint.pt", folder / "log.csv"
     checkpoint = load_checkpoint(newest) if resume and newest.exists() else None
-    if resume and checkpoint is None and config is None:
+    if resume and checkpoint is None and settings is None:
         raise TrainerError(f"{folder} contains no checkpoint; give a configuration (--config)")
     if not resume and newest.exists():
         raise TrainerError(f"{folder} already contains a run; continue it with --resume or choose another --folder")
     if checkpoint is not None:
-        config = checked(Config, checkpoint["config"])
-    assert config is not None
-    trainer = Trainer(config, where)
+        settings = checked(Config, checkpoint["config"])
+    trainer = Trainer(settings, where)
     if checkpoint is not None:
         trainer.restore(checkpoint)
-    write_atomically(folder / "config.toml", lambda path: path.write_text(as_toml(config)))
-    trim_log(log, trainer.iteration)
-    progress = Progress(quiet)
-    total = config.train.iterations
-    end = min(total, stop_after) if stop_after else total
-    begun, before = time.monotonic(), trainer.iteration
-    text = "nothing to do"
-    while trainer.iteration < end:
-        loss = trainer.step()
-        done = trainer.iteration
-        last = done == end
-        if done % config.train.log_every == 0 or last:
-            e1, e15, energy = trainer.measure()
-            spent = time.monotonic() - begun
-            append_log(log, [str(done), f"{loss:.6f}", f"{e1:.6f}", f"{e15:.6f}",
-                             "" if math.isnan(energy) else f"{energy:.6f}", f"{trainer.search.step:.3e}", f"{spent:.1f}"])
-            speed = (done - before) / spent
-            text = (f"{done}/{total}  E_1 {e1:.4f}  E_1.5 {e15:.4f}  "
-                    + ("" if math.isnan(energy) else f"energy {energy:.5f}  ")
-                    + f"{speed:.2f} iterations/s  {clock((end - done) / speed)} left")
-            progress.line(text)
-        if done % config.train.check_every == 0 or last:
-            state = trainer.state()
-            write_atomically(newest, lambda path: torch.save(state, path))
-    progress.line(f"{text}; in {folder}", final=True)
-    return newest
+    write_atomically(folder / "config.toml", lambda path: path.write_text(as_toml(settings)))
+    # Resuming writes the rows after the checkpoint again.
+    rows = log.read_text().splitlines()[1:] if log.exists() else []
+    rows = [row for row in rows if int(row.partition(",")[0]) <= trainer.iteration]
+    end = min(settings.train.iterations, stop_after or settings.train.iterations)
+    begun = time.monotonic()
+    seconds = 0.1 if sys.stderr.isatty() else 60  # between two lines
+    with tqdm(total=end, initial=trainer.iteration, unit=" iterations", disable=quiet, mininterval=seconds) as progress:
+        while trainer.iteration < end:
+            loss = trainer.step()
+            last = trainer.iteration == end
+            progress.update()
+            if trainer.iteration % settings.train.log_every == 0 or last:
+                e1, e15, energy = trainer.measure()
+                vector, spent = "" if math.isnan(energy) else f"{energy:.6f}", time.monotonic() - begun
+                rows.append(f"{trainer.iteration},{loss:.6f},{e1:.6f},{e15:.6f},{vector},{trainer.search.step:.3e},{spent:.1f}")
+                write_atomically(log, lambda path: path.write_text("\n".join([",".join(LOG_COLUMNS), *rows, ""])))
+                progress.set_postfix_str(f"E_1 {e1:.4f}, E_1.5 {e15:.4f}" + (f", energy {vector}" if vector else ""), refresh=False)
+            if trainer.iteration % settings.train.check_every == 0 or last:
+                write_atomically(newest, lambda path: torch.save(trainer.state(), path))
+    if not quiet:
+        print(f"{newest}: {trainer.iteration} of {settings.train.iterations} iterations")
 
 
 def as_toml(config: Config) -> str:

@@ -21,7 +21,6 @@ and 0.16 s at 128x128 on one core.
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -234,15 +233,8 @@ def train(config: PaperConfig, folder: Path, report: Callable[[str], None] = pri
     return run
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--config", required=True, type=Path, help="a TOML file such as configs/paper-64.toml")
-    parser.add_argument("--folder", type=Path, metavar="FOLDER",
-                        help="folder for the checkpoint (default ~/.cache/bn_trainer/<name of the config>)")
-    parser.add_argument("--threads", type=int, default=1, help="number of torch threads (default 1)")
-
-
-def main(options: argparse.Namespace) -> None:
-    torch.set_num_threads(options.threads)
-    folder = options.folder or default_folder(options.config)
-    run = train(load(options.config, PaperConfig), folder, lambda line: print(line, flush=True))
-    print(f"{folder / 'checkpoint.pt'}: {run.iteration} iterations, {run.seconds:.0f} s")
+def run(config: Path, folder: Path | None, threads: int) -> None:
+    torch.set_num_threads(threads)
+    folder = folder or default_folder(config)
+    done = train(load(config, PaperConfig), folder, lambda line: print(line, flush=True))
+    print(f"{folder / 'checkpoint.pt'}: {done.iteration} iterations, {done.seconds:.0f} s")

@@ -10,7 +10,6 @@ measures why the paper's masks are worse: their histograms, thresholded patterns
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import re
 import sys
@@ -32,7 +31,6 @@ from ..train import default_folder
 from . import perceptron, wronski
 from .pictures import blurred_errors, dithering_errors, floyd_steinberg, read_picture, synthetic_pictures
 
-ROOT = Path(__file__).resolve().parents[3]
 SIGMAS = (0.75, 1.0, 1.5)  # of the blurs, in texels; the error columns use TABLE_SIGMA
 TABLE_SIGMA = 1.0
 CALIBRATING = 8  # masks per method used to find the blur at which void-and-cluster has the paper's ratio
@@ -266,31 +264,18 @@ def contact_sheet(methods: list[Method], size: int) -> Image.Image:
     return sheet
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--runs", type=Path, default=default_folder(Path("paper-64.toml")).parent,
-                        help="folder that contains the run folders paper-64, paper-64-sum, paper-128 and paper-128-sum of "
-                             "train-paper (default ~/.cache/bn_trainer)")
-    parser.add_argument("--sizes", type=int, nargs="+", default=[64, 128], help="mask sizes (default 64 128)")
-    parser.add_argument("--masks", type=int, default=100, help="number of masks per method (default 100)")
-    parser.add_argument("--wronski-masks", type=int, default=8, help="number of masks by Wronski's method (default 8)")
-    parser.add_argument("--wronski-iterations", type=int, default=1000, help="number of iterations of Wronski's method (default 1000)")
-    parser.add_argument("--picture", action="append", default=[], metavar="FILE[@X,Y]",
-                        help="also dither a 256x256 crop of this image with the given top-left corner")
-    parser.add_argument("--out", type=Path, default=ROOT / "evidence" / "results", help="folder for the report (default evidence/results)")
-
-
-def main(options: argparse.Namespace) -> None:
+def run(runs: Path | None, sizes: list[int], masks: int, wronski_masks: int, wronski_iterations: int, picture: list[str],
+        out: Path) -> None:
     torch.set_num_threads(1)
-    if options.masks < 1 or options.wronski_masks < 1 or options.wronski_iterations < 1:
-        raise TrainerError("--masks, --wronski-masks and --wronski-iterations must be at least 1")
-    pictures = {**synthetic_pictures(), **dict(read_picture(argument) for argument in options.picture)}
+    runs = runs or default_folder(Path("paper-64.toml")).parent
+    pictures = {**synthetic_pictures(), **dict(read_picture(argument) for argument in picture)}
     methods = []
-    for size in options.sizes:
+    for size in sizes:
         say(f"masks of {size}x{size}")
-        library = library_methods(size, options.masks)
+        library = library_methods(size, masks)
         paper_ones = [method for suffix in ("", "-sum")
-                      for method in perceptron_methods(options.runs / f"paper-{size}{suffix}", size, options.masks)]
-        descended = wronski_method(size, options.wronski_masks, options.wronski_iterations)
+                      for method in perceptron_methods(runs / f"paper-{size}{suffix}", size, masks)]
+        descended = wronski_method(size, wronski_masks, wronski_iterations)
         methods += [library[0], *paper_ones, descended, *library[1:]]
     first = {method.kind: method for method in reversed(methods)}
     sigmas = [*SIGMAS, calibrated_sigma(first["white"], first["void-and-cluster"], list(pictures.values()))]
@@ -302,15 +287,15 @@ def main(options: argparse.Namespace) -> None:
                 for name, picture in pictures.items()}
     say("measuring masks")
     figures = [mask_figures(method) for method in methods]
-    n = options.wronski_iterations
-    descent = descent_table(min(options.sizes), [max(1, n // 10), max(1, n // 3), n, 3 * n])
+    n = wronski_iterations
+    descent = descent_table(min(sizes), [max(1, n // 10), max(1, n // 3), n, 3 * n])
     tables = {"errors": error_table(methods, list(pictures), errors, diffused, sigmas), "masks": figure_table(methods, figures),
               "descent": descent}
     notes = dict.fromkeys(f"{m.size}x{m.size} {m.name}: {m.note}" for m in methods if m.note and "exact" not in m.name)
     print("\n\n".join([*tables.values(), "; ".join(notes)]))
-    sheet = contact_sheet(methods, max(options.sizes)).quantize(64, dither=Image.Dither.NONE)  # a smaller file
-    page = options.out / "paper.md"
+    sheet = contact_sheet(methods, max(sizes)).quantize(64, dither=Image.Dither.NONE)  # a smaller file
+    page = out / "paper.md"
     if page.exists():
         text = with_tables(page.read_text(encoding="utf-8"), tables)
         write_atomically(page, lambda path: path.write_text(text, encoding="utf-8"))
-    write_atomically(options.out / "paper.png", lambda path: sheet.save(path, format="PNG"))
+    write_atomically(out / "paper.png", lambda path: sheet.save(path, format="PNG"))
