@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws docs/mistakes.png, a soft shadow with correct and incorrect integrations of blue: .venv/bin/python scripts/pages/mistakes.py"""
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from scipy.ndimage import gaussian_filter

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws docs/path.png, a diagram of a path's random numbers: .venv/bin/python scripts/pages/path.py"""
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 COLOURS = ["#1f77b4", "#d95f02", "#2a9d4e"]

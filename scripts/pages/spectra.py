@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws docs/spectra.png, the spectra of error images at 4 samples per pixel: .venv/bin/python scripts/pages/spectra.py"""
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
