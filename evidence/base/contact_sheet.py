@@ -42,21 +42,18 @@ def labelled(columns, bar, size):
     return figure
 
 
-def sheet(cells, row_names, column_names, title=""):
+def sheet(cells, row_names, column_names):
     """A grid of cells. cells[row][column] is a list of same-sized images, shown from left to right."""
     count, (width, height) = len(cells[0][0]), cells[0][0][0].size
     cell_width = count * width + (count - 1) * GAP
     font = ImageFont.load_default(max(13, height // 13))
     label_width = 2 * GAP + int(max(font.getlength(line) for name in row_names for line in name.split("\n")))
-    line = int(font.size * 1.5)
-    top = line * (2 if title else 1)
+    top = int(font.size * 1.5)
     pitch_x, pitch_y = cell_width + 4 * GAP, height + 4 * GAP
-    result = Image.new("RGB", (label_width + len(column_names) * pitch_x, top + len(row_names) * pitch_y),
-                       BACKGROUND)
+    result = Image.new("RGB", (label_width + len(column_names) * pitch_x, top + len(row_names) * pitch_y), BACKGROUND)
     draw = ImageDraw.Draw(result)
-    draw.text((GAP, GAP), title, INK, font)
     for x, name in enumerate(column_names):
-        draw.text((label_width + x * pitch_x + cell_width / 2, top - line / 2), name, INK, font, anchor="mm")
+        draw.text((label_width + x * pitch_x + cell_width / 2, top / 2), name, INK, font, anchor="mm")
     for y, name in enumerate(row_names):
         draw.text((GAP, top + y * pitch_y + height / 2), name, INK, font, anchor="lm")
         for x in range(len(column_names)):

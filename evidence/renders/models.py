@@ -6,7 +6,6 @@ packages sweethome3d-furniture and assimp-testmodels. The packages contain their
 """
 
 import json
-import subprocess
 import sys
 import zipfile
 
@@ -14,7 +13,7 @@ import numpy as np
 
 from ..base.atomic_write import written_beside
 from ..base.cache import cache_folder
-from ..base.command import CommandError
+from ..base.command import output_of
 
 GRADIO = "gradio==6.31.0"
 DEBIAN = ("sweethome3d-furniture", "assimp-testmodels")
@@ -33,23 +32,15 @@ FLOOR, WALL, LAMP = 8.0, 2.4, 0.45  # half widths
 HEIGHT = 2.6
 
 
-def run(*command, cwd):
-    try:
-        subprocess.run(command, cwd=cwd, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    except (OSError, subprocess.CalledProcessError) as error:
-        raise CommandError(f"{' '.join(map(str, command))} failed: {getattr(error, 'stderr', None) or error}".strip()) from None
-
-
 def unpacked():
     """The folder with the packages' files."""
     folder = cache_folder() / "models"
     if not (folder / "complete").exists():
         folder.mkdir(parents=True, exist_ok=True)
         print(f"bench: downloading {GRADIO}, {' and '.join(DEBIAN)}, 170 MB, for their models", file=sys.stderr)
-        run(sys.executable, "-m", "pip", "download", "--no-deps", "--quiet", GRADIO, cwd=folder)
-        run("apt-get", "download", *DEBIAN, cwd=folder)
-        for package in folder.glob("*.deb"):
-            run("dpkg", "-x", package, folder, cwd=folder)
+        for command in ([sys.executable, "-m", "pip", "download", "--no-deps", "--quiet", GRADIO], ["apt-get", "download", *DEBIAN],
+                        ["sh", "-ec", 'for package in *.deb; do dpkg -x "$package" .; done']):
+            output_of(command, "these scenes need the network, apt-get and dpkg", cwd=folder)
         for archive in (next(folder.glob("gradio-*.whl")), *(folder / name for name, *_ in MODELS.values() if name)):
             with zipfile.ZipFile(archive) as file:
                 file.extractall(folder, [name for name in file.namelist() if archive.suffix == ".sh3f" or "/models3d/" in name])

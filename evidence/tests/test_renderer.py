@@ -34,11 +34,6 @@ def runs(monkeypatch):
     return commands
 
 
-def rendered(pathtracer, tmp_path, request):
-    run_pathtracer(pathtracer, [*request.arguments(), "--quiet", "-o", tmp_path / "whole.exr"])
-    return tmp_path / "whole.exr"
-
-
 @pytest.mark.parametrize("spoil", ["picture", "request", "nothing"])
 def test_rendered_again_when_something_changed(pathtracer, cache, runs, spoil):
     make_reference(pathtracer, SMALL)
@@ -53,7 +48,8 @@ def test_rendered_again_when_something_changed(pathtracer, cache, runs, spoil):
 def test_reference_is_the_picture_of_all_its_samples(pathtracer, tmp_path):
     merged, half, row = make_reference(pathtracer, SMALL)
     for picture, spp in ((merged, 8), (half, 4)):
-        whole, _ = read_exr(rendered(pathtracer, tmp_path, dataclasses.replace(SMALL, spp=spp)))
+        run_pathtracer(pathtracer, [*dataclasses.replace(SMALL, spp=spp).arguments(), "--quiet", "-o", tmp_path / "whole.exr"])
+        whole, _ = read_exr(tmp_path / "whole.exr")
         np.testing.assert_allclose(picture, whole, rtol=1e-5, atol=1e-6)
     assert row["seconds"] > 0 and 0 < row["mean_error"] < 0.2 * merged.mean()
 
