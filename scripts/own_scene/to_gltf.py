@@ -209,7 +209,7 @@ def scene_for(path, folder, program):
 
 
 def run(arguments):
-    parser = argparse.ArgumentParser(prog="scripts/to-gltf", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="scripts/to-gltf", description=f"{__doc__} scripts/demo converts meshes by itself.")
     parser.add_argument("file", type=Path, help="a mesh in a format that trimesh reads")
     parser.add_argument("-o", dest="output", type=Path, metavar="OUT.glb", help="the GLB (default: FILE with the suffix .glb)")
     options = parser.parse_args(arguments)
