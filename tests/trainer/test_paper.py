@@ -67,7 +67,7 @@ def test_white_noise_depends_on_its_index_alone():
 def test_training_lowers_the_loss(tmp_path):
     before, _ = paper.paper_loss(torch.from_numpy(paper.generate(paper.PaperTraining(TINY).model, range(32), 8)), TINY,
                                  paper.low_frequency_weights(8))
-    run = paper.train(TINY, tmp_path / "run", report=lambda line: None)
+    run = paper.train(TINY, tmp_path / "run")
     after, terms = paper.paper_loss(torch.from_numpy(paper.generate(run.model, range(32), 8)), TINY,
                                     paper.low_frequency_weights(8))
     assert run.iteration == TINY.iterations == 80
@@ -142,7 +142,7 @@ def test_pictures(tmp_path):
 
 def test_table_command(tmp_path, capsys):
     config = paper.PaperConfig(size=16, hidden=10, batch=8, inputs=80, epochs=2)
-    paper.train(config, tmp_path / "paper-16", report=lambda line: None)
+    paper.train(config, tmp_path / "paper-16")
     out = tmp_path / "report"
     out.mkdir()
     marks = "<!-- table: {} -->\n\nold\n\n<!-- end of the table -->\n"

@@ -22,7 +22,7 @@ and 0.16 s at 128x128 on one core.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Literal, Optional
 
@@ -30,12 +30,11 @@ import numpy as np
 import torch
 from pydantic import Field, model_validator
 from torch import Tensor
+from tqdm import trange
 
 from ..config import Table, TrainerError, checked, load
 from ..files import write_atomically
 from ..train import default_folder
-
-PROGRESS_SECONDS = 10.0
 
 
 class PaperConfig(Table):
@@ -216,19 +215,14 @@ class PaperTraining:
         return run
 
 
-def train(config: PaperConfig, folder: Path, report: Callable[[str], None] = print) -> PaperTraining:
+def train(config: PaperConfig, folder: Path) -> PaperTraining:
     """Trains and writes checkpoint.pt to the folder. Returns the run."""
     checkpoint = folder / "checkpoint.pt"
     if checkpoint.exists():
         raise TrainerError(f"{checkpoint} exists; choose another --folder")
-    run, told = PaperTraining(config), 0.0
-    while run.iteration < config.iterations:
-        figures = run.step()
-        if run.iteration == config.iterations or time.monotonic() - told > PROGRESS_SECONDS:
-            told, rate = time.monotonic(), run.iteration / run.seconds
-            report(f"iteration {run.iteration} of {config.iterations}  "
-                   + "  ".join(f"{name} {value:.5g}" for name, value in figures.items())
-                   + f"  {rate:.2f} iterations/s, {(config.iterations - run.iteration) / rate / 60:.1f} min left")
+    run, progress = PaperTraining(config), trange(config.iterations, mininterval=1, unit=" iterations")
+    for _ in progress:
+        progress.set_postfix(run.step(), refresh=False)
     run.save(checkpoint)
     return run
 
@@ -236,5 +230,5 @@ def train(config: PaperConfig, folder: Path, report: Callable[[str], None] = pri
 def run(config: Path, folder: Path | None, threads: int) -> None:
     torch.set_num_threads(threads)
     folder = folder or default_folder(config)
-    done = train(load(config, PaperConfig), folder, lambda line: print(line, flush=True))
+    done = train(load(config, PaperConfig), folder)
     print(f"{folder / 'checkpoint.pt'}: {done.iteration} iterations, {done.seconds:.0f} s")
