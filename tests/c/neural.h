@@ -31,9 +31,7 @@ static inline fake_state *fake_reset(void) {
     return state;
 }
 
-static inline fake_model fake_model_default(void) {
-    return (fake_model){.radius = 1, .align = 1, .channels = 1};
-}
+static const fake_model plain = {.radius = 1, .align = 1, .channels = 1};
 
 /* Options for a model in the fake runtime. */
 static inline bn_neural_options fake_options(const fake_model *model) {
@@ -45,18 +43,13 @@ static inline bn_neural_options fake_options(const fake_model *model) {
     return options;
 }
 
-static inline bn_result open_on(const char *provider, const fake_model *model, const char *runtime,
-                                uint32_t threads, bn_neural **neural) {
+static inline bn_result open_model(const fake_model *model, const char *provider,
+                                   const char *runtime, uint32_t threads, bn_neural **neural) {
     bn_neural_options options = fake_options(model);
     options.runtime_path = runtime;
     options.threads = threads;
     options.provider = provider;
     return bn_neural_open(&options, neural);
-}
-
-static inline bn_result open_model(const fake_model *model, const char *runtime, uint32_t threads,
-                                   bn_neural **neural) {
-    return open_on(NULL, model, runtime, threads, neural);
 }
 
 #endif

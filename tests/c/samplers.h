@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Makes samplers for tests, where a failure ends the program, and checks whether points are a net. */
+ * Makes samplers for tests, where a failure ends the program, draws points and checks whether they
+ * are a net. */
 #ifndef BN_TESTS_SAMPLERS_H
 #define BN_TESTS_SAMPLERS_H
 
@@ -24,6 +25,18 @@ static inline bn_sampler make_sampler(int32_t type, uint32_t samples_per_pixel, 
 
 enum { MOST_POINTS = 4096 };
 
+/* Draws 2^k samples from `first` on of each pixel in the square of 2^s x 2^s pixels at (x, y). */
+static inline void draw_points(uint32_t points[][4], const bn_sampler *sampler, int32_t x,
+                               int32_t y, int s, int k, uint32_t first, uint32_t domain) {
+    const int32_t side = 1 << s;
+    uint32_t(*point)[4] = points;
+    for (int32_t i = 0; i < side * side; ++i) {
+        for (uint32_t index = 0; index < 1u << k; ++index) {
+            bn_sample_4d_u32(sampler, x + i % side, y + i / side, first + index, domain, *point++);
+        }
+    }
+}
+
 /* Whether each box with the given numbers of binary digits along each axis, m in total, contains one of
  * the 2^m points (at most 4096). */
 static inline int one_in_each_box(uint32_t points[][4], const int digits[4], int m) {
@@ -35,6 +48,15 @@ static inline int one_in_each_box(uint32_t points[][4], const int digits[4], int
             box = box << digits[d] | (uint32_t)((uint64_t)points[i][d] >> (32 - digits[d]));
         }
         if (seen[box]++) return 0;
+    }
+    return 1;
+}
+
+/* Whether 2^m points are a (0,m,2)-net in base 2 in both pairs. */
+static inline int are_nets_in_pairs(uint32_t points[][4], int m) {
+    for (int a = 0; a <= m; ++a) {
+        if (!one_in_each_box(points, (const int[4]){a, m - a, 0, 0}, m)) return 0;
+        if (!one_in_each_box(points, (const int[4]){0, 0, a, m - a}, m)) return 0;
     }
     return 1;
 }

@@ -19,8 +19,8 @@ static double error;
 enum { VOID_AND_CLUSTER, RELAX, ANNEAL, ANNEAL_FROM, ERROR, SPECTRUM, DITHER, SAMPLER };
 enum { FUNCTIONS = SAMPLER + 1, FIRST_THAT_READS = ANNEAL_FROM };
 
-static bn_result call_with_progress(int function, const bn_mask *mask, size_t count,
-                                    bn_progress progress, void *user) {
+static bn_result call_on(int function, const bn_mask *mask, size_t count, bn_progress progress,
+                         void *user) {
     bn_relax_options relax = bn_relax_options_default();
     bn_anneal_options anneal = bn_anneal_options_default();
     bn_dither_options dither = bn_dither_options_default();
@@ -50,14 +50,10 @@ static bn_result call_with_progress(int function, const bn_mask *mask, size_t co
     }
 }
 
-static bn_result call_on(int function, const bn_mask *mask, size_t count) {
-    return call_with_progress(function, mask, count, NULL, NULL);
-}
-
 static bn_result call(int function, const uint32_t *of, uint32_t width, uint32_t height,
                       size_t count) {
     const bn_mask mask = bn_mask_u32(of, width, height);
-    return call_on(function, &mask, count);
+    return call_on(function, &mask, count, NULL, NULL);
 }
 
 static void test_extents(void) {
@@ -180,7 +176,7 @@ static void test_shapes(void) {
             const bn_mask mask = {memory, shapes[i].rank_bits, shapes[i].width,
                                   4,      shapes[i].depth,     shapes[i].channels};
             for (uint32_t k = 0; k < 64; ++k) narrow[k] = (uint16_t)(ranks[k] = k % 16);
-            const bn_result result = call_on(function, &mask, 16);
+            const bn_result result = call_on(function, &mask, 16, NULL, NULL);
             CHECK((result == BN_SUCCESS) == (shapes[i].good >> function & 1));
             if (shapes[i].width == 4)
                 CHECK(result == BN_SUCCESS || result == BN_ERROR_INVALID_ARGUMENT);
@@ -201,8 +197,8 @@ static void test_rank_bits(void) {
         uint16_t narrow[33];
         for (uint32_t i = 0; i < 33; ++i) narrow[i] = (uint16_t)(ranks[i] = i * 5 % 16);
         bn_mask wide = {ranks, 32, 4, 4, 1, channels}, mask = {narrow, 16, 4, 4, 1, channels};
-        CHECK(call_on(function, &wide, 16) == BN_SUCCESS);
-        CHECK(call_on(function, &mask, 16) == BN_SUCCESS);
+        CHECK(call_on(function, &wide, 16, NULL, NULL) == BN_SUCCESS);
+        CHECK(call_on(function, &mask, 16, NULL, NULL) == BN_SUCCESS);
         int moved = 0;
         for (uint32_t i = 0; i < count; ++i) {
             CHECK(narrow[i] == ranks[i]);
@@ -286,15 +282,14 @@ static void test_progress(void) {
         watch all = {0};
         mask.channels = cases[i].channels;
         fill_white(ranks, count, 2);
-        CHECK(call_with_progress(function, &mask, count, watch_progress, &all) == BN_SUCCESS);
+        CHECK(call_on(function, &mask, count, watch_progress, &all) == BN_SUCCESS);
         CHECK(all.calls >= cases[i].least_calls && all.backwards == 0);
         /* Relaxation treats odd and even steps differently. */
         for (int at = 1; at <= all.calls; at += all.calls < 40 ? 1 : 1 + all.calls / 4) {
             watch w = {.cancel_at = at};
             error = outputs[0] = outputs[count - 1] = -7;
             if (makes) memset(ranks, 0x5a, sizeof ranks);
-            CHECK(call_with_progress(function, &mask, count, watch_progress, &w) ==
-                  BN_ERROR_CANCELLED);
+            CHECK(call_on(function, &mask, count, watch_progress, &w) == BN_ERROR_CANCELLED);
             CHECK(w.calls == at && (!makes || count_touched(ranks, LARGE) == 0));
             CHECK(error == -7 && outputs[0] == -7 && outputs[count - 1] == -7);
         }

@@ -103,18 +103,11 @@ static void test_windows(void) {
                    {-77, 41, 509, 767},
                    {-((int64_t)1 << 40), 0, 33, 64},
                    {((int64_t)1 << 40) - 40, -((int64_t)1 << 40), 40, 3}};
-    static const struct {
-        int radius, align;
-        uint32_t channels;
-    } models[] = {{1, 1, 1}, {9, 1, 2}, {0, 4, 1}, {24, 3, 3}};
+    static const fake_model models[] = {{1, 1, 0, 1}, {9, 1, 0, 2}, {0, 4, 0, 1}, {24, 3, 0, 3}};
     for (size_t m = 0; m < sizeof models / sizeof *models; ++m) {
-        fake_model model = fake_model_default();
-        model.radius = models[m].radius;
-        model.align = models[m].align;
-        model.channels = models[m].channels;
         for (uint32_t threads = 1; threads <= 4; threads += 3) {
             bn_neural *neural;
-            CHECK(open_model(&model, FAKE_RUNTIME, threads, &neural) == BN_SUCCESS);
+            CHECK(open_model(&models[m], NULL, FAKE_RUNTIME, threads, &neural) == BN_SUCCESS);
             CHECK(bn_neural_channels(neural) == models[m].channels);
             for (size_t w = 0; w < sizeof windows / sizeof *windows; ++w) {
                 const uint32_t width = windows[w].width, height = windows[w].height;
@@ -140,14 +133,12 @@ static void test_windows(void) {
 static void test_sparse_spacing(void) {
     enum { extent = 64, count = extent * extent, points = count / 16 };
     static uint32_t ranks[4][2 * count];
+    static const int spacings[4] = {0, 10000, 400, 400}; /* 10000: too sparse for this mask */
     for (int i = 0; i < 4; ++i) {
-        fake_model model = fake_model_default();
+        const fake_model model = {.align = 1, .radius = 1, .spacing = spacings[i], .channels = 2};
         bn_neural *neural;
-        model.channels = 2;
-        model.spacing = i == 0   ? 0
-                        : i == 1 ? 10000
-                                 : 400; /* 10000: no pattern of this mask is so sparse */
-        CHECK(open_model(&model, FAKE_RUNTIME, (uint32_t)(i == 3 ? 3 : 1), &neural) == BN_SUCCESS);
+        CHECK(open_model(&model, NULL, FAKE_RUNTIME, (uint32_t)(i == 3 ? 3 : 1), &neural) ==
+              BN_SUCCESS);
         CHECK(mask_of(neural, extent, extent, 5, ranks[i]) == BN_SUCCESS);
         bn_neural_close(neural);
     }
@@ -167,12 +158,10 @@ static void test_sparse_spacing(void) {
 static void test_masks(void) {
     static const uint32_t extents[][2] = {{1, 1},   {2, 3},    {5, 1},    {16, 16},
                                           {33, 20}, {301, 99}, {190, 700}};
-    fake_model model = fake_model_default();
-    model.radius = 7;
-    model.channels = 2;
+    const fake_model model = {.radius = 7, .align = 1, .channels = 2};
     for (uint32_t threads = 1; threads <= 3; ++threads) {
         bn_neural *neural;
-        CHECK(open_model(&model, FAKE_RUNTIME, threads, &neural) == BN_SUCCESS);
+        CHECK(open_model(&model, NULL, FAKE_RUNTIME, threads, &neural) == BN_SUCCESS);
         for (size_t e = 0; e < sizeof extents / sizeof *extents; ++e) {
             const uint32_t width = extents[e][0], height = extents[e][1];
             const size_t texels = (size_t)width * height;
@@ -200,10 +189,9 @@ static void test_masks(void) {
 static void test_threads_are_used(void) {
     enum { extent = 300, count = extent * extent };
     static uint32_t ranks[count];
-    fake_model model = fake_model_default();
     bn_neural *neural;
     fake_state *state = fake_reset();
-    CHECK(open_model(&model, FAKE_RUNTIME, 2, &neural) == BN_SUCCESS);
+    CHECK(open_model(&plain, NULL, FAKE_RUNTIME, 2, &neural) == BN_SUCCESS);
     CHECK(state->telemetry_disabled == 0); /* because this program had already loaded it */
     CHECK(state->spinning == 0 && state->log_level == 4 && state->asked_version == 21);
     state->most_running = 0;
@@ -211,7 +199,7 @@ static void test_threads_are_used(void) {
     CHECK(mask_of(neural, extent, extent, 0, ranks) == BN_SUCCESS);
     CHECK(state->most_running == 2);
     bn_neural_close(neural);
-    CHECK(open_model(&model, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+    CHECK(open_model(&plain, NULL, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
     state->most_running = state->meet = 0;
     CHECK(mask_of(neural, extent, extent, 0, ranks) == BN_SUCCESS);
     CHECK(state->most_running == 1 && state->runs > 2);
@@ -240,12 +228,11 @@ static void test_progress(void) {
     static uint32_t ranks[count];
     static float values[count];
     static const int stops[] = {0, 1, 2};
-    fake_model model = fake_model_default();
     const bn_mask mask = bn_mask_u32(ranks, width, height);
     for (int run = 0; run < 3 * 3 * 2; ++run) {
         const int stop_at = stops[run % 3], threads = run / 3 % 3 + 1, window = run / 9;
         watcher w = {pthread_self(), 0, stop_at, 0, 0};
-        bn_neural_options options = fake_options(&model);
+        bn_neural_options options = fake_options(&plain);
         options.threads = (uint32_t)threads;
         fake_state *state = fake_reset();
         bn_neural *neural;
@@ -274,7 +261,6 @@ static void test_progress(void) {
 static void test_cuda(void) {
     enum { width = 700, height = 450, count = width * height };
     static float values[2][count];
-    fake_model model = fake_model_default();
     fake_state *state = fake_reset();
     for (int lacks_tf32 = 0; lacks_tf32 < 2; ++lacks_tf32) {
         int runs[2];
@@ -282,7 +268,7 @@ static void test_cuda(void) {
             bn_neural *neural;
             fake_reset();
             state->lacks_tf32 = lacks_tf32;
-            CHECK(open_on(cuda ? "cuda" : NULL, &model, FAKE_RUNTIME, 3, &neural) == BN_SUCCESS);
+            CHECK(open_model(&plain, cuda ? "cuda" : NULL, FAKE_RUNTIME, 3, &neural) == BN_SUCCESS);
             CHECK(state->fallbacks == 0 && state->rough == 0);
             const int before = state->runs;
             CHECK(window_of(neural, -5, 9, width, height, 4, values[cuda], count) == BN_SUCCESS);
@@ -298,7 +284,6 @@ static void test_cuda(void) {
 
 /* Without CUDA or without a GPU, opening fails. The status shows whether the model is to blame. */
 static void test_missing_gpu(void) {
-    fake_model model = fake_model_default();
     bn_neural *neural;
     for (int code = 0; code <= 11; ++code) {
         const int blames_model = code == 7 || code == 9 || code == 10;
@@ -306,10 +291,10 @@ static void test_missing_gpu(void) {
         state->error_code = code;
         state->lacks_cuda = code == 0;
         state->lacks_gpu = code != 0;
-        CHECK(open_on("cuda", &model, FAKE_RUNTIME, 1, &neural) ==
+        CHECK(open_model(&plain, "cuda", FAKE_RUNTIME, 1, &neural) ==
               (blames_model ? BN_ERROR_BAD_DATA : BN_ERROR_RUNTIME));
         CHECK(neural == NULL && state->living == 0 && state->runs == 0);
-        CHECK(open_on("cpu", &model, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+        CHECK(open_model(&plain, "cpu", FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
         bn_neural_close(neural);
     }
     fake_reset();
@@ -318,7 +303,6 @@ static void test_missing_gpu(void) {
 /* ---- Failures */
 
 static void test_arguments(void) {
-    fake_model model = fake_model_default();
     bn_neural *neural;
     uint32_t ranks[16];
     float values[16];
@@ -327,48 +311,46 @@ static void test_arguments(void) {
         bn_neural_options options;
         bn_result expected;
     } cases[] = {
-        {{.model = &model}, invalid},
-        {{.model = &model, .model_size = sizeof model, .model_path = "model.onnx"}, invalid},
-        {{.model_path = "model.onnx", .model_size = sizeof model}, invalid},
+        {{.model = &plain}, invalid},
+        {{.model = &plain, .model_size = sizeof plain, .model_path = "model.onnx"}, invalid},
+        {{.model_path = "model.onnx", .model_size = sizeof plain}, invalid},
         {{.model_path = ""}, invalid},
         {{.model_path = "/there/is/no/such/model.onnx"}, BN_ERROR_IO},
         {{.model_path = "/dev/null"}, BN_ERROR_BAD_DATA},
         {{.model_path = "/"}, BN_ERROR_IO},
         {{.model_path = "/dev/zero"}, BN_ERROR_BAD_DATA}, /* endless */
-        {{.model = &model, .model_size = sizeof model, .runtime_path = ""}, invalid},
-        {{.model = &model, .model_size = sizeof model, .provider = ""}, invalid},
-        {{.model = &model, .model_size = sizeof model, .provider = "CUDA"}, invalid}};
+        {{.model = &plain, .model_size = sizeof plain, .runtime_path = ""}, invalid},
+        {{.model = &plain, .model_size = sizeof plain, .provider = ""}, invalid},
+        {{.model = &plain, .model_size = sizeof plain, .provider = "CUDA"}, invalid}};
     CHECK(bn_neural_open(NULL, NULL) == invalid);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
         bn_neural_options options = cases[i].options;
         options.struct_size = sizeof options;
         if (options.runtime_path == NULL) options.runtime_path = FAKE_RUNTIME;
-        neural = (bn_neural *)&model;
+        neural = (bn_neural *)ranks;
         CHECK(bn_neural_open(&options, &neural) == cases[i].expected && neural == NULL);
     }
     bn_neural_close(NULL);
     CHECK(bn_neural_channels(NULL) == 0);
 
-    CHECK(open_model(&model, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+    CHECK(open_model(&plain, NULL, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
     memset(ranks, 7, sizeof ranks);
-    CHECK(mask_of(NULL, 4, 4, 0, ranks) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(mask_of(neural, 4, 4, 0, NULL) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(mask_of(neural, 0, 4, 0, ranks) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(mask_of(neural, 4, 0, 0, ranks) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(mask_of(NULL, 4, 4, 0, ranks) == invalid);
+    CHECK(mask_of(neural, 4, 4, 0, NULL) == invalid);
+    CHECK(mask_of(neural, 0, 4, 0, ranks) == invalid);
+    CHECK(mask_of(neural, 4, 0, 0, ranks) == invalid);
     const bn_mask shapes[] = {{ranks, 32, 4, 2, 1, 2}, {ranks, 32, 4, 2, 2, 1}};
-    for (int i = 0; i < 2; ++i)
-        CHECK(bn_neural_mask(neural, &shapes[i], 0, NULL, NULL) == BN_ERROR_INVALID_ARGUMENT);
+    for (int i = 0; i < 2; ++i) CHECK(bn_neural_mask(neural, &shapes[i], 0, NULL, NULL) == invalid);
     CHECK(mask_of(neural, UINT32_MAX, UINT32_MAX, 0, ranks) == BN_ERROR_OUT_OF_MEMORY);
     for (int i = 0; i < 16; ++i) CHECK(ranks[i] == 0x07070707);
-    CHECK(window_of(NULL, 0, 0, 4, 4, 0, values, 16) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(window_of(neural, 0, 0, 4, 4, 0, NULL, 16) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(window_of(neural, 0, 0, 0, 4, 0, values, 0) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(window_of(neural, 0, 0, 4, 0, 0, values, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(window_of(NULL, 0, 0, 4, 4, 0, values, 16) == invalid);
+    CHECK(window_of(neural, 0, 0, 4, 4, 0, NULL, 16) == invalid);
+    CHECK(window_of(neural, 0, 0, 0, 4, 0, values, 0) == invalid);
+    CHECK(window_of(neural, 0, 0, 4, 0, 0, values, 0) == invalid);
     CHECK(window_of(neural, 0, 0, 4, 4, 0, values, 17) == BN_ERROR_SIZE_MISMATCH);
-    CHECK(window_of(neural, FARTHEST - 3, 0, 4, 4, 0, values, 16) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(window_of(neural, 0, -FARTHEST - 1, 4, 4, 0, values, 16) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(window_of(neural, INT64_MIN, INT64_MAX, 4, 4, 0, values, 16) ==
-          BN_ERROR_INVALID_ARGUMENT);
+    CHECK(window_of(neural, FARTHEST - 3, 0, 4, 4, 0, values, 16) == invalid);
+    CHECK(window_of(neural, 0, -FARTHEST - 1, 4, 4, 0, values, 16) == invalid);
+    CHECK(window_of(neural, INT64_MIN, INT64_MAX, 4, 4, 0, values, 16) == invalid);
     CHECK(window_of(neural, FARTHEST - 4, -FARTHEST, 4, 4, 0, values, 16) == BN_SUCCESS);
     bn_neural_close(neural);
 }
@@ -379,14 +361,13 @@ static void test_failing_calls(const char *provider) {
     enum { extent = 40, count = extent * extent };
     static uint32_t ranks[count];
     const int cuda = provider != NULL;
-    fake_model model = fake_model_default();
     fake_state *state = fake_reset();
     int runtime = 0, bad_data = 0;
     for (int fail_at = 1;; ++fail_at) {
         bn_neural *neural;
         fake_reset();
         state->fail_at = fail_at;
-        bn_result result = open_on(provider, &model, FAKE_RUNTIME, 1, &neural);
+        bn_result result = open_model(&plain, provider, FAKE_RUNTIME, 1, &neural);
         memset(ranks, 7, sizeof ranks);
         if (result == BN_SUCCESS) {
             result = mask_of(neural, extent, extent, 0, ranks);
@@ -412,15 +393,14 @@ static void test_values_that_are_not_finite(void) {
     enum { extent = 20, count = extent * extent };
     uint32_t ranks[count] = {0};
     float values[count];
-    fake_model model = fake_model_default();
     for (int i = 0; i < 3; ++i) {
         fake_state *state = fake_reset();
         bn_neural *neural;
         state->spoil_from = 1;
         state->spoil_with = bad[i];
-        CHECK(open_model(&model, FAKE_RUNTIME, 1, &neural) == BN_ERROR_BAD_DATA);
+        CHECK(open_model(&plain, NULL, FAKE_RUNTIME, 1, &neural) == BN_ERROR_BAD_DATA);
         state->spoil_from = 0;
-        CHECK(open_model(&model, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+        CHECK(open_model(&plain, NULL, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
         state->spoil_from = 1;
         memset(ranks, 0, sizeof ranks);
         CHECK(mask_of(neural, extent, extent, 0, ranks) == BN_ERROR_BAD_DATA);
@@ -443,31 +423,33 @@ static void test_unusable_libraries(void) {
                                             "/"};
     static const fake_state lacking[] = {
         {.lacks_base = 1}, {.lacks_table = 1}, {.version = "1.16.3"}, {.version = "nightly"}};
-    fake_model model = fake_model_default();
     bn_neural *neural;
     for (size_t i = 0; i < sizeof libraries / sizeof *libraries; ++i) {
-        CHECK(open_model(&model, libraries[i], 1, &neural) == BN_ERROR_RUNTIME && neural == NULL);
+        CHECK(open_model(&plain, NULL, libraries[i], 1, &neural) == BN_ERROR_RUNTIME &&
+              neural == NULL);
         setenv("BN_ONNXRUNTIME", libraries[i], 1);
-        CHECK(open_model(&model, NULL, 1, &neural) == BN_ERROR_RUNTIME);
-        CHECK(open_model(&model, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+        CHECK(open_model(&plain, NULL, NULL, 1, &neural) == BN_ERROR_RUNTIME);
+        CHECK(open_model(&plain, NULL, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
         bn_neural_close(neural);
     }
     for (size_t i = 0; i < sizeof lacking / sizeof *lacking; ++i) {
         *fake_reset() = lacking[i];
-        CHECK(open_model(&model, FAKE_RUNTIME, 1, &neural) == BN_ERROR_RUNTIME && neural == NULL);
+        CHECK(open_model(&plain, NULL, FAKE_RUNTIME, 1, &neural) == BN_ERROR_RUNTIME &&
+              neural == NULL);
     }
     fake_state *state = fake_reset();
     state->version = "1.18.2";
-    CHECK(open_model(&model, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS && state->asked_version == 18);
+    CHECK(open_model(&plain, NULL, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS &&
+          state->asked_version == 18);
     bn_neural_close(neural);
     fake_reset();
     setenv("BN_ONNXRUNTIME", FAKE_RUNTIME, 1);
-    CHECK(open_model(&model, NULL, 1, &neural) == BN_SUCCESS);
+    CHECK(open_model(&plain, NULL, NULL, 1, &neural) == BN_SUCCESS);
     bn_neural_close(neural);
     unsetenv("BN_ONNXRUNTIME");
     /* If libbn itself loads the runtime, it turns telemetry off. */
     unsetenv("ORT_DISABLE_TELEMETRY");
-    CHECK(open_model(&model, BN_FAKE_DIR "/libfake_other.so", 1, &neural) == BN_SUCCESS);
+    CHECK(open_model(&plain, NULL, BN_FAKE_DIR "/libfake_other.so", 1, &neural) == BN_SUCCESS);
     void *handle = dlopen(BN_FAKE_DIR "/libfake_other.so", RTLD_NOW | RTLD_LOCAL);
     void *symbol = dlsym(handle, "fake_get_state");
     fake_state_getter getter;

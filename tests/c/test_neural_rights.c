@@ -16,10 +16,9 @@ enum { OTHER_USER = 65534, LOADED = 10, NOT_LOADED = 11, SAME_RIGHTS = 12 };
 
 /* Opens a network as any program would. Returns whether the test's library was loaded for it. */
 static int child(int expects_more_rights) {
-    fake_model model = fake_model_default();
     bn_neural *neural;
     if (expects_more_rights && getuid() == geteuid()) return SAME_RIGHTS;
-    open_model(&model, NULL, 1, &neural);
+    open_model(&plain, NULL, NULL, 1, &neural);
     bn_neural_close(neural);
     return dlopen(FAKE_RUNTIME, RTLD_NOW | RTLD_NOLOAD) != NULL ? LOADED : NOT_LOADED;
 }

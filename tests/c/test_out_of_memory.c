@@ -54,11 +54,9 @@ static double error;
 
 #ifndef BN_NO_NEURAL
 static bn_result call_network(int only_open, uint32_t channels) {
-    fake_model model = fake_model_default();
+    const fake_model model = {.radius = 1, .align = 1, .spacing = 400, .channels = channels};
     bn_neural *neural;
-    model.channels = channels;
-    model.spacing = 400;
-    bn_result result = open_model(&model, FAKE_RUNTIME, 1, &neural);
+    bn_result result = open_model(&model, NULL, FAKE_RUNTIME, 1, &neural);
     if (result == BN_SUCCESS && !only_open) {
         bn_mask made = bn_mask_u32(ranks, SIZE, SIZE);
         made.channels = channels;
@@ -102,18 +100,18 @@ static bn_result call(int function) {
         return bn_mask_error(&value, 1, &error, NULL, NULL);
     case 6:
         return bn_power_spectrum(&value, power, TEXELS, NULL, NULL);
+    case 7:
+        return bn_dither(&dither, values, SIZE, SIZE, 1, power, TEXELS);
     case 8:
         return init_sampler(&value);
     case 9:
         return bn_ranks_from_values(many_values, MANY, ranks);
-    case 7:
-        return bn_dither(&dither, values, SIZE, SIZE, 1, power, TEXELS);
 #ifndef BN_NO_NEURAL
-    case 12:
+    case 10:
         return call_network(1, 2);
-    case 13:
+    case 11:
         return call_network(0, 2);
-    case 14:
+    case 12:
         return call_network(0, 1);
 #endif
     default:

@@ -12,28 +12,11 @@ enum { MEMBERS = 4, TILE = 64 };
 
 static uint32_t points[MOST_POINTS][4];
 
-/* Draws the first 2^k samples of each pixel in the square of 2^s x 2^s pixels at (x, y). */
-static void draw_block(const bn_sampler *sampler, int32_t x, int32_t y, int s, int k,
-                       uint32_t domain) {
-    const int32_t side = 1 << s;
-    uint32_t(*point)[4] = points;
-    for (int32_t i = 0; i < side * side; ++i) {
-        for (uint32_t index = 0; index < 1u << k; ++index) {
-            bn_sample_4d_u32(sampler, x + i % side, y + i / side, index, domain, *point++);
-        }
-    }
-}
-
-/* Whether these samples are a (0, k + 2 s, 2)-net in both pairs. */
+/* Whether the first 2^k samples of each pixel in the square of 2^s x 2^s pixels at (x, y) are nets. */
 static int block_is_net(const bn_sampler *sampler, int32_t x, int32_t y, int s, int k,
                         uint32_t domain) {
-    const int m = k + 2 * s;
-    draw_block(sampler, x, y, s, k, domain);
-    for (int a = 0; a <= m; ++a) {
-        if (!one_in_each_box(points, (const int[4]){a, m - a, 0, 0}, m)) return 0;
-        if (!one_in_each_box(points, (const int[4]){0, 0, a, m - a}, m)) return 0;
-    }
-    return 1;
+    draw_points(points, sampler, x, y, s, k, 0, domain);
+    return are_nets_in_pairs(points, k + 2 * s);
 }
 
 /* The origin of the aligned squares of 2^s pixels. The alignment of the next smaller squares leaves four

@@ -6,6 +6,8 @@
 #include <bn/bn_draw.h>
 #include <string.h>
 
+static uint32_t points[MOST_POINTS][4];
+
 static uint32_t random_u32(void) {
     static uint32_t counter;
     return bn_hash32(bn_hash32(++counter) + 77u);
@@ -113,23 +115,6 @@ static void test_block_arguments(void) {
           mismatch);
 }
 
-/* Whether every elementary interval of area 2^-m of a pair contains one of the points first to
- * first + 2^m - 1. */
-static int is_net(const bn_sampler *s, int32_t x, int32_t y, uint32_t domain, int pair,
-                  uint32_t first, int m) {
-    static uint32_t points[MOST_POINTS][4];
-    for (uint32_t i = 0; i < 1u << m; ++i) {
-        bn_sample_4d_u32(s, x, y, first + i, domain, points[i]);
-    }
-    for (int a = 0; a <= m; ++a) {
-        int digits[4] = {0, 0, 0, 0};
-        digits[2 * pair] = a;
-        digits[2 * pair + 1] = m - a;
-        if (!one_in_each_box(points, digits, m)) return 0;
-    }
-    return 1;
-}
-
 /* Every power-of-two prefix, and every aligned block later on, is a (0,m,2)-net in both pairs.
  * test_pole_order.c tests the nets of BLUE in four dimensions. */
 static void test_nets(void) {
@@ -140,10 +125,10 @@ static void test_nets(void) {
         for (int pixel = 0; pixel < 24; ++pixel) {
             int32_t x = (int32_t)random_u32(), y = (int32_t)random_u32();
             uint32_t domain = random_u32();
-            for (int pair = 0; pair < 2; ++pair) {
-                for (int m = 0; m <= 12; ++m) {
-                    CHECK(is_net(&s, x, y, domain, pair, 0, m));
-                    CHECK(is_net(&s, x, y, domain, pair, 5u << m, m));
+            for (int m = 0; m <= 12; ++m) {
+                for (uint32_t block = 0; block <= 5; block += 5) {
+                    draw_points(points, &s, x, y, 0, m, block << m, domain);
+                    CHECK(are_nets_in_pairs(points, m));
                 }
             }
         }
@@ -170,20 +155,14 @@ static void test_the_largest_count(void) {
 /* With ZORDER, the samples of all pixels of an aligned square form a net in all four dimensions, because
  * both pairs follow the same curve. */
 static void test_nets_of_squares(void) {
-    static uint32_t points[MOST_POINTS][4];
     for (int log4_side = 0; log4_side <= 3; ++log4_side) {
         for (int log4_block = 0; log4_block <= 3; ++log4_block) {
-            const uint32_t block = 1u << 2 * log4_block, side = 1u << log4_side;
-            const bn_sampler s = make_sampler(BN_SAMPLER_ZORDER, block, 12);
+            const uint32_t align = ~((1u << log4_side) - 1u);
+            const bn_sampler s = make_sampler(BN_SAMPLER_ZORDER, 1u << 2 * log4_block, 12);
             for (uint32_t square = 0; square < 12; ++square) {
-                const uint32_t x = random_u32() & ~(side - 1u), y = random_u32() & ~(side - 1u);
-                const uint32_t domain = random_u32();
-                uint32_t(*point)[4] = points;
-                for (uint32_t i = 0; i < side * side * block; ++i) {
-                    const uint32_t pixel = i / block;
-                    bn_sample_4d_u32(&s, (int32_t)(x + pixel % side), (int32_t)(y + pixel / side),
-                                     i % block, domain, *point++);
-                }
+                const int32_t x = (int32_t)(random_u32() & align);
+                const int32_t y = (int32_t)(random_u32() & align);
+                draw_points(points, &s, x, y, log4_side, 2 * log4_block, 0, random_u32());
                 CHECK(are_net_in_four(points, log4_side + log4_block));
             }
         }
