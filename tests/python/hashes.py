@@ -14,12 +14,15 @@ def table():
     return {name: int(digits, 16) for name, digits in rows}
 
 
-def random_u64(counter):
-    """SplitMix64."""
-    v = (counter.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+def mix64(v):
     v = (v ^ (v >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     v = (v ^ (v >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return v ^ (v >> np.uint64(31))
+
+
+def random_u64(counter):
+    """SplitMix64."""
+    return mix64((counter.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15))
 
 
 def hash_of(words):

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-import importlib.util
 import io
 import json
 import os
 import struct
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers import needs_package
 from onnx_file import convolution
 
 import bluenoise
@@ -18,123 +19,105 @@ from bluenoise._cli import main
 Image = pytest.importorskip("PIL.Image")
 
 
-def lines(capsys):
-    captured = capsys.readouterr()
-    return captured.out.splitlines(), captured.err.splitlines()
+@pytest.fixture
+def run(tmp_path, monkeypatch, capsys):
+    """run(command, status=0) runs the command in an empty folder, and returns its lines on standard output and standard error."""
+    def run(command, status=0):
+        assert main(command.split() if isinstance(command, str) else command) == status
+        captured = capsys.readouterr()
+        return captured.out.splitlines(), captured.err.splitlines()
+
+    monkeypatch.chdir(tmp_path)
+    return run
 
 
-def test_mask_as_png_keeps_every_rank(tmp_path, capsys):
-    out = tmp_path / "mask.png"
-    arguments = ["mask", "--size", "40x24", "--method", "void-and-cluster", "--seed", "3", "--sigma", "1.9", "-o", str(out)]
-    assert main(arguments) == 0
-    assert lines(capsys) == ([], [])
-    picture = Image.open(out)
+def files():
+    return sorted(os.listdir())
+
+
+def texels(name):
+    return np.asarray(Image.open(name))
+
+
+def test_mask_as_png_keeps_every_rank(run):
+    assert run("mask --size 40x24 --method void-and-cluster --seed 3 --sigma 1.9 -o mask.png") == ([], [])
+    picture = Image.open("mask.png")
     assert picture.mode.startswith("I") and picture.size == (40, 24)
     assert "seed 3, sigma 1.9" in picture.info["Description"]
     ranks = bluenoise.void_and_cluster((24, 40), seed=3, sigma=1.9)
-    values = np.asarray(picture)
-    np.testing.assert_array_equal(values, (ranks + 0.5) * 65536 // ranks.size)
-    assert bluenoise.measure(values) == bluenoise.measure(ranks)
-    assert [p.name for p in tmp_path.iterdir()] == ["mask.png"]
+    np.testing.assert_array_equal(picture, (ranks + 0.5) * 65536 // ranks.size)
+    assert bluenoise.measure(np.asarray(picture)) == bluenoise.measure(ranks)
+    assert files() == ["mask.png"]
 
 
 @pytest.mark.parametrize(("size", "shape"), [("30", (30, 30)), ("30x1", (1, 30)), ("5x4", (4, 5)), ("5x4x3", (3, 4, 5))])
-def test_mask_as_npy(tmp_path, size, shape):
-    out = tmp_path / "mask.npy"
-    assert main(["mask", "--size", size, "-o", str(out)]) == 0
-    np.testing.assert_array_equal(np.load(out), bluenoise.mask(shape))
+def test_mask_as_npy(run, size, shape):
+    run(f"mask --size {size} -o mask.npy")
+    np.testing.assert_array_equal(np.load("mask.npy"), bluenoise.mask(shape))
 
 
 @pytest.mark.parametrize(("method", "options"), [("relax", {"threads": 2}), ("anneal", {"sweeps": 9, "sigma": 1.1})])
-def test_mask_by_other_methods(method, options, tmp_path):
-    out = tmp_path / "mask.npy"
-    arguments = ["--size", "16x16", "--method", method, *(f"--{name}={value}" for name, value in options.items())]
-    assert main(["mask", *arguments, "-o", str(out)]) == 0
-    expected = getattr(bluenoise, method)((16, 16), **options)
-    np.testing.assert_array_equal(np.load(out), expected)
+def test_mask_by_other_methods(method, options, run):
+    given = " ".join(f"--{name}={value}" for name, value in options.items())
+    run(f"mask --size 16x16 --method {method} {given} -o mask.npy")
+    np.testing.assert_array_equal(np.load("mask.npy"), getattr(bluenoise, method)((16, 16), **options))
 
 
-@pytest.mark.skipif(importlib.util.find_spec("onnxruntime") is None, reason="no package onnxruntime")
-def test_mask_by_a_network(tmp_path, capsys):
-    model, out = tmp_path / "model.onnx", tmp_path / "mask.npy"
-    model.write_bytes(convolution(np.full((2, 3, 3), 0.1)))
-    arguments = ["mask", "--size", "20x16", "--method", "neural", "--model", str(model), "--threads", "1", "--seed", "5"]
-    assert main([*arguments, "-o", str(out)]) == 0
-    np.testing.assert_array_equal(np.load(out), bluenoise.NeuralGenerator(model).mask((16, 20), seed=5))
-    assert lines(capsys) == ([], [])
-    assert main([*arguments, "-o", str(tmp_path / "mask.png")]) == 0
-    assert (tmp_path / "mask.png").read_bytes()[24:26] == b"\x10\x04" and lines(capsys) == ([], [])  # 16 bits, two channels
-    (tmp_path / "mask.png").unlink()
-    assert main([*arguments, "--runtime", str(tmp_path / "nowhere.so"), "-o", str(out)]) == 1
-    assert "nowhere.so does not exist" in lines(capsys)[1][0]
-    assert main([*arguments, "--runtime", "nowhere.so", "-o", str(out)]) == 1
-    assert "pip install" in lines(capsys)[1][0]
-    assert main([*arguments, "--provider", "cuda", "--runtime", "nowhere.so", "-o", str(out)]) == 1
-    assert "onnxruntime-gpu" in lines(capsys)[1][0]
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["mask.npy", "model.onnx"]
+@needs_package
+def test_mask_by_a_network(run, tmp_path):
+    (tmp_path / "model.onnx").write_bytes(convolution(np.full((2, 3, 3), 0.1)))
+    command = "mask --size 20x16 --method neural --model model.onnx --threads 1 --seed 5"
+    assert run(f"{command} -o mask.npy") == run(f"{command} -o mask.png") == ([], [])
+    np.testing.assert_array_equal(np.load("mask.npy"), bluenoise.NeuralGenerator(tmp_path / "model.onnx").mask((16, 20), seed=5))
+    assert (tmp_path / "mask.png").read_bytes()[24:26] == b"\x10\x04"  # 16 bits, two channels
+    os.remove("mask.png")
+    for options, words in ((f"--runtime {tmp_path}/nowhere.so", "nowhere.so does not exist"), ("--runtime nowhere.so", "pip install"),
+                           ("--provider cuda --runtime nowhere.so", "onnxruntime-gpu")):
+        assert words in run(f"{command} {options} -o mask.npy", 1)[1][0]
+    assert files() == ["mask.npy", "model.onnx"]
 
 
-def test_mask_with_more_ranks_than_levels_says_so(tmp_path, capsys):
-    out = tmp_path / "mask.png"
-    assert main(["mask", "--size", "300x300", "-o", str(out)]) == 0
-    out_lines, err = lines(capsys)
-    assert not out_lines and len(err) == 1 and "90000 ranks" in err[0]
-    assert np.asarray(Image.open(out)).max() == 65535
+def test_mask_with_more_ranks_than_levels_says_so(run):
+    out, (said,) = run("mask --size 300x300 -o mask.png")
+    assert not out and "90000 ranks" in said and texels("mask.png").max() == 65535
 
 
-def test_measure(tmp_path, capsys):
+def test_measure(run):
     ranks = bluenoise.mask((32, 64), seed=1)
-    np.save(tmp_path / "mask.npy", ranks)
-    assert main(["measure", str(tmp_path / "mask.npy")]) == 0
-    out, err = lines(capsys)
+    np.save("mask.npy", ranks)
+    out, err = run("measure mask.npy")
     assert not err and "64 x 32" in out[0] and "yes" in out[1]
     assert f"{bluenoise.dithering_error(ranks):.5f}" in "\n".join(out)
     start = next(number for number, line in enumerate(out) if "white noise has 1" in line)
     assert out[start + 1].split()[:2] == ["grey", "0.0625"] and len(out) == start + 8
-    assert main(["measure", "--json", str(tmp_path / "mask.npy")]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = json.loads("".join(run("measure --json mask.npy")[0]))
     assert found["size"] == [64, 32] and found["dithering_error"]["1.0"] == bluenoise.dithering_error(ranks)
-    np.save(tmp_path / "tiny.npy", [[1, 0]])
-    assert main(["measure", "--json", str(tmp_path / "tiny.npy")]) == 0
-    assert json.loads(capsys.readouterr().out)["anisotropy"] is None  # NaN is not valid JSON
+    np.save("tiny.npy", [[1, 0]])
+    assert json.loads("".join(run("measure --json tiny.npy")[0]))["anisotropy"] is None  # NaN is not valid JSON
 
 
-def test_dither(tmp_path, capsys):
+def test_dither(run):
     y, x = np.mgrid[:40, :60]
     picture = Image.fromarray(np.stack([4 * x, 6 * y, 2 * (x + y)], axis=-1).astype(np.uint8))
-    picture.save(tmp_path / "in.png", icc_profile=b"a profile")
-    assert main(["dither", str(tmp_path / "in.png"), str(tmp_path / "out.png")]) == 0
-    out = Image.open(tmp_path / "out.png")
-    assert (np.asarray(out) == np.asarray(bluenoise.dither(picture))).all()
-    assert out.info["icc_profile"] == b"a profile"
-    ranks = bluenoise.mask((16, 16), seed=1)
-    assert main(["mask", "--size", "16x16", "--seed", "1", "-o", str(tmp_path / "m.png")]) == 0
-    arguments = ["--levels", "4", "--srgb", "--mask", str(tmp_path / "m.png")]
-    assert main(["dither", str(tmp_path / "in.png"), str(tmp_path / "o.tif"), *arguments]) == 0
-    expected = bluenoise.dither(picture, 4, mask=ranks, srgb=True)
-    assert (np.asarray(Image.open(tmp_path / "o.tif")) == np.asarray(expected)).all()
-    assert lines(capsys) == ([], [])
+    picture.save("in.png", icc_profile=b"a profile")
+    assert run("dither in.png out.png") == ([], [])
+    np.testing.assert_array_equal(texels("out.png"), bluenoise.dither(picture))
+    assert Image.open("out.png").info["icc_profile"] == b"a profile"
+    assert run("mask --size 16x16 --seed 1 -o m.png") == run("dither in.png o.tif --levels 4 --srgb --mask m.png") == ([], [])
+    np.testing.assert_array_equal(texels("o.tif"), bluenoise.dither(picture, 4, mask=bluenoise.mask((16, 16), seed=1), srgb=True))
 
 
-def test_dither_follows_the_orientation_of_a_photograph(tmp_path):
-    photograph = Image.fromarray(np.tile(np.arange(0, 240, 4, dtype=np.uint8), (40, 1)))
+def test_dither_follows_the_orientation_of_a_photograph(run):
     exif = Image.Exif()
     exif[0x0112] = 6  # a quarter turn
-    photograph.save(tmp_path / "in.jpg", exif=exif)
-    assert main(["dither", str(tmp_path / "in.jpg"), str(tmp_path / "out.png")]) == 0
-    assert Image.open(tmp_path / "out.png").size == (40, 60)
-
-
-def test_resolution_turns_with_the_photograph(tmp_path):
-    exif = Image.Exif()
-    exif[0x0112] = 6
-    Image.new("L", (6, 4), 90).save(tmp_path / "in.jpg", exif=exif, dpi=(300, 150))
-    assert main(["dither", str(tmp_path / "in.jpg"), str(tmp_path / "out.png")]) == 0
-    assert np.round(Image.open(tmp_path / "out.png").info["dpi"]).tolist() == [150, 300]
+    Image.new("L", (60, 40), 90).save("in.jpg", exif=exif, dpi=(300, 150))
+    run("dither in.jpg out.png")
+    out = Image.open("out.png")
+    assert out.size == (40, 60) and np.round(out.info["dpi"]).tolist() == [150, 300]
 
 
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])
-def test_sixteen_bits_stay(channels, tmp_path):
+def test_sixteen_bits_stay(channels, run, tmp_path):
     """A ramp over a few 8-bit steps, in which truncation would show as bands. Alpha and colour metadata are preserved."""
     pytest.importorskip("png")
     ramp = np.round(np.linspace(5140, 6168, 128)).astype(np.uint16)
@@ -143,7 +126,7 @@ def test_sixteen_bits_stay(channels, tmp_path):
         texels[..., -1] = np.arange(128)[:, None] * 500
     gamma = (b"gAMA", (100000).to_bytes(4, "big"))
     (tmp_path / "in.png").write_bytes(_files.png(texels, [gamma]))
-    assert main(["dither", "--levels", "256", str(tmp_path / "in.png"), str(tmp_path / "out.png")]) == 0
+    run("dither --levels 256 in.png out.png")
     data = (tmp_path / "out.png").read_bytes()
     out, alpha = _files.read_png(tmp_path / "out.png", data)
     colours = channels - alpha
@@ -151,95 +134,88 @@ def test_sixteen_bits_stay(channels, tmp_path):
     assert (out[..., :colours] == bluenoise.dither(texels[..., :colours], 256)).all()
     assert np.abs(out[..., 0].mean(0) - ramp).max() < 0.2 * 257
     assert not alpha or (out[..., -1] == texels[..., -1]).all()
-    assert main(["dither", str(tmp_path / "in.png"), str(tmp_path / "out.tif")]) == 1
+    run("dither in.png out.tif", 1)
 
 
 @pytest.mark.parametrize(("mode", "clear", "other"), [("L", 7, 200), ("RGB", (255, 0, 255), (9, 9, 9)), ("P", 0, 1), ("1", 0, 1)])
-def test_transparent_colours_stay_transparent(mode, clear, other, tmp_path):
+def test_transparent_colours_stay_transparent(mode, clear, other, run):
     picture = Image.new(mode, (16, 16), other)
     if mode == "P":
         picture.putpalette([255, 0, 255, 9, 9, 9])
     picture.paste(clear, (0, 0, 8, 16))
-    picture.save(tmp_path / "in.png", transparency=clear)
-    assert main(["dither", str(tmp_path / "in.png"), str(tmp_path / "out.png")]) == 0
-    before, after = (np.asarray(Image.open(tmp_path / name).convert("RGBA"))[..., 3] for name in ("in.png", "out.png"))
+    picture.save("in.png", transparency=clear)
+    run("dither in.png out.png")
+    before, after = (np.asarray(Image.open(name).convert("RGBA"))[..., 3] for name in ("in.png", "out.png"))
     assert (before == after).all() and (after[:, :8] == 0).all()
 
 
-def test_gamma_stays_or_is_refused(tmp_path, capsys):
+def test_gamma_stays_or_is_refused(run):
     from PIL.PngImagePlugin import PngInfo
 
     chunks = PngInfo()
     chunks.add(b"gAMA", (100000).to_bytes(4, "big"))
-    Image.new("L", (4, 4), 90).save(tmp_path / "in.png", pnginfo=chunks, dpi=(300, 300))
-    assert main(["dither", str(tmp_path / "in.png"), str(tmp_path / "out.png")]) == 0
-    found = Image.open(tmp_path / "out.png").info
+    Image.new("L", (4, 4), 90).save("in.png", pnginfo=chunks, dpi=(300, 300))
+    run("dither in.png out.png")
+    found = Image.open("out.png").info
     assert found["gamma"] == 1 and np.round(found["dpi"]).tolist() == [300, 300]
-    assert main(["dither", str(tmp_path / "in.png"), str(tmp_path / "out.bmp")]) == 1
-    assert "out.bmp cannot hold the input's gamma" in capsys.readouterr().err
+    assert "out.bmp cannot hold the input's gamma" in run("dither in.png out.bmp", 1)[1][0]
 
 
-def lossy_pictures(folder):
+def write_tiff(name, bits, photometric, samples):
+    """A black picture of 4 x 4 pixels in 12 or 16 bits, which Pillow does not write."""
+    data = bytes(16 * samples * bits // 8)
+    tags = {256: 4, 257: 4, 258: bits, 259: 1, 262: photometric, 273: 8, 277: samples, 278: 4, 279: len(data)}
+    several = 8 + len(data) + 2 + 12 * len(tags) + 4  # the place of the bits of several samples
+    entries = b"".join(struct.pack("<HHII", tag, 3, samples if tag == 258 else 1, several if tag == 258 and samples > 1 else value)
+                       for tag, value in tags.items())
+    head = struct.pack("<2sHI", b"II", 42, 8 + len(data)) + data + struct.pack("<H", len(tags))
+    Path(name).write_bytes(head + entries + struct.pack("<I3H", 0, bits, bits, bits))
+
+
+def test_pictures_that_would_lose_something_are_refused(run):
     """Files from which Pillow would drop data, and a word of each error message."""
     grey = Image.new("L", (4, 4), 90)
-    grey.save(folder / "frames.gif", save_all=True, append_images=[Image.new("L", (4, 4), 20)])
-    yield "frames.gif", "2 frames"
-    (folder / "deep.ppm").write_bytes(b"P6 2 2 65535\n" + bytes(24))
-    yield "deep.ppm", "16 bits"
-    Image.new("I", (4, 4), 200).save(folder / "integers.tif")
-    yield "integers.tif", "32 bits"
-    for name, bits, photometric, samples in (("twelve.tif", 12, 1, 1), ("white.tif", 16, 0, 1), ("deep.tif", 16, 2, 3)):
-        tags = [(256, 4), (257, 4), (258, bits), (259, 1), (262, photometric), (273, 8), (277, samples), (278, 4), (279, 2 * samples * 16)]
-        data = bytes(96) if bits == 16 else bytes(24)
-        tags = [(tag, value if tag != 279 else len(data)) for tag, value in tags]
-        at = 8 + len(data)
-        entries = b"".join(struct.pack("<HHII", tag, 3, 1, value) if tag != 258 or samples == 1 else
-                           struct.pack("<HHII", tag, 3, 3, at + 2 + 12 * len(tags) + 4) for tag, value in tags)
-        (folder / name).write_bytes(struct.pack("<2sHI", b"II", 42, at) + data + struct.pack("<H", len(tags)) + entries + bytes(4)
-                                    + struct.pack("<3H", bits, bits, bits))
-        yield name, {"twelve.tif": "12 bits", "white.tif": "0 for white", "deep.tif": "16 bits per channel"}[name]
-
-
-def test_pictures_that_would_lose_something_are_refused(tmp_path, capsys):
-    for name, words in lossy_pictures(tmp_path):
-        assert main(["dither", str(tmp_path / name), str(tmp_path / "out.png")]) == 1
-        message = capsys.readouterr().err
+    grey.save("frames.gif", save_all=True, append_images=[Image.new("L", (4, 4), 20)])
+    Path("deep.ppm").write_bytes(b"P6 2 2 65535\n" + bytes(24))
+    Image.new("I", (4, 4), 200).save("integers.tif")
+    write_tiff("twelve.tif", 12, 1, 1)
+    write_tiff("white.tif", 16, 0, 1)
+    write_tiff("deep.tif", 16, 2, 3)
+    for name, words in (("frames.gif", "2 frames"), ("deep.ppm", "16 bits"), ("integers.tif", "32 bits"), ("twelve.tif", "12 bits"),
+                        ("white.tif", "0 for white"), ("deep.tif", "16 bits per channel")):
+        _, (message,) = run(f"dither {name} out.png", 1)
         assert name in message and words in message, message
     with pytest.raises(ValueError, match="mode 1, .*not I"):
         bluenoise.dither(Image.new("I", (4, 4), 200))
 
 
-def test_messages_about_contents_name_the_file(tmp_path, capsys):
-    np.save(tmp_path / "nan.npy", [[0.5, np.nan]])
-    np.save(tmp_path / "bool.npy", [[True, False]])
-    np.save(tmp_path / "complex.npy", [[1j, 2]])
-    Image.fromarray(np.full((4, 4), 1.5, np.float32)).save(tmp_path / "bright.tif")
-    Image.new("LAB", (4, 4)).save(tmp_path / "lab.tif")
-    for name in ("nan.npy", "bool.npy", "complex.npy"):
-        for command in (["measure"], ["points", "--count", "2", "--method", "mask", "-o", str(tmp_path / "p.csv"), "--mask"]):
-            assert main([*command, str(tmp_path / name)]) == 1
-            assert name in capsys.readouterr().err
-    for name in ("bright.tif", "lab.tif"):
-        assert main(["dither", str(tmp_path / name), str(tmp_path / "out.tif")]) == 1
-        assert name in capsys.readouterr().err
+def test_messages_about_contents_name_the_file(run):
+    np.save("nan.npy", [[0.5, np.nan]])
+    np.save("bool.npy", [[True, False]])
+    np.save("complex.npy", [[1j, 2]])
+    Image.fromarray(np.full((4, 4), 1.5, np.float32)).save("bright.tif")
+    Image.new("LAB", (4, 4)).save("lab.tif")
+    for command, names in (("measure {}", ("nan.npy", "bool.npy", "complex.npy")), ("dither {} out.tif", ("bright.tif", "lab.tif")),
+                           ("points --count 2 --method mask -o p.csv --mask {}", ("nan.npy", "bool.npy", "complex.npy"))):
+        for name in names:
+            assert name in run(command.format(name), 1)[1][0]
 
 
-def test_two_channel_texture_is_a_two_channel_mask(tmp_path, capsys):
+def test_two_channel_texture_is_a_two_channel_mask(run):
     """The third channel and alpha are constant. Their ranks would be white noise."""
     ranks = bluenoise.anneal((16, 16), channels=2, sweeps=20)
-    values = _files.quantized(ranks, 8)
-    texture = np.dstack([values, np.zeros((16, 16)), np.full((16, 16), 255)]).astype(np.uint8)
-    Image.fromarray(texture).save(tmp_path / "rg.png")
-    Image.new("RGB", (32, 32), (90, 90, 90)).save(tmp_path / "in.png")
-    assert bluenoise.load(tmp_path / "rg.png", rank=True).shape == (2, 16, 16)
-    dither = ["dither", "--mask", str(tmp_path / "rg.png"), str(tmp_path / "in.png"), str(tmp_path / "out.png")]
-    assert main(dither) == 1 and "2 channels and the image 3" in capsys.readouterr().err
-    assert main([*dither, "--channel", "2"]) == 0
-    expected = bluenoise.dither(Image.open(tmp_path / "in.png"), mask=ranks[1])
-    assert (np.asarray(Image.open(tmp_path / "out.png")) == np.asarray(expected)).all()
-    points = ["points", "--method", "mask", "--mask", str(tmp_path / "rg.png"), "--count", "9", "-o", str(tmp_path / "p.npy")]
-    assert main(points) == 1 and "--channel" in capsys.readouterr().err
-    assert main([*points, "--channel", "1"]) == 0
+    texture = np.dstack([_files.quantized(ranks, 8), np.zeros((16, 16)), np.full((16, 16), 255)]).astype(np.uint8)
+    Image.fromarray(texture).save("rg.png")
+    picture = Image.new("RGB", (32, 32), (90, 90, 90))
+    picture.save("in.png")
+    assert bluenoise.load("rg.png", rank=True).shape == (2, 16, 16)
+    dither = "dither --mask rg.png in.png out.png"
+    assert "2 channels and the image 3" in run(dither, 1)[1][0]
+    run(f"{dither} --channel 2")
+    np.testing.assert_array_equal(texels("out.png"), bluenoise.dither(picture, mask=ranks[1]))
+    points = "points --method mask --mask rg.png --count 9 -o p.npy"
+    assert "--channel" in run(points, 1)[1][0]
+    run(f"{points} --channel 1")
 
 
 @pytest.mark.parametrize(
@@ -290,30 +266,25 @@ def test_two_channel_texture_is_a_two_channel_mask(tmp_path, capsys):
         (["points", "--count", "2", "--method", "mask", "--mask", "colour.png", "-o", "out.csv"], ["colour.png"]),
     ],
 )
-def test_errors_are_one_line_and_leave_nothing(arguments, words, tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "folder.png").mkdir()
-    (tmp_path / "broken.png").write_bytes(b"\x89PNG\r\n\x1a\n no more")
-    np.save(tmp_path / "line.npy", [0, 1, 2])
-    np.save(tmp_path / "flat.npy", np.zeros((4, 4), int))
-    np.save(tmp_path / "deep.npy", np.zeros((2, 4, 4), int))
-    whole = (tmp_path / "flat.npy").read_bytes()
-    (tmp_path / "cut.npy").write_bytes(whole[:-1])
-    (tmp_path / "huge.npy").write_bytes(whole.replace(b"(4, 4), }              ", b"(100000, 1000000), }   "))
-    (tmp_path / "header.npy").write_bytes(whole.replace(b"'descr'", b"(((((((").replace(b"(4, 4)", b"(4, 4'"))
-    np.save(tmp_path / "objects.npy", np.array([[None]]), allow_pickle=True)
-    os.mkfifo(tmp_path / "pipe.npy")
-    (tmp_path / "loop.npy").symlink_to("loop.npy")
-    np.save(tmp_path / "volume.npy", bluenoise.mask((2, 4, 4)))
-    Image.new("RGB", (4, 4)).save(tmp_path / "colour.png")
-    (tmp_path / "link.png").symlink_to("colour.png")
-    Image.new("L", (4, 4)).save(tmp_path / "grey.png")
-    before = sorted(tmp_path.iterdir())
-    assert main(arguments) == 1
-    out, err = lines(capsys)
-    assert not out and len(err) == 1 and err[0].startswith("bluenoise: ")
-    assert all(word in err[0] for word in words), err[0]
-    assert sorted(tmp_path.iterdir()) == before
+def test_errors_are_one_line_and_leave_nothing(arguments, words, run):
+    os.mkdir("folder.png")
+    Path("broken.png").write_bytes(b"\x89PNG\r\n\x1a\n no more")
+    for name, array in (("line", [0, 1, 2]), ("flat", np.zeros((4, 4), int)), ("deep", np.zeros((2, 4, 4), int)),
+                        ("objects", np.array([[None]])), ("volume", bluenoise.mask((2, 4, 4)))):
+        np.save(f"{name}.npy", array, allow_pickle=True)
+    whole = Path("flat.npy").read_bytes()
+    Path("cut.npy").write_bytes(whole[:-1])
+    Path("huge.npy").write_bytes(whole.replace(b"(4, 4), }              ", b"(100000, 1000000), }   "))
+    Path("header.npy").write_bytes(whole.replace(b"'descr'", b"(((((((").replace(b"(4, 4)", b"(4, 4'"))
+    os.mkfifo("pipe.npy")
+    os.symlink("loop.npy", "loop.npy")
+    Image.new("RGB", (4, 4)).save("colour.png")
+    os.symlink("colour.png", "link.png")
+    Image.new("L", (4, 4)).save("grey.png")
+    before = files()
+    out, (said,) = run(arguments, 1)
+    assert not out and said.startswith("bluenoise: ") and all(word in said for word in words), said
+    assert files() == before
 
 
 @pytest.mark.parametrize(
@@ -340,63 +311,54 @@ def test_wrong_usage(arguments, word, capsys):
     assert error.count("\n") == 1 or not arguments
 
 
-def test_a_failed_write_leaves_the_old_file(tmp_path, capsys, monkeypatch):
-    out = tmp_path / "mask.npy"
-    out.write_bytes(b"precious")
+def test_a_failed_write_leaves_the_old_file(run, monkeypatch):
+    Path("mask.npy").write_bytes(b"precious")
 
     def fail(file, array):
         file.write(b"half")
         raise OSError("the disk is full")
 
     monkeypatch.setattr(np.lib.format, "write_array_header_1_0", fail)
-    assert main(["mask", "--size", "8x8", "-o", str(out)]) == 1
-    assert "the disk is full" in capsys.readouterr().err
-    assert out.read_bytes() == b"precious" and list(tmp_path.iterdir()) == [out]
+    assert "the disk is full" in run("mask --size 8x8 -o mask.npy", 1)[1][0]
+    assert Path("mask.npy").read_bytes() == b"precious" and files() == ["mask.npy"]
 
 
 def test_streams(tmp_path):
-    def run(*arguments, data=None):
-        command = [sys.executable, "-m", "bluenoise", *arguments]
+    def run(arguments, data=None):
+        command = [sys.executable, "-m", "bluenoise", *arguments.split()]
         done = subprocess.run(command, input=data, capture_output=True, cwd=tmp_path, check=True)
         assert not done.stderr
         return done.stdout
 
     ranks = bluenoise.mask((16, 16), seed=2)
-    npy = run("mask", "--size", "16", "--seed", "2", "-o", "-")
+    npy = run("mask --size 16 --seed 2 -o -")
     np.testing.assert_array_equal(np.load(io.BytesIO(npy)), ranks)
-    png = run("mask", "--size", "16", "--seed", "2", "--format", "png", "-o", "-")
-    for data in (npy, png):
-        assert json.loads(run("measure", "--json", "-", data=data))["dithering_error"]["1.0"] == bluenoise.dithering_error(ranks)
+    for data in (npy, run("mask --size 16 --seed 2 --format png -o -")):
+        assert json.loads(run("measure --json -", data))["dithering_error"]["1.0"] == bluenoise.dithering_error(ranks)
     grey = Image.new("L", (8, 8), 100)
     buffer = io.BytesIO()
     grey.save(buffer, "PNG")
-    out = Image.open(io.BytesIO(run("dither", "-", "-", data=buffer.getvalue())))
-    assert (np.asarray(out) == np.asarray(bluenoise.dither(grey))).all()
+    np.testing.assert_array_equal(texels(io.BytesIO(run("dither - -", buffer.getvalue()))), bluenoise.dither(grey))
     assert not list(tmp_path.iterdir())
     assert run("--version").decode().strip() == f"bluenoise {bluenoise.__version__}" and b"measure" in run("--help")
 
 
-def test_points(tmp_path, capsys):
+def test_points(run):
     pytest.importorskip("scipy")
-    out = tmp_path / "points.csv"
-    assert main(["points", "--count", "50", "--seed", "3", "--candidates", "2", "--json", "-o", str(out)]) == 0
-    assert json.loads(capsys.readouterr().out)["count"] == 50
-    expected = bluenoise.points(50, seed=3, candidates=2)
-    assert out.read_text().startswith("x,y\n")
-    np.testing.assert_array_equal(np.loadtxt(out, delimiter=",", skiprows=1), expected)
-    bluenoise.save(tmp_path / "mask.png", bluenoise.mask((20, 30)))
-    arguments = ["points", "--count", "40", "--method", "mask", "--mask", str(tmp_path / "mask.png")]
-    assert main([*arguments, "-o", str(tmp_path / "points.npy")]) == 0
-    expected = bluenoise.points(40, method="mask", mask=bluenoise.mask((20, 30)))
-    np.testing.assert_array_equal(np.load(tmp_path / "points.npy"), expected)
+    out, _ = run("points --count 50 --seed 3 --candidates 2 --json -o points.csv")
+    assert json.loads("".join(out))["count"] == 50
+    assert Path("points.csv").read_text().startswith("x,y\n")
+    np.testing.assert_array_equal(np.loadtxt("points.csv", delimiter=",", skiprows=1), bluenoise.points(50, seed=3, candidates=2))
+    mask = bluenoise.mask((20, 30))
+    bluenoise.save("mask.png", mask)
+    run("points --count 40 --method mask --mask mask.png -o points.npy")
+    np.testing.assert_array_equal(np.load("points.npy"), bluenoise.points(40, method="mask", mask=mask))
 
 
-def test_temporary_files_cannot_be_guessed_and_reach_the_disk_before_the_rename(tmp_path, monkeypatch):
-    out, folders, steps = tmp_path / "mask.npy", [], []
+def test_temporary_files_cannot_be_guessed_and_reach_the_disk_before_the_rename(run, monkeypatch):
+    folders, steps = [], []
     for call in ("fsync", "replace"):
-        monkeypatch.setattr(
-            os, call, lambda *given, call=call, real=getattr(os, call): (steps.append(call), real(*given))
-        )
+        monkeypatch.setattr(os, call, lambda *given, call=call, real=getattr(os, call): (steps.append(call), real(*given)))
     save = _files.save_array
 
     def record(path, array):
@@ -406,9 +368,8 @@ def test_temporary_files_cannot_be_guessed_and_reach_the_disk_before_the_rename(
 
     monkeypatch.setattr(_files, "save_array", record)
     for _ in range(2):
-        assert main(["mask", "--size", "8x8", "-o", str(out)]) == 0
-    assert folders[0] != folders[1] and steps == ["fsync", "replace"] * 2
-    assert list(tmp_path.iterdir()) == [out]
+        run("mask --size 8x8 -o mask.npy")
+    assert folders[0] != folders[1] and steps == ["fsync", "replace"] * 2 and files() == ["mask.npy"]
 
 
 @pytest.mark.parametrize("arguments", [("measure", "{}"), ("measure", "m.npy", "{}"), ("mask", "--size", "300", "-o", "{}")])
@@ -425,15 +386,14 @@ def test_no_control_characters_reach_the_terminal(arguments, tmp_path, capsys, m
     assert said.endswith("\n") and said[:-1].isprintable()
 
 
-def test_an_output_that_is_a_link_is_replaced_not_followed(tmp_path):
-    victim, out = tmp_path / "victim.npy", tmp_path / "mask.npy"
-    victim.write_bytes(b"precious")
-    out.symlink_to(victim)
-    (tmp_path / "loop.npy").symlink_to("loop.npy")
+def test_an_output_that_is_a_link_is_replaced_not_followed(run):
+    Path("victim.npy").write_bytes(b"precious")
+    os.symlink("victim.npy", "mask.npy")
+    os.symlink("loop.npy", "loop.npy")
     for name in ("mask.npy", "loop.npy"):
-        assert main(["mask", "--size", "8x8", "-o", str(tmp_path / name)]) == 0
-        assert not (tmp_path / name).is_symlink() and np.load(tmp_path / name).shape == (8, 8)
-    assert victim.read_bytes() == b"precious"
+        run(f"mask --size 8x8 -o {name}")
+        assert not os.path.islink(name) and np.load(name).shape == (8, 8)
+    assert Path("victim.npy").read_bytes() == b"precious"
 
 
 def run_in_shell(command, cwd):
@@ -449,16 +409,13 @@ def test_closed_streams(tmp_path):
         done = run_in_shell("{} mask --size 8 -o out.npy " + close, tmp_path)
         assert (done.returncode, done.stdout, done.stderr) == (0, "", "") and bluenoise.load(tmp_path / "out.npy").shape == (8, 8)
         (tmp_path / "out.npy").unlink()
-    for command in ("{} measure in.npy >&-", "{} measure --json in.npy >&-", "{} mask --size 8 -o - >&-"):
-        done = run_in_shell(command, tmp_path)
-        assert (done.returncode, done.stderr) == (1, "bluenoise: standard output is closed\n")
-    done = run_in_shell("{} measure - <&-", tmp_path)
-    assert (done.returncode, done.stdout, done.stderr) == (1, "", "bluenoise: standard input is closed\n")
-    done = run_in_shell("{} measure none.npy 2>&-", tmp_path)
-    assert (done.returncode, done.stdout) == (1, "")
+    no_output, no_input = (f"bluenoise: standard {name} is closed\n" for name in ("output", "input"))
+    for command, status, error in (
+            ("measure in.npy >&-", 1, no_output), ("measure --json in.npy >&-", 1, no_output), ("mask --size 8 -o - >&-", 1, no_output),
+            ("measure - <&-", 1, no_input), ("measure none.npy 2>&-", 1, ""), ("paint 2>&-", 2, "")):
+        done = run_in_shell("{} " + command, tmp_path)
+        assert (done.returncode, done.stdout, done.stderr) == (status, "", error), command
     assert not os.path.exists("/dev/full") or run_in_shell("{} measure none.npy 2> /dev/full", tmp_path).returncode == 1
-    done = run_in_shell("{} paint 2>&-", tmp_path)
-    assert (done.returncode, done.stdout) == (2, "")
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full")

@@ -3,6 +3,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
+from helpers import refused
 
 import bluenoise
 from bluenoise import dither, mask, to_float
@@ -91,6 +92,7 @@ def test_channels_alike_on_request():
         ([[0.5]], {"levels": 257}, ValueError, ["levels", "257"]),
         ([[0.5]], {"levels": 2.5}, TypeError, ["levels", "2.5"]),
         ([[0.5]], {"mask": [[0, 0]]}, ValueError, ["mask", "0 2 times"]),
+        ([[0.5]], {"mask": np.repeat(np.arange(4), 16).reshape(8, 8)}, ValueError, ["mask", "0 16 times; ", "rank=True"]),
         ([[0.5]], {"mask": [[1.0]]}, ValueError, ["mask", "1.0"]),
         ([[0.5]], {"mask": [[float("nan")]]}, ValueError, ["mask", "nan"]),
         ([[0.5]], {"mask": [["a"]]}, TypeError, ["mask"]),
@@ -103,9 +105,8 @@ def test_channels_alike_on_request():
     ],
 )
 def test_bad_arguments(image, options, error, words):
-    with pytest.raises(error) as caught:
+    with refused(error, words):
         dither(image, **options)
-    assert all(word in str(caught.value) for word in words), str(caught.value)
 
 
 @pytest.mark.parametrize("srgb", [False, True])
@@ -152,11 +153,6 @@ def test_what_numpy_cannot_convert_is_refused_with_a_hint():
                  lambda: bluenoise.measure(Tensor()), lambda: bluenoise.Sampler().sample(Tensor(), 0, 0)):
         with pytest.raises(TypeError, match=r"requires grad.*\.detach\(\)\.cpu\(\)\.numpy\(\)"):
             call()
-
-
-def test_texture_as_ranks_is_refused_with_a_hint():
-    with pytest.raises(ValueError, match=r"0 16 times; .*rank=True"):
-        dither(np.zeros((8, 8)), mask=np.repeat(np.arange(4), 16).reshape(8, 8))
 
 
 class TestPictures:

@@ -6,6 +6,7 @@ import zlib
 
 import numpy as np
 import pytest
+from helpers import refused
 
 import bluenoise
 from bluenoise import load, mask, save
@@ -76,9 +77,8 @@ def test_textures_of_eight_bits_are_ranked_on_request(tmp_path):
     ],
 )
 def test_bad_masks_are_not_saved(name, array, options, error, words, tmp_path):
-    with pytest.raises(error) as caught:
+    with refused(error, words):
         save(tmp_path / name, array, **options)
-    assert all(word in str(caught.value) for word in words), str(caught.value)
     assert not list(tmp_path.iterdir())
 
 

@@ -2,13 +2,11 @@
 """Ctrl-C: the caller does not have to wait until the work is done, and the process ends properly whatever its threads are doing."""
 
 import signal
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from helpers import assert_interrupted, run_python
 from referee import white
-from signals import assert_interrupted
 
 import bluenoise
 from bluenoise import _core
@@ -47,7 +45,7 @@ while True:
 
 def test_a_program_that_measures_ends_with_a_traceback():
     """When Python exits, none of its threads is still inside the library, where it could abort the process."""
-    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True)
+    done = run_python(PROGRAM)
     assert done.stderr.splitlines()[-1] == "KeyboardInterrupt" and "terminate" not in done.stderr
     assert done.returncode == -signal.SIGINT, done.stderr
 
@@ -55,4 +53,4 @@ def test_a_program_that_measures_ends_with_a_traceback():
 def test_import_leaves_signal_handlers_alone():
     check = ("import signal, sys\nsys.argv = ['bluenoise']\nsignal.signal(signal.SIGINT, print)\n"
              "import bluenoise, bluenoise._cli\nassert signal.getsignal(signal.SIGINT) is print\n")
-    subprocess.run([sys.executable, "-c", check], check=True)
+    assert run_python(check).returncode == 0

@@ -2,6 +2,7 @@
 import numpy as np
 import pytest
 import referee
+from helpers import progress_of, refused
 from referee import white
 
 import bluenoise
@@ -99,9 +100,8 @@ def test_small_masks_have_no_rings():
     ],
 )
 def test_bad_masks(function, value, error, words):
-    with pytest.raises(error) as caught:
+    with refused(error, words):
         function(value)
-    assert all(word in str(caught.value) for word in words), str(caught.value)
 
 
 def test_bad_sigmas():
@@ -116,11 +116,8 @@ def test_measures_cannot_be_changed():
 
 
 def test_progress():
-    fractions = []
-    measure(mask((32, 32)), progress=fractions.append)
-    assert len(fractions) >= 5 and fractions == sorted(fractions) and fractions[-1] == 1 and fractions.count(1) == 1
-    with pytest.raises(bluenoise.CancelledError):
-        measure(mask((32, 32)), progress=lambda fraction: fraction > 0.3)
+    _, fractions = progress_of(lambda progress: measure(mask((32, 32)), progress=progress), cancel_at=0.3)
+    assert len(fractions) >= 5 and fractions.count(1) == 1
     with pytest.raises(TypeError, match="progress"):
         measure(mask((32, 32)), progress=1)
 

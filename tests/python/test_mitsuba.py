@@ -1,34 +1,32 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Mitsuba sampler: results bit-identical to the library, correct pixel coordinates, recorded loops."""
 
-import subprocess
-import sys
+import functools
 
 import numpy as np
 import pytest
-
-import bluenoise
+from helpers import run_python
 
 mitsuba = pytest.importorskip("mitsuba")
 drjit = pytest.importorskip("drjit")
+import bluenoise.mitsuba
 
 pytestmark = pytest.mark.slow
 SAMPLER = bluenoise.Sampler("blue", seed=5)
 
 
-def works(variant):
-    """Whether a variant exists and renders. It needs LLVM and kills the process if LLVM is too old."""
-    program = (f"import mitsuba; mitsuba.set_variant('{variant}'); box = mitsuba.cornell_box(); "
-               "print(mitsuba.render(mitsuba.load_dict(box), spp=1))")
-    return variant in mitsuba.variants() and subprocess.run([sys.executable, "-c", program], capture_output=True).returncode == 0
+@functools.cache
+def finds_llvm():
+    """Tried in a process of its own, because LLVM kills it if it is too old."""
+    return run_python("import mitsuba; mitsuba.set_variant('llvm_ad_rgb'); "
+                      "print(mitsuba.render(mitsuba.load_dict(mitsuba.cornell_box()), spp=1))").returncode == 0
 
 
-needs_llvm = pytest.mark.skipif(not works("llvm_ad_rgb"), reason="Mitsuba finds no LLVM; install libllvm19 or set DRJIT_LIBLLVM_PATH")
-
-
-@pytest.fixture(autouse=True)
-def registered():
-    import bluenoise.mitsuba  # noqa: F401
+@pytest.fixture
+def llvm():
+    if not finds_llvm():
+        pytest.skip("Mitsuba finds no LLVM; install libllvm19 or set DRJIT_LIBLLVM_PATH")
+    mitsuba.set_variant("llvm_ad_rgb")
 
 
 def scene_of(integrator, width, height, spp, crop=None, border=False, filter="box", sensor=(), seed=5):
@@ -71,10 +69,9 @@ def register_probe():
     mitsuba.register_integrator("probe", lambda props: Probe(props))
 
 
-@needs_llvm
+@pytest.mark.usefixtures("llvm")
 @pytest.mark.parametrize("crop", [None, (5, 3, 64, 32)])
 def test_pixels_of_the_film_have_their_draws(crop):
-    mitsuba.set_variant("llvm_ad_rgb")
     register_probe()
     width, height = crop[2:] if crop else (64, 32)
     scene = scene_of({"type": "probe", "pair": 3}, 70 if crop else 64, 40 if crop else 32, 1, crop)
@@ -91,9 +88,8 @@ def test_scalar_variants_are_refused():
         mitsuba.load_dict({"type": "bluenoise"})
 
 
-@needs_llvm
+@pytest.mark.usefixtures("llvm")
 def test_indices_of_every_length_have_their_numbers():
-    mitsuba.set_variant("llvm_ad_rgb")
     sampler = mitsuba.load_dict({"type": "bluenoise", "seed": 5})
     sampler.seed(0, 1)
     for bits in range(1, 33):
@@ -105,10 +101,9 @@ def test_indices_of_every_length_have_their_numbers():
             assert np.array_equal(found, SAMPLER.sample(x, y, index, domain, pair=pair))
 
 
-@needs_llvm
+@pytest.mark.usefixtures("llvm")
 @pytest.mark.parametrize("spp", [16, 600])
 def test_indices_and_draws_of_a_wavefront(spp):
-    mitsuba.set_variant("llvm_ad_rgb")
     scene = scene_of({"type": "direct"}, 9, 6, spp)
     sampler = scene.sensors()[0].sampler()
     sampler.set_samples_per_wavefront(spp // 2)
@@ -128,9 +123,8 @@ def test_indices_and_draws_of_a_wavefront(spp):
         sampler.advance()
 
 
-@needs_llvm
+@pytest.mark.usefixtures("llvm")
 def test_borders_are_sampled_too():
-    mitsuba.set_variant("llvm_ad_rgb")
     scene = scene_of({"type": "direct"}, 20, 10, 2, (3, 1, 12, 6), True, "gaussian")
     sensor = scene.sensors()[0]
     border = sensor.film().rfilter().border_size()
@@ -143,10 +137,9 @@ def test_borders_are_sampled_too():
     assert np.array_equal(np.array(sensor.sampler().next_2d()).T, expected.reshape(-1, 2))
 
 
-@needs_llvm
+@pytest.mark.usefixtures("llvm")
 @pytest.mark.parametrize("recorded", [True, False])
 def test_loops_count_draws(recorded):
-    mitsuba.set_variant("llvm_ad_rgb")
     scene = scene_of({"type": "direct"}, 16, 16, 1)
     sampler = scene.sensors()[0].sampler()
     sampler.seed(0, 256)

@@ -2,12 +2,12 @@
 """Paths on arrays are bit-identical to bn_path.h, whose own tests check the layout. Error messages state name and value."""
 
 import copy
-import doctest
 import pickle
 
 import numpy as np
 import pytest
 from hashes import hash_of, table
+from helpers import refused
 
 from bluenoise import LoopSampler, PathSampler, Sampler, _path
 
@@ -128,13 +128,8 @@ def test_paths_keep_their_pixels():
 )
 def test_bad_arguments(call, error, words):
     path = PathSampler(Sampler(), [1, 2, 3], 0, [0, 1, 2])
-    with pytest.raises(error) as caught:
+    with refused(error, words):
         call(path)
-    assert all(word in str(caught.value) for word in words), str(caught.value)
-
-
-def test_examples():
-    assert doctest.testmod(_path).attempted == 4 and doctest.testmod(_path).failed == 0
 
 
 @pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, pickle.dumps])

@@ -4,7 +4,7 @@ import pytest
 
 from bluenoise import Sampler, domain
 
-qmc = pytest.importorskip("scipy.stats.qmc")
+qmc, integrate = (pytest.importorskip(f"scipy.{name}") for name in ("stats.qmc", "integrate"))
 
 
 def test_points_are_the_samples_of_a_pixel():
@@ -35,15 +35,7 @@ def test_discrepancy_is_low():
     assert qmc.discrepancy(points) < qmc.discrepancy(white) / 10
 
 
-def quadrature():
-    integrate = pytest.importorskip("scipy.integrate")
-    if not hasattr(integrate, "qmc_quad"):
-        pytest.skip("SciPy is too old for qmc_quad")
-    return integrate
-
-
 def test_scipy_integrates_with_independent_samplers():
-    integrate = quadrature()
     found = [integrate.qmc_quad(lambda x: x[0] * x[1], [0, 0], [1, 2], n_estimates=6, n_points=256, qrng=Sampler(seed=seed).qmc(2))
              for seed in (1, 1, 2)]
     assert found[0] == found[1] != found[2]
@@ -51,7 +43,6 @@ def test_scipy_integrates_with_independent_samplers():
 
 
 def test_estimates_keep_the_sampler_and_repeat_after_a_reset():
-    integrate = quadrature()
     sampler = Sampler("zorder", seed=3, samples_per_pixel=16)
     engine = sampler.qmc(2, pixel=(5, 1))
     child = type(engine)(**engine._init_quad, seed=7)
@@ -63,7 +54,6 @@ def test_estimates_keep_the_sampler_and_repeat_after_a_reset():
 
 def test_integrals_have_no_bias():
     """Truncation to 24 bits would cause a bias of 6e-8. For this integrand, that is 200 standard errors of 2^16 points."""
-    integrate = quadrature()
     found = integrate.qmc_quad(lambda x: np.exp(x.sum(0)), [0, 0], [1, 1], n_points=2**16, n_estimates=8, qrng=Sampler(seed=1).qmc(2))
     assert abs(found.integral - (np.e - 1) ** 2) < 6 * found.standard_error < 1e-7
     assert (abs(Sampler(seed=2).qmc(4).random(2**16).mean(0) - 0.5) < 1e-9).all()

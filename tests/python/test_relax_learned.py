@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hashes import mix64
 
 import bluenoise
 
@@ -16,12 +17,6 @@ SCHEDULE = json.loads((LIBBN / "data" / "relax.json").read_text(encoding="utf-8"
 spec = importlib.util.spec_from_file_location("make_relax", LIBBN / "tools" / "make_relax.py")
 make_relax = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(make_relax)
-
-
-def mix64(v):
-    v = (v ^ (v >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    v = (v ^ (v >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return v ^ (v >> np.uint64(31))
 
 
 def reference(shape, seed):

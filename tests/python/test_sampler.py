@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from helpers import refused
 
 import bluenoise
 from bluenoise import Sampler
@@ -127,18 +128,11 @@ def test_mask_kind_takes_ranks():
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("protocol", range(2, pickle.HIGHEST_PROTOCOL + 1))
-def test_pickle(kind, protocol):
-    sampler = Sampler(kind, seed=2**63 + 1, samples_per_pixel=4)
-    twin = pickle.loads(pickle.dumps(sampler, protocol))
-    assert twin == sampler and hash(twin) == hash(sampler)
-    np.testing.assert_array_equal(twin.block(0, 0, 4, 4, 0, 4), sampler.block(0, 0, 4, 4, 0, 4))
-
-
-def test_pickle_and_copy_with_a_mask():
-    sampler = Sampler("mask", mask=bluenoise.mask((8, 8)))
-    for twin in (pickle.loads(pickle.dumps(sampler)), copy.copy(sampler), copy.deepcopy(sampler)):
+def test_pickle_and_copy(kind, protocol):
+    sampler = Sampler(kind, seed=2**63 + 1, samples_per_pixel=4, mask=bluenoise.mask((8, 8)) if kind == "mask" else None)
+    for twin in (pickle.loads(pickle.dumps(sampler, protocol)), copy.copy(sampler), copy.deepcopy(sampler)):
         assert twin == sampler and hash(twin) == hash(sampler)
-        np.testing.assert_array_equal(twin.sample(5, 6, 7), sampler.sample(5, 6, 7))
+        np.testing.assert_array_equal(twin.block(0, 0, 4, 4, 0, 4), sampler.block(0, 0, 4, 4, 0, 4))
 
 
 def test_equality_and_hash():
@@ -222,6 +216,8 @@ def test_repr_says_what_it_is():
         (lambda: Sampler().block(0, 0, 1, 1, 2**32, 1), ValueError, ["first_index", str(2**32)]),
         (lambda: Sampler().block(0, 0, 1.0, 1, 0, 1), TypeError, ["width", "1.0"]),
         (lambda: Sampler().block(0, 0, 1, 1, 0, 1, -5), ValueError, ["domain", "-5"]),
+        (lambda: Sampler().block(0, 0, 4, 4, 0, 4, dims=0), ValueError, ["dims", "0"]),
+        (lambda: Sampler().block(0, 0, 4, 4, 0, 4, dims=5), ValueError, ["dims", "5"]),
         (lambda: Sampler().block(0, 0, 2**31, 2**31, 0, 2**32 - 1), MemoryError, [str(2**31)]),
         (lambda: bluenoise.domain(-1), ValueError, ["key", "-1"]),
         (lambda: bluenoise.domain(0, 2**32), ValueError, ["key", str(2**32)]),
@@ -236,9 +232,8 @@ def test_repr_says_what_it_is():
     ],
 )
 def test_bad_arguments(call, error, words):
-    with pytest.raises(error) as caught:
+    with refused(error, words):
         call()
-    assert all(word in str(caught.value) for word in words), str(caught.value)
 
 
 def test_what_shaders_read():
@@ -277,15 +272,12 @@ def test_out(dims):
     np.testing.assert_array_equal(sampler.sample(1, 2, 3, 0, dims, out=one), sampler.sample(1, 2, 3)[:dims])
 
 
-def test_bad_out_and_dims():
+def test_bad_out():
     sampler = Sampler()
     for call in (lambda out: sampler.block(0, 0, 4, 4, 0, 4, out=out), lambda out: sampler.sample([[0] * 4] * 4, 0, [[[0]]] * 4, out=out)):
         for out in (np.empty((4, 4, 4, 3), np.float32), np.empty((4, 4, 4, 4)), np.empty((4, 4, 4, 8), np.float32)[..., ::2]):
             with pytest.raises(ValueError, match="^out must"):
                 call(out)
-    for dims in (0, 5):
-        with pytest.raises(ValueError, match=f"dims .* {dims}"):
-            sampler.block(0, 0, 4, 4, 0, 4, dims=dims)
 
 
 def test_domains_of_arrays():

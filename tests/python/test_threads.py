@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """C code releases the GIL, and results do not depend on threads."""
 
-import importlib.util
 import sys
 import threading
 import time
@@ -9,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from helpers import HAS_PACKAGE
 from onnx_file import convolution
 from referee import white
 
@@ -47,7 +47,7 @@ WORK = {
     "neural_noise": lambda: core.neural_noise(0, 0, 512, 512, 0),
     "dither": lambda: core.dither(IMAGE, 2, False, True, None),
 }
-if importlib.util.find_spec("onnxruntime") is not None:
+if HAS_PACKAGE:
     NETWORK = bluenoise.NeuralGenerator(convolution(np.full((1, 3, 3), 0.1)))
     WORK["neural_mask"] = lambda: NETWORK._core.mask(RANKS.copy(), 0, None)
     WORK["neural_window"] = lambda: NETWORK._core.window(0, 0, IMAGE[:, :, 0], 0)
