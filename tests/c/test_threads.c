@@ -5,16 +5,16 @@
 #include "samplers.h"
 #include <bn/bn.h>
 #include <pthread.h>
-#include <stdlib.h>
 #include <string.h>
 
-enum { THREADS = 4, SIZE = 24, SAMPLES = 320, MASK = 32 };
+enum { THREADS = 4, SIZE = 24, SAMPLES = 320, MASK = 32, BLOCK = SIZE * 300 * 4 };
 
 typedef struct job {
     const bn_sampler *samplers;
     uint32_t number; /* the thread's number, which determines the order of its draws */
     uint64_t hash[TYPES];
     uint32_t cluster[MASK * MASK], relaxed[MASK * MASK];
+    float block[BLOCK];
     int failures;
 } job;
 
@@ -27,11 +27,6 @@ static uint64_t mixed(uint64_t hash, uint64_t value) {
 static void *work(void *argument) {
     static const uint32_t strides[THREADS + 1] = {1, 7, 11, 13, 17}; /* coprime to the count */
     job *j = argument;
-    float *block = malloc((size_t)SIZE * 300 * 4 * sizeof *block);
-    if (block == NULL) {
-        j->failures = 1;
-        return NULL;
-    }
     for (int type = 0; type < TYPES; ++type) {
         const bn_sampler *s = &j->samplers[type];
         for (uint32_t k = 0; k < SIZE * SAMPLES; ++k) {
@@ -41,15 +36,14 @@ static void *work(void *argument) {
             bn_sample_4d_u32(s, x, -x, at / SIZE, domain, u);
             for (uint32_t d = 0; d < 4; ++d) j->hash[type] += mixed(at * 4u + d, u[d]);
         }
-        j->failures += bn_sample_block(s, -5, 9, SIZE, 1, 0, 300, 2u, block,
-                                       (size_t)SIZE * 300 * 4) != BN_SUCCESS;
-        for (size_t i = 0; i < (size_t)SIZE * 300 * 4; ++i) {
+        j->failures +=
+            bn_sample_block(s, -5, 9, SIZE, 1, 0, 300, 2u, j->block, BLOCK) != BN_SUCCESS;
+        for (size_t i = 0; i < BLOCK; ++i) {
             uint32_t bits;
-            memcpy(&bits, &block[i], sizeof bits);
+            memcpy(&bits, &j->block[i], sizeof bits);
             j->hash[type] += mixed(i, bits);
         }
     }
-    free(block);
     const bn_mask cluster = bn_mask_u32(j->cluster, MASK, MASK);
     const bn_mask relaxed = bn_mask_u32(j->relaxed, MASK, MASK);
     j->failures += bn_void_and_cluster(NULL, &cluster, NULL, NULL) != BN_SUCCESS;

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+VERSION = ".".join(re.findall(r"^#define BN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", (ROOT / "libbn/include/bn/bn.h").read_text(), re.M))
+CC, CXX = os.environ.get("CC", "cc"), os.environ.get("CXX", "c++")
 # Many projects build the same library.
 if shutil.which("ccache"):
     for language in ("C", "CXX"):
@@ -60,13 +62,13 @@ class Installed:
     def compile(self, source: Path, program: Path, *flags: str) -> None:
         """Compiles a C program as a Makefile with pkg-config would."""
         static = ["--static"] if self.kind == "static" else []
-        run(os.environ.get("CC", "cc"), *flags, *self.pkg_config("--cflags"), source, "-o", program,
+        run(CC, *flags, *self.pkg_config("--cflags"), source, "-o", program,
             *self.pkg_config("--libs", *static), f"-Wl,-rpath,{self.library.parent}")
 
     def compile_cpp(self, program: Path, *arguments) -> Path:
         """Compiles C++17 without warnings and links it with the static library. Returns the program."""
-        run(os.environ.get("CXX", "c++"), "-std=c++17", "-Wall", "-Wextra", "-Werror", "-O1", *self.pkg_config("--cflags"),
-            *arguments, "-o", program, *self.pkg_config("--libs", "--static"), "-lm")
+        run(CXX, "-std=c++17", "-Wall", "-Wextra", "-Werror", "-O1", *self.pkg_config("--cflags"), *arguments, "-o", program,
+            *self.pkg_config("--libs", "--static"), "-lm")
         return program
 
 

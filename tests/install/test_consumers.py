@@ -7,7 +7,7 @@ import re
 import subprocess
 
 import pytest
-from conftest import ROOT, Installed, cmake_build, run
+from conftest import CXX, ROOT, VERSION, Installed, cmake_build, run
 
 HERE = ROOT / "tests" / "install"
 
@@ -23,7 +23,7 @@ def expected(static_library, tmp_path_factory) -> str:
 def test_find_package(installed, expected, tmp_path):
     cmake_build(HERE / "find_package", tmp_path, f"-DCMAKE_PREFIX_PATH={installed.prefix}")
     assert run(tmp_path / "consumer") == expected
-    assert run(tmp_path / "consumer_cpp").split()[0] == installed.pkg_config("--modversion")[0]
+    assert run(tmp_path / "consumer_cpp").split()[0] == installed.pkg_config("--modversion")[0] == VERSION
     assert run(tmp_path / "consumer_hpp").splitlines() == [*expected.splitlines()[:5], "0"]
 
 
@@ -33,8 +33,7 @@ def test_find_package_checks_the_version(static_library, tmp_path):
                    f"-DCMAKE_PREFIX_PATH={static_library.prefix}", f"-DWANTED_VERSION={version}"]
         return subprocess.run(command, capture_output=True, check=False).returncode == 0
 
-    (version,) = static_library.pkg_config("--modversion")
-    major, minor, _ = version.split(".")
+    major, minor, _ = VERSION.split(".")
     assert found(f"{major}.{minor}")
     assert not found(f"{major}.{int(minor) + 1}")
     assert not found(f"{int(major) + 1}.0")
@@ -206,6 +205,6 @@ def test_a_cpp11_program_hides_the_cpp_header(static_library, tmp_path):
     (tmp_path / "numbers.cpp").write_text('#include "numbers.h"\n#include <bn/bn.hpp>\n' + source)
     (tmp_path / "main.cpp").write_text(CPP11)
     for name, standard in (("numbers", "c++14"), ("main", "c++11")):
-        run(os.environ.get("CXX", "c++"), f"-std={standard}", "-Wall", "-Wextra", "-Werror", *static_library.pkg_config("--cflags"),
+        run(CXX, f"-std={standard}", "-Wall", "-Wextra", "-Werror", *static_library.pkg_config("--cflags"),
             "-c", tmp_path / f"{name}.cpp", "-o", tmp_path / f"{name}.o")
     assert run(static_library.compile_cpp(tmp_path / "program", tmp_path / "main.o", tmp_path / "numbers.o")) == "1\n"

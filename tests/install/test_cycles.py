@@ -24,21 +24,21 @@ def folder(tmp_path_factory):
     return folder
 
 
-def link(folder, library, name, *arguments):
-    return library.compile_cpp(folder / name, "-I", folder, "-I", HERE, *arguments, HERE / "draws.cpp")
+@pytest.fixture(scope="module")
+def link(folder, static_library):
+    return lambda name, *options: static_library.compile_cpp(folder / name, "-I", folder, "-I", HERE, *options, HERE / "draws.cpp")
 
 
 @pytest.fixture(scope="module")
-def draws(folder, static_library):
-    return link(folder, static_library, "draws")
+def draws(link):
+    return link("draws")
 
 
 @pytest.mark.parametrize("kind", ["surface", "volume", "subsurface"])
 def test_no_number_is_drawn_twice(draws, kind):
     lines = run(draws, "path", kind, "30").splitlines()
-    assert len(lines) >= 5 + 29 * 6
     # Being identical in eight samples is no coincidence: in a single sample, the probability is 2^-24.
-    assert len(set(lines)) == len(lines)
+    assert len(set(lines)) == len(lines) >= 5 + 29 * 6
     assert all(0 <= float(number) < 1 for line in lines for number in line.split())
 
 
@@ -46,10 +46,9 @@ def test_decisions_have_the_domains_that_the_readme_names(draws):
     assert run(draws, "domains") == "0\n"
 
 
-def test_kernels_for_gpus_draw_the_same(folder, static_library):
+def test_kernels_for_gpus_draw_the_same(link):
     """Without 64-bit products."""
-    program = link(folder, static_library, "gpu", "-D__KERNEL_GPU__")
-    assert run(program, "domains") == "0\n"
+    assert run(link("gpu", "-D__KERNEL_GPU__"), "domains") == "0\n"
 
 
 def test_patch_changes_the_expected_files():

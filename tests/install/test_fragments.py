@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT, listing, run
+from conftest import CXX, ROOT, listing, run
 
 PAGES = {name: (ROOT / name).read_text(encoding="utf-8") for name in
          ("docs/porting.md", "docs/realtime.md", "bindings/README.md", "bindings/api.md")}
@@ -47,7 +47,7 @@ def test_fragments_compile(text, tmp_path):
     else:
         body = f"void fragment({parameters}) {{\n{body}}}\n"
     (tmp_path / "fragment.cpp").write_text(listing("porting.md", "counted.hpp") + RENDERER + body)
-    run(os.environ.get("CXX", "c++"), "-std=c++17", "-Wall", "-Wextra", "-Werror", "-Wno-unused-variable", "-Wno-unused-but-set-variable",
+    run(CXX, "-std=c++17", "-Wall", "-Wextra", "-Werror", "-Wno-unused-variable", "-Wno-unused-but-set-variable",
         "-I", ROOT / "libbn/include", "-fsyntax-only", tmp_path / "fragment.cpp")
 
 

@@ -8,7 +8,6 @@ import pytest
 from conftest import ROOT, listing, run
 
 GUIDE = (ROOT / "docs" / "porting.md").read_text(encoding="utf-8")
-FLAGS = ("-Wall", "-Wextra", "-Werror", "-O1")
 
 # Values of MISTAKE, and their descriptions in the guide.
 MISTAKES = {
@@ -36,25 +35,21 @@ MISTAKES = {
 
 @pytest.fixture(scope="module")
 def build(static_library, tmp_path_factory):
-    """Compiles texts {name: text} as C or C++, depending on their names, and links them with the library. Returns the program."""
-    def build(**files):
+    """Compiles a C++ program that may include listing.hpp. Returns its path."""
+    def build(main, listing=""):
         folder = tmp_path_factory.mktemp("listing")
-        for name, text in files.items():
-            (folder / name.replace("_dot_", ".")).write_text(text)
-        sources = sorted(path for path in folder.iterdir() if path.suffix in (".c", ".cpp"))
-        compiler = [os.environ.get("CXX", "c++"), "-std=c++17"] if sources[0].suffix == ".cpp" else [
-            os.environ.get("CC", "cc"), "-std=c99"]
-        run(*compiler, *FLAGS, *static_library.pkg_config("--cflags"), *sources, "-o", folder / "program",
-            *static_library.pkg_config("--libs", "--static"), "-lm")
-        return folder / "program"
+        (folder / "listing.hpp").write_text(listing)
+        (folder / "main.cpp").write_text(main)
+        return static_library.compile_cpp(folder / "program", folder / "main.cpp")
 
     return build
 
 
 @pytest.fixture(scope="module")
-def check(build):
-    mistakes = (ROOT / "tests" / "install" / "porting_mistakes.c").read_text()
-    program = build(check_dot_c=(ROOT / "examples/check/check.c").read_text(), mistakes_dot_c=mistakes)
+def check(static_library, tmp_path_factory):
+    program = tmp_path_factory.mktemp("check") / "check"
+    static_library.compile(ROOT / "examples/check/check.c", program, "-std=c99", "-Wall", "-Wextra", "-Werror", "-O1",
+                           ROOT / "tests/install/porting_mistakes.c")
 
     def check(mistake, **settings):
         printed = run(program, env={**os.environ, "MISTAKE": mistake, **settings})
@@ -134,12 +129,12 @@ def test_tile(build):
             ("next_t;\n    }\n}", "next_t;\n    }\n    (void)light;\n    return color;\n}")):
         assert text.count(before) == 1
         text = text.replace(before, after)
-    assert run(build(main_dot_cpp=TILE.replace("TEXT", text))) == "0\n"
+    assert run(build(TILE.replace("TEXT", text))) == "0\n"
 
 
 # Requests numbers in the order given by its argument.
 ORDER = """
-#include "sampler.hpp"
+#include "listing.hpp"
 int main(int, char **arguments) {
     const bn::Sampler shared(9);
     bn::SequentialSampler numbers(shared);
@@ -171,12 +166,12 @@ def test_debug_builds_stop_at_another_order(order, wrong):
 
 @pytest.fixture(scope="module")
 def order(build):
-    return build(sampler_dot_hpp=listing("porting.md", "counted.hpp"), main_dot_cpp=ORDER)
+    return build(ORDER, listing("porting.md", "counted.hpp"))
 
 
 WAVEFRONT = """
 #include <cstdio>
-#include "wavefront.hpp"
+#include "listing.hpp"
 int main() {
     const bn_sampler sampler = bn_sampler_make(0);
     Lanes lanes;
@@ -201,4 +196,4 @@ int main() {
 
 
 def test_wavefront(build):
-    assert run(build(wavefront_dot_hpp=listing("porting.md", "wavefront.hpp"), main_dot_cpp=WAVEFRONT)) == "0\n"
+    assert run(build(WAVEFRONT, listing("porting.md", "wavefront.hpp"))) == "0\n"

@@ -34,17 +34,10 @@ def mask_error(ranks, sigma):
 
 
 def rings(shape):
-    """Lists of flat positions, one list per ring of width 1 / max(shape), without frequency 0."""
-    height, width = shape
-    found = {}
-    for y in range(height):
-        for x in range(width):
-            fy = min(y, height - y) / height
-            fx = min(x, width - x) / width
-            ring = int(np.hypot(fy, fx) * max(shape) + 0.5)
-            if ring:
-                found.setdefault(ring, []).append(y * width + x)
-    return found
+    """Flat positions, one array per ring of width 1 / max(shape), without frequency 0."""
+    fy, fx = (np.minimum(np.arange(extent), extent - np.arange(extent)) / extent for extent in shape)
+    ring = (np.hypot(fy[:, None], fx) * max(shape) + 0.5).astype(int).ravel()
+    return {number: np.flatnonzero(ring == number) for number in np.unique(ring[ring > 0])}
 
 
 def anisotropy(masks):

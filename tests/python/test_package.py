@@ -70,19 +70,19 @@ def test_mitsuba_says_what_it_needs():
     assert "libbn[mitsuba]" in found.stderr.splitlines()[-1]
 
 
+def read_extension(*command):
+    if not shutil.which(command[0]) or not sys.platform.startswith("linux"):
+        pytest.skip(f"needs {command[0]} on Linux")
+    return subprocess.run([*command, bluenoise._core.__file__], capture_output=True, text=True, check=True).stdout
+
+
 def test_extension_exports_only_its_entry():
-    if not shutil.which("nm") or not sys.platform.startswith("linux"):
-        pytest.skip("needs nm on Linux")
-    out = subprocess.run(
-        ["nm", "-D", "--defined-only", bluenoise._core.__file__], capture_output=True, text=True, check=True
-    ).stdout
+    out = read_extension("nm", "-D", "--defined-only")
     assert [line.split()[-1] for line in out.splitlines()] == ["PyInit__core"]
 
 
 def test_extension_needs_only_what_every_linux_has():
-    if not shutil.which("readelf") or not sys.platform.startswith("linux"):
-        pytest.skip("needs readelf on Linux")
-    out = subprocess.run(["readelf", "-d", bluenoise._core.__file__], capture_output=True, text=True, check=True).stdout
+    out = read_extension("readelf", "-d")
     needed = set(re.findall(r"\(NEEDED\).*\[(.+?)\]", out))
     system = re.compile(r"(lib(c|m|dl|pthread|stdc\+\+|gcc_s|c\.musl-\w+)|ld-linux[\w-]*)\.so")
     assert {name for name in needed if not system.match(name)} == set()

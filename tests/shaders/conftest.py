@@ -28,6 +28,13 @@ def run(*command) -> str:
     return done.stdout
 
 
+def compile_text(folder, name: str, text: str, *options) -> None:
+    """Compiles a text as C or C++, depending on its name."""
+    (folder / name).write_text(text)
+    compiler = [os.environ.get("CC", "cc"), "-std=c99"] if name.endswith(".c") else [os.environ.get("CXX", "c++"), "-std=c++17"]
+    run(*compiler, "-Wall", "-Wextra", "-Werror", "-I", INCLUDE, *options, "-c", folder / name, "-o", folder / "out.o")
+
+
 def need(there, what: str) -> None:
     """Skips a test whose tool is missing, unless all tools are required."""
     if not there:

@@ -9,7 +9,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from conftest import HERE, INCLUDE, ROOT, need, run
+from conftest import HERE, INCLUDE, ROOT, compile_text, need, run
 
 CXX = os.environ.get("CXX", "c++")
 # Without the instructions of newer GLSL versions, so that their replacements are tested.
@@ -34,9 +34,8 @@ def test_cuda_and_hip_on_the_host(cases, tmp_path, language):
 
 def test_cuda_in_c(tmp_path):
     """Functions that take only words also work in C."""
-    (tmp_path / "words.c").write_text("#include <bn/bn_draw.h>\nvoid draw(const uint32_t *words, bn_uint2 seed, float u[4]) "
+    compile_text(tmp_path, "words.c", "#include <bn/bn_draw.h>\nvoid draw(const uint32_t *words, bn_uint2 seed, float u[4]) "
                                       "{ bn_draw_blue_4d(words, seed, -1, 2, 3, 4, u); }\n")
-    run(os.environ.get("CC", "cc"), "-std=c99", *WARNINGS, "-I", INCLUDE, "-c", tmp_path / "words.c", "-o", tmp_path / "o")
 
 
 @pytest.mark.parametrize("options", [["-DMETAL"], ["-DGLSL", *GLSL_VERSION]], ids=["metal", "glsl"])

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The examples in docs/shaders.md, docs/realtime.md and the headers' comments compile unchanged."""
 
-import os
 import re
 
 import pytest
-from conftest import GLSLANG, HERE, INCLUDE, ROOT, need, need_wgpu, run
+from conftest import GLSLANG, HERE, INCLUDE, ROOT, compile_text, need, need_wgpu, run
 from test_device_code import compile_with_nvrtc
 from test_shaders import with_texts
 
@@ -18,15 +17,31 @@ def listing(name):
 
 
 def test_upload(tmp_path):
-    (tmp_path / "upload.c").write_text(listing("upload.c"))
-    run(os.environ.get("CC", "cc"), "-std=c99", "-Wall", "-Wextra", "-Werror", "-I", INCLUDE, "-c", tmp_path / "upload.c",
-        "-o", tmp_path / "upload.o")
+    compile_text(tmp_path, "upload.c", listing("upload.c"))
 
 
 def test_cpp(tmp_path):
-    (tmp_path / "a.cpp").write_text(listing("realtime.cpp"))
-    run(os.environ.get("CXX", "c++"), "-std=c++17", "-Wall", "-Wextra", "-Werror", "-I", INCLUDE, "-c", tmp_path / "a.cpp", "-o",
-        tmp_path / "a.o")
+    compile_text(tmp_path, "realtime.cpp", listing("realtime.cpp"))
+
+
+def compile_hlsl(folder, text):
+    need(GLSLANG, "glslangValidator")
+    (folder / "a.hlsl").write_text(text)
+    run(GLSLANG, "-D", "-V", "-S", "comp", "-e", "main", f"-I{INCLUDE / 'bn'}", "-o", folder / "a.spv", folder / "a.hlsl")
+
+
+def compile_metal(folder, text, *options):
+    """As C++."""
+    words = "#define device\n#define thread\n#define constant const\n"
+    (folder / "metal_stdlib").write_text((HERE / "stand_ins.h").read_text() + words)
+    compile_text(folder, "a.cpp", text, "-I", folder, "-I", INCLUDE / "bn", *options)
+
+
+def compile_wgsl(*texts):
+    need_wgpu()
+    import wgpu
+
+    wgpu.gpu.request_adapter_sync().request_device_sync().create_shader_module(code="\n".join(texts))
 
 
 @pytest.mark.parametrize("name, define", [("example.comp", ""), ("path.comp", ""), ("realtime.comp", ""),
@@ -41,18 +56,11 @@ def test_glsl(tmp_path, name, define):
 @pytest.mark.parametrize("name, define", [("example.hlsl", ""), ("shadow.hlsl", ""), ("realtime.hlsl", ""),
                                           ("realtime.hlsl", "#define TABLE_IS_A_TEXTURE\n")])
 def test_hlsl(tmp_path, name, define):
-    need(GLSLANG, "glslangValidator")
-    (tmp_path / "a.hlsl").write_text(define + listing(name))
-    run(GLSLANG, "-D", "-V", "-S", "comp", "-e", "main", f"-I{INCLUDE / 'bn'}", "-o", tmp_path / "a.spv", tmp_path / "a.hlsl")
+    compile_hlsl(tmp_path, define + listing(name))
 
 
 def test_wgsl():
-    need_wgpu()
-    import wgpu
-
-    texts = "".join((INCLUDE / "bn" / name).read_text() for name in ("bn_draw.wgsl", "bn_choose.wgsl"))
-    device = wgpu.gpu.request_adapter_sync().request_device_sync()
-    device.create_shader_module(code=listing("example.wgsl") + texts)
+    compile_wgsl(listing("example.wgsl"), *((INCLUDE / "bn" / name).read_text() for name in ("bn_draw.wgsl", "bn_choose.wgsl")))
 
 
 def test_cuda(tmp_path):
@@ -60,13 +68,9 @@ def test_cuda(tmp_path):
 
 
 def test_metal(tmp_path):
-    """As C++, without the attributes; C++ has no vectors of vectors, either."""
+    """Without the attributes; C++ has no vectors of vectors, either."""
     text = re.sub(r" \[\[[^]]*\]\]", "", listing("example.metal")).replace("float4(u.xy,", "float4(u.x, u.y,")
-    words = "#define device\n#define thread\n#define constant const\n"
-    (tmp_path / "metal_stdlib").write_text((HERE / "stand_ins.h").read_text() + words)
-    (tmp_path / "a.cpp").write_text(text)
-    run(os.environ.get("CXX", "c++"), "-std=c++17", "-Wall", "-Wextra", "-Werror", "-Dkernel=", "-I", tmp_path,
-        "-I", INCLUDE / "bn", "-c", tmp_path / "a.cpp", "-o", tmp_path / "a.o")
+    compile_metal(tmp_path, text, "-Dkernel=")
 
 
 # ---- Comments in headers: paragraphs whose lines are indented four spaces more than the text
@@ -109,18 +113,16 @@ def test_listings_of_c_headers(tmp_path, header):
         texts += [re.sub(r"^ \*     ", "", each, flags=re.MULTILINE) for each in re.findall(
             r"(?:^ \*     uint32_t .*\n)+", (INCLUDE / "bn" / header).read_text(), re.MULTILINE)]
     nested = "{\n".join(re.sub(r"^#.*\n", "", text, flags=re.MULTILINE) + "\n" for text in texts) + "}" * (len(texts) - 1)
-    (tmp_path / "a.c").write_text(f"#include <bn/{header}>\n#include <bn/bn_path.h>\n{before}void listing({parameters});\n"
-                                  f"void listing({parameters}) {{\n{nested}\n}}\n")
-    run(os.environ.get("CC", "cc"), "-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused", "-Wno-unused-parameter",
-        "-Wno-maybe-uninitialized", "-I", INCLUDE, "-c", tmp_path / "a.c", "-o", tmp_path / "a.o")
+    text = (f"#include <bn/{header}>\n#include <bn/bn_path.h>\n{before}void listing({parameters});\n"
+            f"void listing({parameters}) {{\n{nested}\n}}\n")
+    compile_text(tmp_path, "a.c", text, "-Wno-unused", "-Wno-unused-parameter", "-Wno-maybe-uninitialized")
 
 
 def test_listing_of_the_cpp_header(tmp_path):
-    (tmp_path / "a.cpp").write_text("#include <bn/bn.hpp>\nenum { KEY_LIGHT = 3 };\n"
-                                    "void listing(uint64_t seed, int x, int y, unsigned index, unsigned depth) {\n"
-                                    + "\n".join(text for text in paragraphs("bn.hpp") if not text.startswith("// numbers.")) + "\n}\n")
-    run(os.environ.get("CXX", "c++"), "-std=c++14", "-Wall", "-Wextra", "-Werror", "-Wno-unused", "-I", INCLUDE, "-c", tmp_path / "a.cpp",
-        "-o", tmp_path / "a.o")
+    listings = "\n".join(text for text in paragraphs("bn.hpp") if not text.startswith("// numbers."))
+    text = ("#include <bn/bn.hpp>\nenum { KEY_LIGHT = 3 };\n"
+            f"void listing(uint64_t seed, int x, int y, unsigned index, unsigned depth) {{\n{listings}\n}}\n")
+    compile_text(tmp_path, "a.cpp", text, "-std=c++14", "-Wno-unused")
 
 
 def shader_of_listings(language, texture=False):
@@ -150,35 +152,22 @@ def test_listings_of_glsl(tmp_path, texture):
 
 
 def test_listings_of_hlsl(tmp_path):
-    need(GLSLANG, "glslangValidator")
-    (tmp_path / "a.hlsl").write_text(shader_of_listings("hlsl"))
-    run(GLSLANG, "-D", "-V", "-S", "comp", "-e", "main", f"-I{INCLUDE / 'bn'}", "-o", tmp_path / "a.spv", tmp_path / "a.hlsl")
+    compile_hlsl(tmp_path, shader_of_listings("hlsl"))
 
 
 def test_listings_of_metal(tmp_path):
-    """As C++, like the guide's."""
-    texts = [text for name in ("bn_draw", "bn_path", "bn_choose") for text in paragraphs(f"{name}.metal")]
-    words = "#define device\n#define thread\n#define constant const\n"
-    (tmp_path / "metal_stdlib").write_text((HERE / "stand_ins.h").read_text() + words)
-    (tmp_path / "a.cpp").write_text(
-        texts[0] + '\n#include "bn_path.metal"\n#include "bn_choose.metal"\n'
-        f"void listing(const uint *bn_words, uint2 seed, uint2 pixel) {{ {NUMBERS}\n"
-        + "\n".join(f"{{ {text}\n}}" for text in texts[1:]) + "\n}\n")
-    run(os.environ.get("CXX", "c++"), "-std=c++17", "-Wall", "-Wextra", "-Werror", "-Wno-unused", "-I", tmp_path,
-        "-I", INCLUDE / "bn", "-c", tmp_path / "a.cpp", "-o", tmp_path / "a.o")
+    first, *texts = [text for name in ("bn_draw", "bn_path", "bn_choose") for text in paragraphs(f"{name}.metal")]
+    blocks = "\n".join(f"{{ {text}\n}}" for text in texts)
+    compile_metal(tmp_path, f'{first}\n#include "bn_path.metal"\n#include "bn_choose.metal"\n'
+                            f"void listing(const uint *bn_words, uint2 seed, uint2 pixel) {{ {NUMBERS}\n{blocks}\n}}\n", "-Wno-unused")
 
 
 def test_listings_of_wgsl():
-    need_wgpu()
-    import wgpu
-
     names = ("bn_draw", "bn_path", "bn_choose", "bn_choose_cdf")
     texts = [text for name in names for text in paragraphs(f"{name}.wgsl")]
     declared = [text for text in texts if text.startswith("@group")]
     numbers = re.sub(r"uint (.*?);", lambda each: "".join(f"let {one};" for one in each[1].split(", ")), NUMBERS)
     numbers = numbers.replace("float coat_probability", "let coat_probability")
     given = f"{numbers} let pixel = vec2i(1, 2); let seed = vec2u(8u, 9u); let draw = vec4f(0.5); var u = 0.5;"
-    code = ("\n".join([*declared, *((INCLUDE / "bn" / f"{name}.wgsl").read_text() for name in names)])
-            + f"@compute @workgroup_size(1) fn main() {{ {given}\n"
-            + "\n".join(f"{{ {text}\n}}" for text in texts if text not in declared) + "}\n")
-    wgpu.gpu.request_adapter_sync().request_device_sync().create_shader_module(code=code)
+    compile_wgsl(*declared, *((INCLUDE / "bn" / f"{name}.wgsl").read_text() for name in names),
+                 f"@compute @workgroup_size(1) fn main() {{ {given}", *(f"{{ {text}\n}}" for text in texts if text not in declared), "}")

@@ -4,7 +4,6 @@
 import json
 import re
 import shutil
-import subprocess
 import sys
 
 import pytest
@@ -13,13 +12,15 @@ from test_browser import GLSL, PACKAGE, SEED
 
 NODE = shutil.which("node") or shutil.which("nodejs")
 
-needs_node = pytest.mark.skipif(NODE is None, reason="no Node.js")
+
+def node(*arguments):
+    return run(NODE, *arguments) if NODE else pytest.skip("no Node.js")
 
 
 def in_node(expression):
     """The value of an expression that uses the `bn` module, passed as JSON."""
     code = f'import * as bn from {json.dumps((PACKAGE / "index.js").as_uri())}; console.log(JSON.stringify({expression}));'
-    return json.loads(run(NODE, "--input-type=module", "-e", code))
+    return json.loads(node("--input-type=module", "-e", code))
 
 
 def test_the_texts_are_up_to_date():
@@ -27,7 +28,6 @@ def test_the_texts_are_up_to_date():
     run(sys.executable, PACKAGE / "make_texts.py", "--check")
 
 
-@needs_node
 def test_the_names_are_those_of_the_types():
     declared = re.findall(r"^export (?:function|const) (\w+)", (PACKAGE / "index.d.ts").read_text(), re.M)
     assert in_node("Object.keys(bn)") == sorted(declared)
@@ -37,19 +37,17 @@ def test_the_names_are_those_of_the_types():
         assert f"BN_EFFECT_{role.upper()} 9u\n" in in_node(f"bn.glsl({{effects: {{light: 1, {role}: 9}}}})")
 
 
-@needs_node
 def test_the_package_is_found_by_its_name(tmp_path):
     description = json.loads((PACKAGE / "package.json").read_text())
     shutil.copytree(PACKAGE, tmp_path / "node_modules" / description["name"])
     (tmp_path / "a.mjs").write_text(f'import {{TABLE_WIDTH}} from "{description["name"]}"; console.log(TABLE_WIDTH);\n')
-    assert run(NODE, tmp_path / "a.mjs") == "64\n"
+    assert node(tmp_path / "a.mjs") == "64\n"
     files = [*description["files"], description["types"], description["exports"]["."]["default"]]
     assert all((PACKAGE / name).is_file() for name in files) and description["private"] is True
     header = (ROOT / "libbn" / "include" / "bn" / "bn.h").read_text()
     assert description["version"].split(".") == re.findall(r"^#define BN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", header, re.M)
 
 
-@needs_node
 def test_the_table_and_seeds_are_the_librarys(cases):
     words, last = cases.words.tolist(), cases.asked[-1, 0, 10:12].tolist()
     assert in_node("[...bn.tableWords()]") == words
@@ -60,14 +58,12 @@ def test_the_table_and_seeds_are_the_librarys(cases):
         assert in_node(f"[...bn.seedWords({seed})]") == last
 
 
-@needs_node
 @pytest.mark.parametrize("language", ["glsl", "wgsl"])
 def test_the_seed_is_0_until_it_is_set(language):
     words = ", ".join(f"0x{word:08x}u" for word in in_node("[...bn.seedWords()]"))
     assert f"({words}); /* seed 0 */" in in_node(f"bn.{language}()")
 
 
-@needs_node
 @pytest.mark.parametrize("call, message", [
     ("bn.glsl({effects: {lense: 1}})", 'effects: no role "lense"; there are pixel, lens,'),
     ("bn.glsl({effects: {lens: 1.5}})", "effects.lens is 1.5, not an integer from 0 to 2^32 - 2"),
@@ -81,7 +77,6 @@ def test_mistakes_are_one_clear_line(call, message):
     assert message in in_node(f"(() => {{ try {{ {call}; }} catch (error) {{ return error.message; }} }})()")
 
 
-@needs_node
 @pytest.mark.parametrize("version", ["300 es", "330"])
 def test_the_glsl_is_valid(version, tmp_path):
     need(GLSLANG, "glslangValidator")
@@ -89,16 +84,13 @@ def test_the_glsl_is_valid(version, tmp_path):
     run(GLSLANG, tmp_path / "a.frag")
 
 
-@needs_node
 def test_the_readmes_examples(tmp_path):
     page = (PACKAGE / "README.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"^<!-- listing: glsl -->\n```js\n(.*?)^```", page, re.M | re.S)
-    (wgsl,) = re.findall(r"^<!-- listing: wgsl -->\n```js\n(.*?)^```", page, re.M | re.S)
     shutil.copytree(PACKAGE, tmp_path / "node_modules" / "libbn")
-    for name, text in (("glsl", code), ("wgsl", wgsl)):
+    for name in ("glsl", "wgsl"):
+        (text,) = re.findall(rf"^<!-- listing: {name} -->\n```js\n(.*?)^```", page, re.M | re.S)
         (tmp_path / f"{name}.mjs").write_text(text + "process.stdout.write(shader);\n")
-    shader = subprocess.run([NODE, tmp_path / "glsl.mjs"], capture_output=True, text=True, check=True).stdout
-    if GLSLANG:
-        (tmp_path / "a.frag").write_text(shader)
-        run(GLSLANG, tmp_path / "a.frag")
-    assert "fn rngInit(" in run(NODE, tmp_path / "wgsl.mjs")
+    assert "fn rngInit(" in node(tmp_path / "wgsl.mjs")
+    (tmp_path / "a.frag").write_text(node(tmp_path / "glsl.mjs"))
+    need(GLSLANG, "glslangValidator")
+    run(GLSLANG, tmp_path / "a.frag")

@@ -31,25 +31,19 @@ def same(a, b):
 
 
 def step_by_hand(step, values):
-    """The formula, texel by texel, on a torus."""
-    c, height, width = values.shape
+    """The formula, offset by offset, on a torus."""
     half = math.isqrt(step.reach)
     offsets = [(y, x) for y in range(-half, half + 1) for x in range(-half, half + 1) if 0 < y * y + x * x <= step.reach]
+    square = np.square(offsets).sum(1)
     inner = math.exp(min(max(step.inner, -1.5), 1.5))
     outer = inner * (1.2 + math.exp(min(max(step.outer, -2), 1.5)))
-    weights, sharpness = {}, {}
-    for y, x in offsets:
-        square = y * y + x * x
-        weights[y, x] = math.exp(-square / (2 * inner) ** 2) - float(step.surround) * math.exp(-square / (2 * outer) ** 2)
-        sharpness[y, x] = math.exp(min(max(float(step.sharpness) + float(step.sharpness_slope) * (square - 1) / 10, -3), 3))
-    factor = min(math.exp(float(step.scale)), MOST_SCALE) / sum(map(abs, weights.values()))
-    made = np.zeros_like(values)
-    for y in range(height):
-        for x in range(width):
-            made[:, y, x] = float(step.keep) * values[:, y, x]
-            for o in offsets:
-                d = sharpness[o] * (values[:, y, x] - values[:, (y + o[0]) % height, (x + o[1]) % width])
-                made[:, y, x] += weights[o] * factor * d / max(np.linalg.norm(d), 1)
+    weights = np.exp(-square / (2 * inner) ** 2) - float(step.surround) * np.exp(-square / (2 * outer) ** 2)
+    weights *= min(math.exp(float(step.scale)), MOST_SCALE) / np.abs(weights).sum()
+    sharpness = np.exp(np.clip(float(step.sharpness) + float(step.sharpness_slope) * (square - 1) / 10, -3, 3))
+    made = float(step.keep) * values
+    for (y, x), weight, sharp in zip(offsets, weights, sharpness):
+        d = sharp * (values - np.roll(values, (-y, -x), (1, 2)))
+        made += weight * d / np.maximum(np.linalg.norm(d, axis=0), 1)
     return made
 
 
