@@ -14,16 +14,17 @@
 
 #define FAKE_RUNTIME BN_FAKE_DIR "/libfake_onnxruntime.so"
 
-/* Resets the state of the fake runtime. Its library stays loaded. */
+/* The state of a fake runtime, whose library stays loaded. */
+static inline fake_state *fake_state_of(const char *library) {
+    void *handle = dlopen(library, RTLD_NOW | RTLD_LOCAL);
+    void *symbol = handle != NULL ? dlsym(handle, "fake_get_state") : NULL;
+    fake_state_getter getter;
+    memcpy(&getter, &symbol, sizeof getter);
+    return getter();
+}
+
 static inline fake_state *fake_reset(void) {
-    static fake_state *state;
-    if (state == NULL) {
-        void *handle = dlopen(FAKE_RUNTIME, RTLD_NOW | RTLD_LOCAL);
-        void *symbol = handle != NULL ? dlsym(handle, "fake_get_state") : NULL;
-        fake_state_getter getter;
-        memcpy(&getter, &symbol, sizeof getter);
-        state = getter();
-    }
+    fake_state *const state = fake_state_of(FAKE_RUNTIME);
     const int living = state->living;
     memset(state, 0, sizeof *state);
     state->living = living;

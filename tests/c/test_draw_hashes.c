@@ -32,32 +32,18 @@ static uint64_t add(uint64_t hash, uint32_t word) {
 
 static int32_t coordinate(uint64_t random) {
     static const int32_t extremes[] = {0, -1, 1, 63, 64, INT32_MAX, INT32_MIN, -64};
-    uint32_t v = (uint32_t)(random >> 32);
-    switch (random & 3u) {
-    case 0:
-        return extremes[v & 7u];
-    case 1:
-        return (int32_t)(v & 1023u);
-    case 2:
-        return -(int32_t)(v & 1023u);
-    default:
-        return (int32_t)(v & 0x7fffffffu) - (int32_t)(v >> 31);
-    }
+    const uint32_t v = (uint32_t)(random >> 32);
+    const int32_t small = (int32_t)(v & 1023u);
+    const int32_t choices[] = {extremes[v & 7u], small, -small,
+                               (int32_t)(v & 0x7fffffffu) - (int32_t)(v >> 31)};
+    return choices[random & 3u];
 }
 
 static uint32_t sample_index(uint64_t random) {
     static const uint32_t extremes[] = {0, 1, 255, 256, 65535, 65536, 1u << 31, UINT32_MAX};
-    uint32_t v = (uint32_t)(random >> 32);
-    switch (random & 3u) {
-    case 0:
-        return extremes[v & 7u];
-    case 1:
-        return v & 255u;
-    case 2:
-        return v & 65535u;
-    default:
-        return v;
-    }
+    const uint32_t v = (uint32_t)(random >> 32);
+    const uint32_t choices[] = {extremes[v & 7u], v & 255u, v & 65535u, v};
+    return choices[random & 3u];
 }
 
 /* Every fourth domain is an arbitrary number; the others are children. */
@@ -155,8 +141,12 @@ static uint64_t hash_strange_choices(void) {
     return hash;
 }
 
+static void add_float(uint32_t *hash, float v) {
+    *hash = (*hash ^ bits_of(v)) * 0x01000193u;
+}
+
 static void add_floats(uint32_t *hash, const float *v, int count) {
-    for (int i = 0; i < count; ++i) *hash = (*hash ^ bits_of(v[i])) * 0x01000193u;
+    for (int i = 0; i < count; ++i) add_float(hash, v[i]);
 }
 
 static void add_ray(uint32_t *hash, const bn_sampler *sampler, const bn_path *path,
@@ -165,10 +155,7 @@ static void add_ray(uint32_t *hash, const bn_sampler *sampler, const bn_path *pa
     float v[4];
     bn_ray_draw(sampler, &ray, v);
     add_floats(hash, v, 4);
-    for (int i = 0; i < 5; ++i) {
-        v[0] = bn_ray_next_1d(sampler, &ray);
-        add_floats(hash, v, 1);
-    }
+    for (int i = 0; i < 5; ++i) add_float(hash, bn_ray_next_1d(sampler, &ray));
     for (int i = 0; i < 3; ++i) {
         bn_ray_next_2d(sampler, &ray, v);
         add_floats(hash, v, 2);
@@ -176,20 +163,16 @@ static void add_ray(uint32_t *hash, const bn_sampler *sampler, const bn_path *pa
     bn_ray_next_4d(sampler, &ray, v);
     add_floats(hash, v, 4);
     bn_loop rng = bn_ray_next_loop(sampler, &ray);
-    for (int i = 0; i < 6; ++i) {
-        v[0] = bn_loop_next_1d(&rng);
-        add_floats(hash, v, 1);
-    }
+    for (int i = 0; i < 6; ++i) add_float(hash, bn_loop_next_1d(&rng));
     const bn_split split = bn_ray_next_split(&ray, 3), from = bn_ray_next_split_from(&ray, 9);
     for (uint32_t k = 0; k < 6; ++k) {
         const bn_path branch = bn_split_path(k < 4 ? &split : &from, k % 4);
         const bn_ray first = bn_path_ray(&branch, k < 4);
         bn_ray_draw(sampler, &first, v);
-        add_floats(hash, k < 4 ? v + 2 : v, 1);
+        add_float(hash, v[k < 4 ? 2 : 0]);
     }
     bn_ray keyed = bn_ray_child(&ray, 77);
-    v[0] = bn_ray_next_1d(sampler, &keyed);
-    add_floats(hash, v, 1);
+    add_float(hash, bn_ray_next_1d(sampler, &keyed));
 }
 
 /* A hash of the first eight rays for each of 96 paths. */

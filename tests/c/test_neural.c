@@ -450,15 +450,11 @@ static void test_unusable_libraries(void) {
     /* If libbn itself loads the runtime, it turns telemetry off. */
     unsetenv("ORT_DISABLE_TELEMETRY");
     CHECK(open_model(&plain, NULL, BN_FAKE_DIR "/libfake_other.so", 1, &neural) == BN_SUCCESS);
-    void *handle = dlopen(BN_FAKE_DIR "/libfake_other.so", RTLD_NOW | RTLD_LOCAL);
-    void *symbol = dlsym(handle, "fake_get_state");
-    fake_state_getter getter;
-    memcpy(&getter, &symbol, sizeof getter);
+    state = fake_state_of(BN_FAKE_DIR "/libfake_other.so");
     CHECK(strcmp(getenv("ORT_DISABLE_TELEMETRY"), "1") == 0);
-    CHECK(getter()->telemetry_disabled == 1);
+    CHECK(state->telemetry_disabled == 1);
     bn_neural_close(neural);
-    CHECK(getter()->living == 0);
-    dlclose(handle);
+    CHECK(state->living == 0);
 }
 
 int main(void) {

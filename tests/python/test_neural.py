@@ -6,7 +6,6 @@ import pickle
 import re
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -80,13 +79,6 @@ def test_seeds_threads_and_paths(one, tmp_path):
     generator = np.random.default_rng(5), np.random.default_rng(5)
     assert (one.mask((20, 20), seed=generator[0]) == one.mask((20, 20), seed=generator[1])).all()
     assert (bluenoise.neural((70, 300), seed=2**64 - 1, model=path) == expected).all()
-
-
-def test_threads_share_a_generator(one):
-    with ThreadPoolExecutor(4) as pool:
-        masks = list(pool.map(lambda seed: one.mask((64, 64), seed=seed % 3), range(12)))
-    for i, ranks in enumerate(masks):
-        assert (ranks == one.mask((64, 64), seed=i % 3)).all()
 
 
 def test_providers(one, capfd):

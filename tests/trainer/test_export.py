@@ -125,12 +125,7 @@ def test_a_failed_export_leaves_nothing(small, tmp_path, monkeypatch):
     assert (tmp_path / "m.onnx").read_bytes() == b"before" and os.listdir(tmp_path) == ["m.onnx"]
 
 
-needs_the_network = pytest.mark.skipif(
-    not hasattr(bluenoise._core, "NeuralGenerator"), reason="a build of the package with BN_NEURAL=OFF"
-)
-
-
-@needs_the_network
+@pytest.mark.skipif(not hasattr(bluenoise._core, "NeuralGenerator"), reason="a build of the package with BN_NEURAL=OFF")
 def test_the_library_reads_the_file(exported):
     model, path, _ = exported
     generator = bluenoise.NeuralGenerator(path, threads=1)

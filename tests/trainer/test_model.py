@@ -85,21 +85,13 @@ def test_radius_is_tight(channels):
 
 
 @CHANNELS
-def test_rolling_the_noise_rolls_the_values(channels):
-    model = network(channels)
-    noise = rand(1, 1, 33, 20)
-    values = model.torus(noise)
-    for shift in ((1, 0), (0, 7), (13, 5)):
-        assert same(model.torus(noise.roll(shift, (2, 3))), values.roll(shift, (2, 3)))
-
-
-@CHANNELS
-def test_the_eight_symmetries(channels):
-    model = network(channels)
-    noise = rand(1, 1, 24, 24)
-    values = model.torus(noise)
-    for change in (lambda t: t.flip(2), lambda t: t.flip(3), lambda t: t.transpose(2, 3)):
-        assert same(model.torus(change(noise)), change(values))
+@pytest.mark.parametrize("change", [
+    *(lambda t, shift=shift: t.roll(shift, (2, 3)) for shift in ((1, 0), (0, 7), (13, 5))),
+    lambda t: t.flip(2), lambda t: t.flip(3), lambda t: t.transpose(2, 3)])
+def test_changes_of_the_torus_change_the_values_alike(channels, change):
+    """Shifts and the eight symmetries."""
+    model, noise = network(channels), rand(1, 1, 33, 20)
+    assert same(model.torus(change(noise)), change(model.torus(noise)))
 
 
 @CHANNELS
