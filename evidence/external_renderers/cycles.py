@@ -260,7 +260,7 @@ this error. Cells are empty where the reference is too noisy."""
         last = (f"With adaptive sampling and a threshold of {ADAPTIVE}, Tabulated Sobol takes {samples} times as many samples as `blue` and ends up "
                 f"with {error} times its error. " if samples and error else "")
         rows = [[name, *(self.both(self.compared, than, spp) for spp in counts)] for than, name in {**NAMES, **TOLD}.items()]
-        return (f"Errors relative to `blue` after a blur of 2.1 pixels, as displayed (raw errors in brackets):\n\n{md_table(['pattern, at spp', *map(str, counts)], rows)}\n\n"
+        return (f"Errors relative to `blue` after a 2.1-pixel blur, as displayed (raw errors in brackets):\n\n{md_table(['pattern, at spp', *map(str, counts)], rows)}\n\n"
                 f"{last}Tabulated Sobol is the default of Cycles' stand-alone program. The [times](#time) show no clear difference.")
 
 

@@ -118,7 +118,7 @@ class Report:
         scenes = {scene: own.value for scene, views in self.compared.by_scene().items() if (own := self.compared.over("blue", 16, HEADLINE, views))}
         order = sorted(scenes, key=scenes.get)
         ends = f" At 16 samples, it gains most in `{order[0]}` ({scenes[order[0]]:.2f}) and least in `{order[-1]}` ({scenes[order[-1]]:.2f})." if order else ""
-        return f"As displayed after a blur of 2.1 pixels, `blue` has the following error relative to padded Sobol': {line} samples.{ends} {self.tests_text()}"
+        return f"As displayed after a 2.1-pixel blur, `blue` has the following error relative to padded Sobol': {line} samples.{ends} {self.tests_text()}"
 
     def plot(self, path):
         figure, axes = plt.subplots(1, 2, figsize=(12, 4.4), sharey=True)

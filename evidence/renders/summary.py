@@ -104,7 +104,7 @@ def of_denoise(found):
     own = [found["plain:displayed", "", "blue", spp] for spp in (1, 4, 16)]
     yield "What about a denoiser?", (
         f"after Open Image Denoise, `blue` has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples (only the first gain is "
-        f"significant; the references are accurate enough in only {series([str(each.crops) for each in own])} of the {own[0].crops + own[0].left_out} crops of built-in scenes). After a further blur of 2.1 pixels, it has {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))} less"), "denoise.md"
+        f"significant; the references are accurate enough in only {series([str(each.crops) for each in own])} of the {own[0].crops + own[0].left_out} crops of built-in scenes). After another 2.1-pixel blur, it has {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))} less"), "denoise.md"
 
 
 def of_pbrt(rows):

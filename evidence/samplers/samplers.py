@@ -109,7 +109,7 @@ def answer(rows):
         values = [each["value"] for each in rows if (each["row"], each["sampler"]) == (row, name)]
         return f"{min(values):.2f} to {max(values):.2f}" if row != PEAKS else f"{max(values):.1f}"
 
-    return (f"After a blur of 2.1 pixels, `blue` has {ends('half-planes', 'blue')} times the error of padded Sobol' for half-planes over a pair of numbers, "
+    return (f"After a 2.1-pixel blur, `blue` has {ends('half-planes', 'blue')} times the error of padded Sobol' for half-planes over a pair of numbers, "
             f"and {ends('products of both pairs', 'blue')} times its error for products over both pairs. Without a blur, it has {ends('half-planes, single pixels', 'blue')} "
             f"times its error for half-planes. It shows no patterns: its largest spectral peaks are {ends(PEAKS, 'blue')} times the mean power, compared with "
             f"{ends(PEAKS, 'white')} for white noise, {ends(PEAKS, 'zorder')} for Z-order and {ends(PEAKS, 'sobol-global')} for global Sobol'.")
@@ -135,8 +135,8 @@ def report_text(rows, times, every, options):
               f"{RUNS_OF_EVERY} seeds. [samplers_counts.csv](samplers_counts.csv) lists all sample counts.", ""]
     for row in ("half-planes", "half-planes, single pixels", "products of both pairs", "products of both pairs, single pixels"):
         parts += [f"{row.capitalize()}{'' if row.endswith('pixels') else ', after sigma 2.1'}:", "", row_table(every, row, SHOWN_COUNTS), ""]
-    parts += ["## Spectral peaks", "", "The eye sees spectral peaks as a weave or a checkerboard. The table shows the mean of the 41 largest powers (1%) in an error image's "
-              "spectrum, divided by the mean power, for the worst pair of numbers. Regular sample arrangements have little error after a blur, but large peaks.", "",
+    parts += ["## Spectral peaks", "", "The eye sees spectral peaks as a weave or a checkerboard. The table shows the mean power of the strongest 1% of frequencies (41) in an error "
+              "image's spectrum, divided by the mean power, for the worst pair of numbers. Regular sample arrangements have low error after a blur, but strong peaks.", "",
               row_table(rows, PEAKS), "",
               "## Time per draw", "", "The table shows nanoseconds per 4-D draw on one core, measured by `bench_draws`. It draws in a path tracer's order: pixel by pixel, with 16 sample "
               "indices per pixel and six domains per index. *Inline* uses `bn_draw.h`, *a call* is `bn_sample_4d()`, and *a block* is `bn_sample_block()`. Each time is the "

@@ -37,7 +37,7 @@ from evidence.renders.views import View
 from .to_gltf import scene_for
 
 MEASURES = {"rmse": "RMSE", "rmse_1.0": "sigma 1.0", "rmse_2.1": "sigma 2.1", "displayed_2.1": "displayed, sigma 2.1"}
-PLOTTED = {"rmse_2.1": "RMSE after a blur of 2.1 pixels", "rmse": "RMSE"}
+PLOTTED = {"rmse_2.1": "RMSE after a 2.1-pixel blur", "rmse": "RMSE"}
 ERROR = "rmse_2.1"  # the measures shown beside the images
 SEEDS_FOR_RATIO = 3  # with fewer seeds, the intervals are too wide
 SAMPLERS = ("white", "sobol", "blue")
@@ -124,7 +124,7 @@ def uri(image, kind="PNG", **options):
 def note(one, other, errors, own_error):
     """The line below the images: the errors of two samplers and, if the seeds and the reference permit it, their ratio."""
     rms = {name: float(np.sqrt(np.mean(np.square(errors[name])))) for name in (one, other)}
-    text = f"Error after a blur of 2.1 pixels: {one} {rms[one]:.3g}, {other} {rms[other]:.3g}. "
+    text = f"Error after a 2.1-pixel blur: {one} {rms[one]:.3g}, {other} {rms[other]:.3g}. "
     if len(errors[one]) < SEEDS_FOR_RATIO:
         return text + f"A ratio needs at least {SEEDS_FOR_RATIO} seeds."
     if min(rms.values()) < REFERENCE_MARGIN * own_error:
@@ -157,7 +157,7 @@ def page(options, rows, pictures, reference, notes):
                    for one, other in itertools.combinations(samplers, 2)} for n in options.shown]}
     part = part_worth_showing(reference.picture, pictures[samplers[0], options.start])
     parts = ["<h2>Images</h2>", "<p>Top: a noisy part of the image, enlarged. Middle: its signed luminance error, grey where it is zero, on one scale "
-             "for all samplers. Bottom: this error after a blur of 2.1 pixels, on another scale.</p>"]
+             "for all samplers. Bottom: this error after a 2.1-pixel blur, on another scale.</p>"]
     for n in options.galleries:
         errors = {s: luminance_error(pictures[s, n], reference.picture) for s in samplers}
         shown = gallery(samplers, errors, {s: images[s, n] for s in samplers}, part)
