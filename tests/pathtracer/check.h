@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of the path tracer's parts share: CHECK, random numbers, means and chi-square.
+// Helpers for the C++ tests of the path tracer: CHECK, random numbers, means and a chi-square test.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <vector>
 
-// Prints what is wrong, with printf arguments for the values, and ends the test.
+// If the condition is false, prints it with a printf-style message and ends the test.
 #define CHECK(condition, ...)                                                                      \
     do {                                                                                           \
         if (!(condition)) {                                                                        \
@@ -20,7 +20,7 @@
         }                                                                                          \
     } while (0)
 
-// SplitMix64: uniform numbers in [0, 1), multiples of 2^-24 as libbn draws them.
+// SplitMix64. Returns uniform multiples of 2^-24 in [0, 1), like libbn's draws.
 struct Random {
     uint64_t state;
     float operator()() {
@@ -31,7 +31,7 @@ struct Random {
     }
 };
 
-// The mean of many values, and its standard deviation if they are independent.
+// The mean of many values, and its standard error if the values are independent.
 struct Mean {
     double sum = 0, squares = 0;
     int count = 0;
@@ -46,15 +46,15 @@ struct Mean {
     }
 };
 
-// To five standard deviations, which chance passes less than once in a million.
+// Allows a difference of five standard errors, which chance exceeds less than once in a million.
 inline void check_mean(const Mean &found, double expected, const char *what) {
     CHECK(std::abs(found.mean() - expected) <= 5 * found.error() + 1e-5 * expected,
           "%s: %g +- %g, should be %g", what, found.mean(), found.error(), expected);
 }
 
-// Chi-square of what was counted, in standard deviations above its mean, by the cube root of Wilson
-// and Hilferty: 4.5 is passed by chance about three times in a million. What is expected less than
-// ten times counts as one cell.
+// The chi-square statistic of the counts, converted to standard deviations above its mean by the
+// Wilson-Hilferty transformation. Chance exceeds 4.5 about three times in a million. Cells whose
+// expected count is below ten are merged into one.
 inline double unevenness(const std::vector<double> &counted, const std::vector<double> &expected) {
     double chi_square = 0, rest_counted = 0, rest_expected = 0;
     int cells = -1;

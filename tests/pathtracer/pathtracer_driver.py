@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the path tracer's binary, reads what it writes and compares it."""
+"""Runs the path tracer, and reads and compares its images."""
 
 import os
 import pathlib
@@ -15,12 +15,12 @@ import pytest
 DEFAULT_BINARY = pathlib.Path(__file__).resolve().parents[2] / "build/examples/pathtracer/pathtracer"
 SCENES = ("cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace")
 SAMPLERS = ("blue", "sobol", "white", "zorder", "mask")
-OPENQMC = ("openqmc-pmjbn", "openqmc-sobolbn", "openqmc-latticebn")  # in builds with it
+OPENQMC = ("openqmc-pmjbn", "openqmc-sobolbn", "openqmc-latticebn")  # only in builds with OpenQMC
 PEERS = ("sobol-global", *OPENQMC)
 
 
 class PathTracer:
-    """Runs the program in a folder. Arguments may be scenes under construction, which are written to scene.glb."""
+    """Runs the path tracer in a folder. A `Gltf` object among the arguments is saved as scene.glb first."""
 
     def __init__(self, binary, folder):
         self.binary = str(binary)
@@ -32,17 +32,17 @@ class PathTracer:
         return [self.binary, *(str(a.save(self.folder / "scene.glb") if hasattr(a, "save") else a) for a in arguments)]
 
     def run(self, *arguments, timeout=60, **options):
-        """Returns the CompletedProcess with its output as text."""
+        """Returns the CompletedProcess, whose output is text."""
         return subprocess.run(self.command(arguments), capture_output=True, text=True, timeout=timeout, cwd=self.folder, **options)
 
     def success(self, *arguments, **options):
-        """Runs what must succeed; returns the CompletedProcess."""
+        """Runs a command that must succeed; returns the CompletedProcess."""
         done = self.run(*arguments, **options)
         assert done.returncode == 0, done.stderr
         return done
 
     def failure(self, *arguments, said=(), **options):
-        """Runs what must fail and leave no file; returns its one line on stderr, which has all the words of `said`."""
+        """Runs a command that must fail and leave no file. Returns its one line on stderr, which must contain all strings in `said`."""
         command = self.command(["-o", "out.exr", *arguments])[1:]
         before = sorted(os.listdir(self.folder))
         done = self.run(*command, **options)
@@ -54,8 +54,8 @@ class PathTracer:
         return done.stderr
 
     def start(self, *arguments, **streams):
-        """Starts the program; returns the Popen. In the background of a script interrupts are ignored, and children
-        inherit that: this one heeds them."""
+        """Starts the program with default signal handling; returns the Popen. Without this, it would inherit the ignored signals of a
+        test run in the background."""
 
         def heed():
             for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
@@ -64,7 +64,7 @@ class PathTracer:
         return subprocess.Popen(self.command(arguments), cwd=self.folder, preexec_fn=heed, **streams)
 
     def interrupt(self, number, *arguments, seconds=0.2, **streams):
-        """Starts a long run and interrupts it so long after the first ray; returns the Popen."""
+        """Starts a long run and sends a signal `seconds` after the program has installed its handler; returns the Popen."""
         program = self.start(*arguments, "--quiet", **streams)
         caught, status = 0, pathlib.Path(f"/proc/{program.pid}/status")
         while program.poll() is None and not caught >> (number - 1) & 1:
@@ -75,19 +75,19 @@ class PathTracer:
         return program
 
     def needs(self, sampler):
-        """Skips the test if the path tracer is built without a sampler that may be left out."""
+        """Skips the test if the path tracer is built without this optional sampler."""
         if sampler in PEERS and sampler not in self.run("--list").stdout.split():
             pytest.skip(f"the path tracer is built without {sampler}")
 
     def render(self, *arguments):
-        """Renders to a new file; returns its path. `said` is what was printed to stderr."""
+        """Renders to a new file; returns its path. `self.said` is the output on stderr."""
         self.count += 1
         path = self.folder / f"render-{self.count}.exr"
         self.said = self.success(*arguments, "-o", path).stderr
         return path
 
     def image(self, *arguments):
-        """Renders; returns the linear image, float32 (height, width, 3)."""
+        """Renders, and returns the linear image as float32 (height, width, 3)."""
         return read_exr(self.render(*arguments))[0]
 
     def header(self, *arguments):
@@ -99,7 +99,7 @@ class PathTracer:
 
 @pytest.fixture
 def pathtracer(tmp_path):
-    """The binary under test, $BN_PATHTRACER or else the default build folder's, in a folder of its own."""
+    """Runs the binary under test in a temporary folder. $BN_PATHTRACER overrides the binary in the default build folder."""
     binary = pathlib.Path(os.environ.get("BN_PATHTRACER", DEFAULT_BINARY)).absolute()
     if "BN_PATHTRACER" not in os.environ and not binary.exists():
         pytest.skip(f"no path tracer at {binary}; build it or set BN_PATHTRACER")
@@ -107,7 +107,7 @@ def pathtracer(tmp_path):
 
 
 def read_exr(path):
-    """The image, float32 (height, width, 3), and the header of an EXR file."""
+    """Returns an EXR file's image as float32 (height, width, 3), and its header."""
     with OpenEXR.File(str(path)) as file:
         channels = file.channels()
         pixels = channels["RGBA" if "RGBA" in channels else "RGB"].pixels
@@ -115,13 +115,13 @@ def read_exr(path):
 
 
 def read_layers(path):
-    """All channels of an EXR file by name, each (height, width)."""
+    """Returns all channels of an EXR file by name, each of shape (height, width)."""
     with OpenEXR.File(str(path), separate_channels=True) as file:
         return {name: np.array(channel.pixels) for name, channel in file.channels().items()}
 
 
 def assert_same(layers, wanted, variance=0.0):
-    """The same channels, equal to the bit; those of variances up to a relative error."""
+    """Asserts that all channels are bit-identical, except for variances, which may have the relative error `variance`."""
     assert sorted(layers) == sorted(wanted)
     for name, values in wanted.items():
         if variance and name.startswith("variance"):
@@ -131,17 +131,17 @@ def assert_same(layers, wanted, variance=0.0):
 
 
 def assert_near(layers, wanted, rtol=1e-6):
-    """The same counts, and all else within the rounding of means that went through single precision."""
+    """Asserts that the counts are identical and that everything else agrees up to the rounding of stored means to single precision."""
     assert np.array_equal(layers["count"], wanted["count"])
     for name, values in wanted.items():
-        # Of means of samples that cancel, the error is relative to the samples.
+        # If samples cancel in a mean, the mean's error is relative to the samples.
         scale = max(1.0, float(np.abs(values.astype(np.float64)).max()))
         tolerance = 1e-5 if name.startswith("variance") else rtol
         np.testing.assert_allclose(layers[name], values, rtol=tolerance, atol=1e-6 * scale, err_msg=name)
 
 
 def block_means(layers, blocks):
-    """The means of blocks, so many each way, and their variances for independent samples: (blocks, blocks, 3) each."""
+    """Returns the means of `blocks` x `blocks` blocks and, for independent samples, their variances, each of shape (blocks, blocks, 3)."""
     height, width = layers["count"].shape
     means = lambda name: np.stack([layers[name.format(c)] for c in "RGB"], -1, dtype=np.float64)
     blocks_of = lambda values: values.reshape(blocks, height // blocks, blocks, width // blocks, 3)
@@ -150,8 +150,8 @@ def block_means(layers, blocks):
 
 
 def assert_equal_means(layers, wanted, bias, blocks=2):
-    """Of an image and its blocks: z-tests that chance fails once in 10,000, in which a relative bias would be seen. White noise varies as
-    its pixels say, and that of other samplers less."""
+    """Compares the means of an image and its blocks in z-tests that detect the relative bias `bias`. The false-alarm rate is 1 in 10,000.
+    The variances are computed from the pixels' variances, which is exact for white noise and too high for other samplers."""
     for count in (1, blocks):
         (means, variances), (expected, others) = (block_means(image, count) for image in (layers, wanted))
         deviation = np.sqrt(variances + others)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests make scenes, samplers and images of.
+// Helpers that build scenes and render images for the tests.
 #pragma once
 
 #include <memory>
@@ -9,13 +9,13 @@
 #include "integrator.h"
 #include "scene.h"
 
-// A sky that is equally bright all around.
+// A uniform sky.
 inline std::shared_ptr<const Environment> even_environment(float radiance = 1) {
     return std::make_shared<const Environment>(
         environment_create(8, 4, std::vector<Vec3>(32, {radiance, radiance, radiance})));
 }
 
-constexpr int SIDE = 24; // pixels of an image, each way
+constexpr int SIDE = 24; // an image's width and height
 
 struct View {
     uint32_t spp = 16, max_depth = 8;
@@ -24,12 +24,12 @@ struct View {
 };
 
 struct Render {
-    std::vector<PathSample> samples; // of one pixel after the other
-    Mean mean;                       // of red
+    std::vector<PathSample> samples; // pixel by pixel
+    Mean mean;                       // of the red channel
     PathCounters counters;
 };
 
-// Of a finished scene; nothing in it may be negative or not a number.
+// Renders a finished scene, and checks that every sample is finite and not negative.
 inline Render render(Scene &scene, const View &view) {
     camera_fit(scene.camera, SIDE, SIDE);
     const GeometryPointer geometry = geometry_build(scene);
@@ -47,7 +47,7 @@ inline Render render(Scene &scene, const View &view) {
     return result;
 }
 
-// A camera that looks down on the middle of a floor of 8 x 8.
+// A camera looking down at the centre of an 8 x 8 floor.
 inline Scene floor_scene(Vec3 albedo = {0.5f, 0.5f, 0.5f}) {
     Scene scene;
     scene.camera = camera_look_at({0, 3, 0}, {0, 0, 0}, {0, 0, -1}, 0.2f);

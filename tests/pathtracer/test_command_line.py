@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line and its outputs: bad input ends in one clear line and no file, outputs destroy no input, and appear together."""
+"""Tests the command line: bad input gives one clear error line and no file, and outputs never overwrite inputs."""
 
 import os
 import pty
@@ -21,7 +21,7 @@ TINY = ["--size", "8x8", "--spp", 1]
 def test_help_and_list(pathtracer):
     text, listing = (pathtracer.success(option) for option in ("--help", "--list"))
     assert text.stderr == listing.stderr == ""
-    # Each option that a message of this file names is explained.
+    # The help explains every option in BAD_ARGUMENTS that exists.
     for option in {word for word in BAD_ARGUMENTS.replace(",", " ").split() if word.startswith("--") and word != "--fast"}:
         assert option in text.stdout, option
     assert {*SCENES, *SAMPLERS} <= {*listing.stdout.split()}
@@ -85,7 +85,7 @@ def test_bad_arguments(pathtracer, row):
 
 @pytest.fixture
 def folder(pathtracer):
-    """Files of each kind that a run reads, with other names for some of them, and what is no place for an output."""
+    """Input files of every type, links to some of them, and folders and links that cannot be output files."""
     folder = pathtracer.folder
     for name in ("part", "sky", "preview"):
         pathtracer.success(*TINY, "-o", f"{name}.exr")
@@ -102,7 +102,7 @@ def folder(pathtracer):
 
 
 @pytest.mark.parametrize(("arguments", "said"), [
-    # An input of the run, or its own preview
+    # The output or its preview would overwrite an input or the output itself
     (["--merge", "part.exr", "-o", "part.exr"], ["-o", "part.exr"]),
     (["--merge", "part.exr", "-o", "deep/../part.exr"], ["-o", "part.exr"]),
     (["--merge", "hard.exr", "-o", "soft.exr"], ["-o", "hard.exr", "soft.exr"]),
@@ -110,13 +110,13 @@ def folder(pathtracer):
     (["--merge", "part-as.png", "-o", "part-as.exr"], ["preview of -o", "part-as.png"]),
     (["--resume", "part-as.png", "--spp", 2, "-o", "part-as.exr"], ["preview of -o", "part-as.png"]),
     (["-o", "to-own.exr"], ["-o", "preview", "to-own.png"]),
-    # What cannot be written is found before rendering.
+    # The output cannot be written
     (["-o", "loop.exr"], ["loop", "symbolic links"]), (["-o", "ring.exr"], ["ring", "symbolic links"]),
     (["-o", "around/out.exr"], ["around", "symbolic links"]), (["-o", "absent/out.exr"], ["absent/out.exr", "No such file"]),
     (["-o", "part.exr/out.exr"], ["part.exr/out.exr", "Not a directory"]),
     *((["-o", "folder.exr"], [f"folder.{kind}", "regular"]) for kind in ("exr", "png")),
     (["-o", "out.png"], ["out.png", ".exr"]), (["-o", ""], ["-o"])])
-def test_an_output_that_may_not_be_written_is_refused(pathtracer, folder, arguments, said):
+def test_invalid_outputs_are_refused_before_rendering(pathtracer, folder, arguments, said):
     if "folder.png" in said:
         (folder / "folder.exr").rmdir()
     files = [p for p in folder.iterdir() if p.is_file()]
@@ -125,7 +125,7 @@ def test_an_output_that_may_not_be_written_is_refused(pathtracer, folder, argume
     assert [p.read_bytes() for p in files] == before
 
 
-def test_a_link_keeps_its_target(pathtracer):
+def test_output_to_a_link_writes_the_target(pathtracer):
     (pathtracer.folder / "deep").mkdir()
     link = pathtracer.folder / "link.exr"
     link.symlink_to("deep/target.exr")
@@ -133,8 +133,8 @@ def test_a_link_keeps_its_target(pathtracer):
     assert link.is_symlink() and (pathtracer.folder / "deep/target.exr").stat().st_size > 0
 
 
-def test_temporary_files_have_random_names(pathtracer):
-    """Another user of the folder prepares links under the names that a process number gives away."""
+def test_temporary_files_have_unpredictable_names(pathtracer):
+    """Links that another user creates under names predicted from the process ID are not followed."""
     victim = pathtracer.folder / "victim"
     victim.write_text("precious")
 
@@ -150,7 +150,7 @@ def test_temporary_files_have_random_names(pathtracer):
 
 
 def test_a_full_disk_leaves_the_old_file(pathtracer):
-    """A limit on file sizes takes the way of a full disk: the last bytes cannot be written."""
+    """A limit on file sizes simulates a full disk: the last bytes cannot be written."""
     old = pathtracer.render(*TINY)
     before = old.read_bytes()
 
@@ -162,18 +162,18 @@ def test_a_full_disk_leaves_the_old_file(pathtracer):
     assert old.read_bytes() == before
 
 
-def test_a_pipe_sees_no_progress(pathtracer):
+def test_no_progress_is_printed_to_a_pipe(pathtracer):
     loud, quiet = (pathtracer.success(*TINY, *more, "-o", "out.exr") for more in ([], ["--quiet"]))
     assert loud.stderr == "" and loud.stdout.count("\n") == 1 and "rays/s" in loud.stdout
     assert quiet.stderr == "" and quiet.stdout == ""
     assert sorted(os.listdir(pathtracer.folder)) == ["out.exr", "out.png"]
 
 
-def test_a_terminal_sees_progress(pathtracer):
+def test_progress_is_printed_to_a_terminal(pathtracer):
     try:
         leader, follower = pty.openpty()
     except OSError as error:
-        pytest.skip(f"no terminal can be had here: {error}")
+        pytest.skip(f"cannot open a pseudo-terminal: {error}")
     short = ["--size", "128x128", "--spp", 16, "--threads", 1, "-o", "out.exr"]
     shown = b""
     with pathtracer.start(*short, stderr=follower, stdout=subprocess.DEVNULL) as program:
@@ -185,12 +185,12 @@ def test_a_terminal_sees_progress(pathtracer):
     assert b"s left" in shown and b"rays/s" in shown
 
 
-def test_a_second_interrupt_ends_at_once(pathtracer):
-    """In the midst of a block, which a first one waits for. Blocks take the longer, the more samples there are already."""
+def test_a_second_interrupt_ends_the_program_at_once(pathtracer):
+    """The first interrupt waits for the current block to finish, the second does not. Blocks take longer as sample counts grow."""
     for seconds in 3 * (0.3, 0.6, 1, 2, 4):
         program = pathtracer.interrupt(signal.SIGTERM, "--size", "8x8", "--spp", 2**24, "-o", "out.exr", seconds=seconds)
         time.sleep(0.02)
         program.send_signal(signal.SIGTERM)
         if program.wait(timeout=60) == -signal.SIGTERM:
             return
-    raise AssertionError("the second interrupt was not heeded")
+    raise AssertionError("the second interrupt did not end the program at once")

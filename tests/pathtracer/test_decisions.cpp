@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which number serves which decision of a path: no two decisions share one, and each is where
-// sampler.h says. A sampler of known numbers shows it: one of its numbers is changed, and what must
-// not follow stays as it is. What numbers that are shared would do to a mean is tested, too.
+// Tests which number drives which decision of a path: no two decisions share a number, and each number
+// is the one that sampler.h lists. With a sampler of known numbers, one number is changed, and results
+// that do not depend on it must not change. Another test detects the bias that shared numbers cause.
 #include <map>
 
 #include "scenes.h"
 
 namespace {
 
-// Independent numbers for each pixel, index, key and dimension. `changed` replaces some of them in
-// every pixel; `drawn` counts the draws of each key.
+// Returns independent numbers for each pixel, index, key and dimension. `changed` replaces some of
+// them in every pixel; `drawn` counts the draws of each key.
 class KnownNumbers : public PeerSampler {
   public:
     KnownNumbers() : PeerSampler(0) {}
@@ -31,8 +31,8 @@ class KnownNumbers : public PeerSampler {
     }
 };
 
-// The camera looks down on a floor, which it is focused on, below a lamp beside it. With motion, the
-// floor sinks.
+// The camera looks down at a floor, on which it is focused. A lamp hangs to one side. With `motion`,
+// the floor sinks.
 Scene floor_below_lamp(bool lens, bool motion) {
     Scene scene = floor_scene();
     if (lens) camera_set_lens(scene.camera, 0.2f, {0, 0, 0});
@@ -43,7 +43,7 @@ Scene floor_below_lamp(bool lens, bool motion) {
     return scene;
 }
 
-// The largest relative change of depth and of radiance if one number becomes another.
+// The largest relative changes in depth and radiance when one number is changed.
 struct Change {
     float depth = 0, radiance = 0;
 };
@@ -70,8 +70,8 @@ Change change_by(const Scene &scene, const Geometry &geometry, bool of_camera, i
     return most;
 }
 
-// A path draws each domain once; only what belongs to the camera alone is several decisions, time and
-// the first light, which may be split.
+// A path draws each domain at most once, except for the camera's domain, which supplies the time and
+// all samples of the first light.
 void test_no_domain_is_drawn_twice() {
     for (const SceneEntry &entry : scene_entries()) {
         Scene scene = entry.build();
@@ -92,11 +92,11 @@ void test_no_domain_is_drawn_twice() {
                       "%s: domain %u is drawn %d times", entry.name, key, count);
             most = std::max(most, numbers->drawn.size());
         }
-        CHECK(most > 5, "%s: a path of %zu domains", entry.name, most);
+        CHECK(most > 5, "%s: no path draws more than %zu domains", entry.name, most);
     }
 }
 
-// A plane that has another depth at each place.
+// A plane whose depth differs at every point.
 constexpr float SLOPE_X = 0.4f, SLOPE_Y = -0.7f;
 
 Scene slanted_plane(bool out_of_focus) {
@@ -110,11 +110,11 @@ Scene slanted_plane(bool out_of_focus) {
     return scene;
 }
 
-// What follows each of the four numbers of ray 0, and of the camera's domain: + does, - does not, .
-// may. Depth of a floor tells the time, as only motion changes it, and that of a slanted plane the
-// place in the pixel and the lens. Radiance tells the point on the lamp, as the lens does not move a
-// point in focus; a moving floor is out of focus, and time and place change its light.
-void test_lens_light_and_time_have_numbers_of_their_own() {
+// Tests which of ray 0's four numbers, and of the camera domain's four, change depth and radiance:
+// + must, - must not, . may. Only time changes a floor's depth; pixel position and lens change a
+// slanted plane's. Radiance shows the point on the lamp, because the lens does not move a point in
+// focus. A moving floor is out of focus, so time and lens may also change its radiance.
+void test_lens_light_and_time_use_separate_numbers() {
     const struct {
         const char *name;
         Scene scene;
@@ -142,8 +142,8 @@ void test_lens_light_and_time_have_numbers_of_their_own() {
     }
 }
 
-// The first two numbers of ray 0 are x and y in the pixel.
-void test_position_in_the_pixel() {
+// The first two numbers of ray 0 are the pixel position.
+void test_pixel_position() {
     const Scene scene = slanted_plane(false);
     const GeometryPointer geometry = geometry_build(scene);
     for (const SamplerEntry &entry : sampler_entries()) {
@@ -168,8 +168,8 @@ void test_position_in_the_pixel() {
 
 // ---- Means
 
-// From within boxes of tinted rough glass in one another, under an even sky: lobes weigh differently,
-// and all light takes many bounces.
+// The view from inside nested boxes of tinted rough glass under a uniform sky. Lobes have different
+// weights, and all light bounces many times.
 Scene boxes_of_glass() {
     Scene scene;
     scene.camera = camera_look_at({0.1f, 0.05f, 0.15f}, {0, 0, -1}, {0, 1, 0}, 0.2f);
@@ -182,7 +182,7 @@ Scene boxes_of_glass() {
     return scene;
 }
 
-// The light along a ray, without roulette, by numbers of its own.
+// The radiance along a ray, without Russian roulette and with independent random numbers.
 double walked(const Scene &scene, const Geometry &geometry, Ray ray, Random &random) {
     Vec3 throughput = {1, 1, 1};
     Hit hit;
@@ -203,16 +203,16 @@ double walked(const Scene &scene, const Geometry &geometry, Ray ray, Random &ran
     return throughput.x;
 }
 
-// Roulette must not ask the number that chose the lobe, nor any other that the bounce depends on:
-// the survivors would be of one lobe. Six deviations are exceeded by chance once in ten thousand
-// with 32 batches, or rarer.
-void test_roulette_leaves_the_mean() {
-    constexpr int SAMPLES = 64 * 256; // of 64 pixels, in each batch
+// Russian roulette must not reuse the number that selects the lobe, or any other number on which the
+// bounce depends: the survivors would all come from one lobe. With 32 batches, chance exceeds six
+// deviations at most once in ten thousand.
+void test_russian_roulette_is_unbiased() {
+    constexpr int SAMPLES = 64 * 256; // per batch, over 64 pixels
     const Scene scene = boxes_of_glass();
     const GeometryPointer geometry = geometry_build(scene);
     const auto pixel = [](int i) { return std::pair{8 + i % 8, 8 + i / 8 % 8}; };
     Random random{5};
-    Mean expected; // of batches, whose samples need not be independent
+    Mean expected; // over batches, since samples within a batch may be correlated
     for (int batch = 0; batch < 32; ++batch) {
         double sum = 0;
         for (int i = 0; i < SAMPLES; ++i) {
@@ -246,9 +246,9 @@ void test_roulette_leaves_the_mean() {
 } // namespace
 
 int main() {
-    test_position_in_the_pixel();
-    test_lens_light_and_time_have_numbers_of_their_own();
+    test_pixel_position();
+    test_lens_light_and_time_use_separate_numbers();
     test_no_domain_is_drawn_twice();
-    test_roulette_leaves_the_mean();
+    test_russian_roulette_is_unbiased();
     return 0;
 }

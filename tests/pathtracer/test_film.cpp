@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Running means and variances of a pixel over 2^24 samples, from which a mean in float would drift,
-// and of films that are merged.
+// Tests a pixel's running means and variances over 2^24 samples, where a mean in float would drift, and
+// the merging of pixels.
 #include "check.h"
 #include "film.h"
 
@@ -8,7 +8,7 @@ namespace {
 
 constexpr uint32_t COUNT = 1u << 24;
 
-// Sample i of a ramp from 0 to 1, bright in red, of small contrast in green, constant in blue.
+// Sample i of a ramp from 0 to 1: red is bright, green has low contrast, and blue is constant.
 PathSample sample_at(uint32_t i) {
     const float ramp = static_cast<float>(i) / COUNT;
     PathSample sample = {};
@@ -30,7 +30,7 @@ void check_pixel(const FilmPixel &pixel) {
     check_near(pixel.albedo[0], mean, 1e-10, "albedo");
     check_near(pixel.normal[2], 1, 1e-10, "normal");
     check_near(pixel.depth, (n - 2) / (2 * n), 1e-10, "depth");
-    // Samples are floats, so they are off the ramp by up to 2^-24 of themselves.
+    // Samples are floats, so they differ from the ramp by a relative error of up to 2^-24.
     check_near(pixel.radiance[0], 1000 * mean, 1e-5, "red");
     check_near(pixel.radiance[1], 1 + mean / 1024, 1e-9, "green");
     check_near(pixel.radiance[2], double{0.1f}, 1e-11, "blue");

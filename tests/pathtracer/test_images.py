@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an image may not depend on, what is written beside it, where adaptive sampling stops, and the preview's brightness."""
+"""Tests that images do not depend on threads, crops or sample ranges; layers, attributes, adaptive sampling, previews and exposure."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from scene_files import ONE, floor, over_floor, write_environment
 
 PENUMBRA = ["--scene", "penumbra", "--max-depth", 1]
 ADAPTIVE = [*PENUMBRA, "--noise", 0.1, "--min-spp", 4, "--spp", 64]
-AWAY = ["--eye", "0,5,0", "--target", "0,9,0"]  # from a floor
+AWAY = ["--eye", "0,5,0", "--target", "0,9,0"]  # turns the camera away from a floor
 
 
 @pytest.mark.parametrize(("sampler", "options"), [
@@ -32,7 +32,7 @@ def test_threads_crops_and_ranges_do_not_change_an_image(pathtracer, sampler, op
         np.testing.assert_allclose(first / 4 + rest * 3 / 4, image, rtol=1e-5, atol=1e-6)
 
 
-def test_samples_seeds_and_samplers_differ(pathtracer):
+def test_sample_ranges_seeds_and_samplers_give_different_images(pathtracer):
     firsts = []
     for sampler in SAMPLERS:
         common = ["--sampler", sampler, "--size", "24x20", "--spp", 4]
@@ -41,7 +41,7 @@ def test_samples_seeds_and_samplers_differ(pathtracer):
         firsts.append(first)
 
 
-def test_attributes(pathtracer):
+def test_attributes_record_the_options(pathtracer):
     wanted = {"scene": "cornell", "sampler": "zorder", "spp": "5", "declare": "16", "seed": str(2**64 - 1), "first-sample": "7",
               "max-depth": "3", "threads": "2"}  # fmt: skip
     header = pathtracer.header(*(word for name, value in wanted.items() for word in (f"--{name}", value)), "--size", "20x10")
@@ -51,28 +51,28 @@ def test_attributes(pathtracer):
     assert header["software"].startswith("libbn pathtracer 0.") and "ZIP" in str(header["compression"])
 
 
-def test_layers(pathtracer):
-    """The Cornell box is known: its colours, that its camera looks along +z, and how far its walls are."""
+def test_layers_of_the_cornell_box(pathtracer):
+    """The box's colours, its walls' distances and the camera's direction, +z, are known."""
     layers = pathtracer.layers("--size", "64x64", "--spp", 16)
     normals = [f"normal.{axis}" for axis in "XYZ"]
     assert {*layers} == {*"RGBA", "count", "depth.Z", *normals, *(f"{name}.{c}" for name in ("albedo", "variance") for c in "RGB")}
     assert all(np.isfinite(values).all() and (name in normals or values.min() >= 0) for name, values in layers.items())
     assert layers["count"].dtype == np.uint32 and (layers["count"] == 16).all() and layers["A"].max() == 1
-    # The left wall is red, the right one green, and what is behind is a white wall that faces the camera.
+    # The left wall is red and the right wall is green. The white back wall faces the camera.
     red, green = ([layers[f"albedo.{c}"][32, x] for c in "RGB"] for x in (3, 60))
     assert red[0] > 2 * red[1] and green[1] > 2 * green[0]
     normal = np.stack([layers[name] for name in normals])
     np.testing.assert_allclose(np.abs(normal[:, 18, 32]), [0, 0, 1], atol=1e-6)
     assert abs(normal[0, 32, 3]) > 0.99 and np.sign(normal[0, 32, 3]) == -np.sign(normal[0, 32, 60])
     assert np.linalg.norm(normal, axis=0).max() < 1 + 1e-6
-    # 800 from the camera to the front of the box, which is 559.2 deep.
+    # The camera is 800 in front of the box, which is 559.2 deep.
     assert layers["depth.Z"][18, 32] == pytest.approx(800 + 559.2, abs=1)
     assert layers["depth.Z"][layers["A"] == 1].min() > 800
-    wide = pathtracer.layers("--size", "96x64", "--spp", 16)["depth.Z"]  # shows the middle alike
+    wide = pathtracer.layers("--size", "96x64", "--spp", 16)["depth.Z"]  # shows the same centre
     assert np.median(np.abs(wide[:, 16:80] - layers["depth.Z"])) < 1 and np.abs(wide[:, :64] - layers["depth.Z"]).max() > 100
 
 
-def test_the_layer_of_variance_is_that_of_samples(pathtracer):
+def test_the_variance_layer_is_the_sample_variance(pathtracer):
     arguments = ["--size", "24x24", "--spp", 1, "--crop", "4,4,12,12"]
     samples = np.stack([pathtracer.image(*arguments, "--first-sample", i) for i in range(6)])
     for count in (1, 6):
@@ -82,7 +82,7 @@ def test_the_layer_of_variance_is_that_of_samples(pathtracer):
 
 
 def displayed_error(layers, exposure):
-    """As film.h defines it, of one block."""
+    """The error of one block, as film.h defines it."""
     of = lambda name: np.stack([layers[name.format(c)] for c in "RGB"], dtype=np.float64)
     mean, error = 2.0**exposure * of("{}"), 2.0**exposure * np.sqrt(of("variance.{}") / layers["count"])
     shown = (np.minimum(mean + 2 * error, 1) - np.minimum(mean - 2 * error, 1)) / 4
@@ -96,8 +96,8 @@ def blocks_of(layers):
 
 
 @pytest.mark.parametrize(("exposure", "least"), [(0, 4), (-2, 4), (2, 8)])
-def test_blocks_stop_where_the_error_is_below_the_level(pathtracer, exposure, least):
-    """At powers of two from --min-spp on, the first at which it is, or at --spp."""
+def test_adaptive_blocks_stop_below_the_noise_level(pathtracer, exposure, least):
+    """A block stops at the first power of two, at --min-spp or more, where its error is below the level, or else at --spp."""
     size = ["--size", "45x37"]
     path = pathtracer.folder / "out.exr"
     said = pathtracer.success(*ADAPTIVE, *size, "--min-spp", least, "--exposure", exposure, "-o", path).stdout
@@ -105,7 +105,7 @@ def test_blocks_stop_where_the_error_is_below_the_level(pathtracer, exposure, le
     layers, header = read_layers(path), read_exr(path)[1]
     for k, block in enumerate(blocks_of(layers)):
         count = next((n for n in (4, 8, 16, 32) if n >= least and displayed_error(prefixes[n][k], exposure) < 0.1), 64)
-        assert_same(block, prefixes[count][k])  # the samples are those of a plain image
+        assert_same(block, prefixes[count][k])  # the samples are the same as without --noise
     count = layers["count"]
     most = int(count.max())
     assert len(np.unique(count)) > 2 and (most == 64 or exposure)
@@ -121,47 +121,47 @@ def expected_preview(linear, exposure):
 
 
 @pytest.mark.parametrize("exposure", [0, -2, 1.5])
-def test_preview(pathtracer, exposure):
+def test_the_preview_is_tone_mapped_and_dithered(pathtracer, exposure):
     path = pathtracer.render("--size", "50x40", "--crop", "3,2,47,39", "--exposure", exposure)
     linear, header = read_exr(path)
     assert float(header["exposure"]) == exposure
     preview = np.asarray(Image.open(path.with_suffix(".png")))
     assert preview.dtype == np.uint8 and preview.shape == linear.shape
-    # Dithered: up or down to a whole level, and on the mean right. The rest is the float arithmetic of the program.
+    # Dithering rounds up or down to a whole level, without bias. The tolerance allows for the program's float arithmetic.
     difference = preview - expected_preview(linear, exposure)
     assert np.abs(difference).max() < 1.001 and abs(difference.mean()) < 0.02
-    # Rounding alone would put all of a smooth image's neighbours on one side.
+    # Without dithering, neighbouring pixels of a smooth image would all be rounded in the same direction.
     assert 0.2 < np.mean(difference > 0) < 0.8
 
 
 @pytest.mark.parametrize(("albedo", "radiance", "view"), [
     (0.5, 1e-4, []), (0.5, 0.3, []), (0.5, 1e5, []),
-    (0.001, 1, ["--eye", "0,2,0", "--target", "0,0,0", "--fov", 90])])  # a bright sky around a quarter of the image
+    (0.001, 1, ["--eye", "0,2,0", "--target", "0,0,0", "--fov", 90])])  # the floor fills a quarter of the image, a bright sky the rest
 def test_auto_exposure(pathtracer, albedo, radiance, view):
-    """A floor under an even sky becomes middle grey, to an eighth of a stop; the sky does not count."""
+    """A floor under a uniform sky becomes middle grey, within an eighth of a stop. The visible sky is ignored."""
     sky = write_environment(pathtracer.folder / "sky.exr", radiance)
     path = pathtracer.render("--scene", over_floor(floor(albedo)), "--env", sky, "--max-depth", 1, *ONE, "--spp", 4, *view)
     exposure = float(read_exr(path)[1]["exposure"])
     assert pathtracer.said == "" and abs(exposure - np.log2(0.18 / albedo / radiance)) <= 0.13 and exposure * 4 % 1 == 0
-    # Middle grey is 118 of 255 in sRGB; an eighth of a stop is some 5 levels there.
+    # Middle grey is level 118 of 255 in sRGB, where an eighth of a stop is about 5 levels.
     assert view or abs(np.asarray(Image.open(path.with_suffix(".png"))).astype(np.float64).mean() - 118) < 6
 
 
-def test_built_in_scenes_keep_their_brightness(pathtracer):
+def test_default_automatic_and_explicit_exposure(pathtracer):
     exposure = lambda *more: float(pathtracer.header("--size", "32x32", "--spp", 4, *more)["exposure"])
     assert exposure() == 0
-    # Samplers differ in noise, and not in brightness.
+    # Samplers differ in noise but not in brightness.
     auto = [exposure("--exposure", "auto", "--sampler", *more) for more in (["blue"], ["white", "--spp", 1], ["sobol", "--spp", 64])]
     assert np.ptp(auto) <= 0.25 and auto[0] != 0
     assert pathtracer.header("--scene", over_floor(floor()), *ONE, "--exposure", -1.5)["exposure"] == "-1.5"
 
 
 def test_warnings_about_empty_and_black_images(pathtracer, even_sky):
-    """One line says so, with --quiet too: where nothing is hit, and where no light is."""
+    """One line warns if no surface is visible or there is no light, even with --quiet."""
     for options, words in [
         ([*AWAY, "--env", even_sky, "--quiet"], ["NOTHING IS VISIBLE", "--eye", "from -1,0,-1 to 1,0,1"]),
         (["--env", "none", "--quiet"], ["BLACK", "--env sky"]), (["--env", even_sky], []),
-        ([*AWAY, "--env", even_sky, "--crop", "0,0,8,8"], []),  # parts of an image may be empty
+        ([*AWAY, "--env", even_sky, "--crop", "0,0,8,8"], []),  # crops may be empty
     ]:
         pathtracer.render("--scene", over_floor(floor()), *ONE, *options)
         assert pathtracer.said.count("\n") == bool(words) and all(word in pathtracer.said for word in words), pathtracer.said

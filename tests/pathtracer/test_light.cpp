@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choosing lights, points on them and directions to the environment: what is sampled follows the
-// pdf that is stated, and the estimates it gives are the integrals they should be. Seeds are fixed.
+// Tests how lights, points on lights and directions to the environment are sampled: samples follow the
+// stated pdf, and estimates converge to the correct integrals. Seeds are fixed.
 #include "light.h"
 
 #include "scenes.h"
 
 namespace {
 
-// Probabilities are multiples of the step of the draws: going through all draws proves them exact.
+// Probabilities are multiples of the draws' step, so a loop over all draws proves that they are exact.
 void test_distribution_is_exact() {
     const std::vector<std::vector<double>> all = {
         {1},       {1, 1, 1}, {0, 1, 0, 3, 0},         {1e-30, 1, 1e30},
@@ -28,7 +28,7 @@ void test_distribution_is_exact() {
         for (const double w : weights) total += w;
         for (size_t i = 0; i < n; ++i) {
             const float stated = limits[i + 1] - limits[i];
-            CHECK(static_cast<float>(counted[i]) * DRAW_STEP == stated, "%u and %g", counted[i],
+            CHECK(static_cast<float>(counted[i]) * DRAW_STEP == stated, "%u, not %g", counted[i],
                   stated);
             CHECK((counted[i] > 0) == (weights[i] > 0), "index %zu: %u", i, counted[i]);
             CHECK(std::abs(stated - weights[i] / total) < static_cast<double>(n + 1) * DRAW_STEP,
@@ -37,7 +37,7 @@ void test_distribution_is_exact() {
     }
 }
 
-// Directions go to texels as often as the pdf says, which adds up to 1, and bring the texel's light.
+// Checks that the pdf integrates to 1, that directions follow it, and that they return their texels.
 void check_environment(const Environment &e, const char *name) {
     constexpr int COUNT = 400000;
     const auto w = static_cast<size_t>(e.width), h = static_cast<size_t>(e.height);
@@ -57,7 +57,7 @@ void check_environment(const Environment &e, const char *name) {
             expected.push_back(COUNT * share);
             total += share;
         }
-    CHECK(std::abs(total - 1) < 1e-4, "%s: the pdf adds up to %g", name, total);
+    CHECK(std::abs(total - 1) < 1e-4, "%s: the pdf integrates to %g", name, total);
     Random random{17};
     int differing = 0;
     for (int i = 0; i < COUNT; ++i) {
@@ -72,11 +72,11 @@ void check_environment(const Environment &e, const char *name) {
         ++counted[row * w + std::min(static_cast<size_t>(column), w - 1)];
     }
     CHECK(unevenness(counted, expected) < 4.5, "%s: %g", name, unevenness(counted, expected));
-    // A few lie so near to a texel's edge that rounding puts them across it.
-    CHECK(differing < 1200, "%s: %d have another pdf afterwards", name, differing);
+    // A few directions lie so close to a texel's edge that rounding moves them across it.
+    CHECK(differing < 1200, "%s: %d directions have a different pdf", name, differing);
 }
 
-void test_environments() {
+void test_environment_sampling() {
     uint64_t seed = 1;
     for (const auto &[width, height] : {std::pair{16, 8}, {7, 5}, {9, 1}}) {
         Random random{seed++};
@@ -88,12 +88,12 @@ void test_environments() {
         texels[5] = {3, 2, 1};
         check_environment(environment_create(width, height, texels), "random texels");
     }
-    // There is nothing to choose in an even one, nor in a dark one.
+    // Uniform and black environments are not sampled.
     for (const float light : {0.0f, 1.0f}) {
         const Environment even = *even_environment(light);
         CHECK(even.irradiance == 0 && environment_pdf(even, {0, 0, 1}) == 0, "%g", even.irradiance);
     }
-    // Negative light, left by filters of images, is none.
+    // Negative light, which image filters may leave, becomes zero.
     const Environment e = environment_create(2, 1, {{-1, 2, -3}, {1, 1, 1}});
     CHECK(e.texels[0].x == 0 && e.texels[0].y == 2, "%g", e.texels[0].x);
 }
@@ -106,8 +106,8 @@ double solid_angle(Point3d a, Point3d b, Point3d c) {
                           la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
 }
 
-// The mean of 1 / pdf is the solid angle of an area light.
-void test_area_lights() {
+// The mean of 1 / pdf is an area light's solid angle.
+void test_area_light_sampling() {
     for (const bool triangle : {false, true}) {
         Scene scene;
         add_light(scene, add_diffuse(scene, {0, 0, 0}), {1, 1, 1}, {-1, 2, -0.5f},
@@ -129,7 +129,7 @@ void test_area_lights() {
                       c = a + Point3d(light.edge_v);
         check_mean(seen, solid_angle(a, b, c) + (triangle ? 0 : solid_angle(b, b + c - a, c)),
                    "solid angle");
-        // Not from behind, not from the edge.
+        // The light does not shine backwards, and the pdf is not NaN in the light's plane.
         CHECK(light_sample(light, {0, 9, 0}, {0.5f, 0.5f}).pdf == 0, "it shines backwards");
         const Vec3 in_plane = light.corner + 7.0f * light.edge_u;
         const LightSample edge = light_sample(light, in_plane, {0.5f, 0.5f});
@@ -142,7 +142,7 @@ void test_area_lights() {
     }
 }
 
-// Lights without power or area are left out, and surfaces know theirs.
+// Lights without power or area are dropped, and surfaces refer to the remaining lights.
 void test_lights_without_power_or_area_are_dropped() {
     Scene scene;
     const uint32_t black = add_diffuse(scene, {0, 0, 0});
@@ -175,10 +175,10 @@ std::vector<Light> random_lights(int count, Random &random) {
     return lights;
 }
 
-// Lights are chosen as often as is stated, and the same is stated when a ray hits one; one that is
-// never chosen brings nothing; what is left of the number is spread evenly. Two lights, one level of
-// the tree, and many.
-void test_choice_of_lights() {
+// Lights are chosen with the stated probability, which is the same when a ray hits the light. Lights
+// that are never chosen contribute nothing. The remainder of the random number is uniform. The number
+// of lights ranges from one light to a tree of many levels.
+void test_light_choice_follows_the_stated_probabilities() {
     Random random{3};
     for (const int count : {1, 2, 8, 9, 60, 1500}) {
         const std::vector<Light> lights = random_lights(count, random);
@@ -197,11 +197,11 @@ void test_choice_of_lights() {
                 for (int k = 0; k < 8 && probability == 0; ++k) {
                     const LightSample s = light_sample(lights[i], to.point, {random(), random()});
                     CHECK(!(s.pdf > 0) || (to.one_side && dot(s.direction, normal) <= 1e-5f),
-                          "light %u of %d is never chosen", i, count);
+                          "light %u of %d contributes but is never chosen", i, count);
                 }
             }
             CHECK(total < 1.001, "%d lights: %g", count, total);
-            // A node may promise light that none of its children brings: then none is chosen.
+            // A node may promise light that no child delivers. Then no light is chosen.
             expected.push_back(20000 * std::max(1 - total, 0.0));
             Mean left;
             for (int k = 0; k < 20000; ++k) {
@@ -215,22 +215,22 @@ void test_choice_of_lights() {
                 const float again = light_probability(tree, to, chosen);
                 CHECK(std::abs(again - choice.probability) <= 1e-5f * again, "%g and %g", again,
                       choice.probability);
-                CHECK(u >= 0 && u < 1, "%g is left", u);
+                CHECK(u >= 0 && u < 1, "the remainder is %g", u);
                 ++counted[chosen];
                 left.add(u);
             }
-            // Strata make counts more even than chance does.
+            // Stratified draws make the counts more even than independent draws would.
             CHECK(unevenness(counted, expected) < 4.5, "%d lights: %g", count,
                   unevenness(counted, expected));
             if (left.count < 2) continue;
-            check_mean(left, 0.5, "what is left");
+            check_mean(left, 0.5, "remainder");
         }
     }
 }
 
-// Lights of every kind that bring the same light to a point straight below are chosen alike: also
-// one of 1e8 times the power of another, 1e4 times as far.
-void test_equally_bright_lights_have_equal_probability() {
+// Lights of every type that send the same light to a point straight below have the same probability,
+// even if one has 1e8 times the power of another and is 1e4 times as far away.
+void test_equally_bright_lights_have_the_same_probability() {
     const Receiver floor = {{0, 0, 0}, {0, 1, 0}, true};
     const float side = 1e-3f;
     Light panel = area_light(Light::PARALLELOGRAM, {0, 2, 0}, {side, 0, 0}, {0, 0, side},
@@ -255,7 +255,7 @@ void test_equally_bright_lights_have_equal_probability() {
               light_probability(tree, floor, i));
 }
 
-// The power heuristic, with the exponent 2.
+// The power heuristic's exponent is 2.
 void test_power_heuristic() {
     CHECK(power_heuristic(1, 0) == 1 && std::abs(power_heuristic(2, 1) - 0.8f) < 1e-6f &&
               std::abs(power_heuristic(1, 3) - 0.1f) < 1e-6f,
@@ -266,11 +266,11 @@ void test_power_heuristic() {
 
 int main() {
     test_distribution_is_exact();
-    test_environments();
-    test_area_lights();
+    test_environment_sampling();
+    test_area_light_sampling();
     test_lights_without_power_or_area_are_dropped();
-    test_equally_bright_lights_have_equal_probability();
+    test_equally_bright_lights_have_the_same_probability();
     test_power_heuristic();
-    test_choice_of_lights();
+    test_light_choice_follows_the_stated_probabilities();
     return 0;
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Materials: sample, pdf and eval agree with each other, energy is neither made nor lost beyond
-// what the tables round, and nothing is NaN at the ends of every range.
+// Tests materials: sample, pdf and eval agree, energy is conserved within the rounding of the tables,
+// and nothing is NaN at the ends of parameter ranges.
 //
-// Seeds are fixed; the false-alarm rate had they been drawn anew is about 3e-6 for each of the
-// chi-square tests, 1e-4 for all of them.
+// Seeds are fixed. With fresh seeds, the false-alarm rate would be about 3e-6 for each chi-square test
+// and 1e-4 for all of them.
 #include "material.h"
 
 #include "check.h"
@@ -50,7 +50,7 @@ struct Case {
     const char *name;
     Material material;
     bool front;
-    float cosine; // of out
+    float cosine; // of the outgoing direction
 };
 
 std::vector<Case> rough_cases() {
@@ -65,14 +65,14 @@ std::vector<Case> rough_cases() {
                 cases.push_back(
                     {"dielectric", dielectric(1.5f, roughness, {1, 0.8f, 0.5f}), front, cosine});
         }
-        cases.push_back({"thin air", dielectric(0.7f, 0.4f), true, cosine});
+        cases.push_back({"low-index dielectric", dielectric(0.7f, 0.4f), true, cosine});
     }
     for (const float g : {-0.7f, 0.0f, 0.0005f, 0.3f, 0.9f})
         cases.push_back({"particle", particle(g), true, 1});
     return cases;
 }
 
-// Cells of the sphere: rows in the angle to the normal, columns in longitude.
+// The sphere's cells: rows divide the angle to the normal, columns the longitude.
 constexpr int ROWS = 32, COLUMNS = 24;
 
 int cell_of(Vec3 wi) {
@@ -82,7 +82,7 @@ int cell_of(Vec3 wi) {
            std::min(static_cast<int>(turn * COLUMNS), COLUMNS - 1);
 }
 
-// The integral of the pdf over each cell, by the midpoints of a fine grid.
+// The integral of the pdf over each cell, by the midpoint rule on a fine grid.
 std::vector<double> cell_probabilities(const Case &c, Vec3 wo) {
     const int fine_rows = 24, fine_columns = 32;
     const double pi = static_cast<double>(PI);
@@ -103,7 +103,7 @@ std::vector<double> cell_probabilities(const Case &c, Vec3 wo) {
     return result;
 }
 
-// Value and pdf of a sampled direction are those of the sample.
+// Evaluating a sampled direction gives the weight and pdf of the sample.
 void check_weight(const Case &c, Vec3 wo, const MaterialSample &s) {
     CHECK(!s.smooth && std::abs(length(s.wi) - 1) < 1e-5f, "%s: length %g", c.name, length(s.wi));
     const auto [value, pdf] = material_value(c.material, c.front, wo, s.wi);
@@ -122,7 +122,7 @@ void test_samples_follow_the_pdf() {
         const int count = 60000;
         int found = 0;
         Random random{seed++};
-        Mean ahead; // light goes on along -z
+        Mean ahead; // light travels along -z
         for (int i = 0; i < count; ++i) {
             const Vec2 u = {random(), random()};
             const MaterialSample s = material_sample(c.material, c.front, wo, u, random());
@@ -142,17 +142,17 @@ void test_samples_follow_the_pdf() {
         const double deviations = unevenness(counted, expected);
         CHECK(deviations < 4.5, "%s, roughness %g, front %d, cosine %g: off by %g", c.name,
               c.material.roughness, c.front, c.cosine, deviations);
-        // Directions that were not found, because a facet sent them below the surface, are missing
-        // from the pdf as well: what it adds up to is the share of those found.
+        // If a facet sends a direction below the surface, no sample is returned, and the pdf omits the
+        // direction too. So the pdf integrates to the fraction of samples that are returned.
         const double share = static_cast<double>(found) / count;
         CHECK(std::abs(total - share) < 5 * std::sqrt(share * (1 - share) / count) + 2e-3,
-              "%s, roughness %g, front %d, cosine %g: the pdf adds up to %g, found are %g", c.name,
+              "%s, roughness %g, front %d, cosine %g: the pdf integrates to %g, not %g", c.name,
               c.material.roughness, c.front, c.cosine, total, share);
     }
 }
 
-// f(o, i) = f(i, o), over the squared index of refraction of the side of `wi` for what passes: the
-// quantity carried is radiance over that square.
+// f(o, i) = f(i, o). For transmission, f is divided by the squared index of refraction on the side of
+// `wi`, because paths carry radiance over that square.
 void test_reciprocity() {
     Random random{11};
     for (const Case &c : rough_cases())
@@ -160,7 +160,7 @@ void test_reciprocity() {
             const Vec3 wo = direction(0.02f + 0.98f * random(), 6.2f * random());
             Vec3 wi = direction(0.02f + 0.98f * random(), 6.2f * random());
             const bool passes = c.material.kind == Material::DIELECTRIC && random() < 0.5f;
-            // Seen from the other side, +z is the other way, and `wi` is where the path comes from.
+            // Seen from the other side, z is negated, and the path comes from `wi`.
             const auto turned = [&](Vec3 v) { return Vec3{v.x, v.y, passes ? -v.z : v.z}; };
             wi = turned(wi);
             const float eta = !passes ? 1 : c.front ? c.material.ior : 1 / c.material.ior;
@@ -176,7 +176,7 @@ void test_reciprocity() {
         }
 }
 
-// The share of light from all around that comes back in direction out.
+// The fraction of uniform incident light that is scattered towards `wo`.
 Vec3 albedo(const Material &m, bool front, Vec3 wo, uint64_t seed, int side) {
     Random random{seed};
     const float n = static_cast<float>(side);
@@ -192,13 +192,13 @@ Vec3 albedo(const Material &m, bool front, Vec3 wo, uint64_t seed, int side) {
     return Vec3(sum) / (n * n);
 }
 
-// White materials return all light, within what the tables round: single scattering alone would
-// lose up to two thirds of it. Nearly smooth ones, which lose below a thousandth on average, may
+// White materials return all light, within the rounding of the tables. Single scattering alone would
+// lose up to two thirds of it. Nearly smooth materials lose less than a thousandth on average, but may
 // lose more at grazing angles.
 void test_white_furnace() {
     for (int r = 0; r <= 20; ++r) {
         const float roughness = static_cast<float>(r) / 20;
-        std::vector<std::pair<Material, bool>> all; // and which side is seen
+        std::vector<std::pair<Material, bool>> all; // with the visible side
         for (const float ior : {1.33f, 1.5f, 2.4f, 0.8f})
             for (const bool front : {true, false})
                 all.push_back({dielectric(ior, roughness), front});
@@ -221,9 +221,9 @@ void test_white_furnace() {
     CHECK(std::abs(wall.x - 0.2f) < 1e-5f && std::abs(wall.z - 1) < 1e-5f, "%g %g", wall.x, wall.z);
 }
 
-// A coat of the same index of refraction as air on a ground reflects that ground's colour, but for the
-// edge that Schlick's formula leaves.
-void test_coat_of_air() {
+// A coat with the same index of refraction as air shows the base's colour, except for the reflection
+// at grazing angles that remains in Schlick's formula.
+void test_coat_with_index_of_air_shows_the_base() {
     for (const float roughness : {0.3f, 0.7f, 1.0f}) {
         const Vec3 base = {0.2f, 0.5f, 0.8f};
         const Vec3 seen = albedo(metallic(0, base, roughness, 1), true, {0, 0, 1}, 1, 200);
@@ -231,8 +231,8 @@ void test_coat_of_air() {
     }
 }
 
-// Rough metal tints light each time that a facet reflects it: a geometric series in the mean of
-// Schlick's formula over the hemisphere.
+// Rough metal tints light at every facet it is reflected from. This gives a geometric series in the
+// mean of Schlick's formula over the hemisphere.
 void test_colour_of_multiple_scattering() {
     double mean = 0, weight = 0, albedo_of_metal = 0.4;
     for (double cosine = 5e-5; cosine < 1; cosine += 1e-4) {
@@ -243,7 +243,7 @@ void test_colour_of_multiple_scattering() {
     const ConductorRow row(0.8f);
     const double lost = double{row.mean(conductor_table().mean_loss)};
     const double expected = mean * mean * (1 - lost) / (1 - mean * lost);
-    // Straight on, where the facets' own Fresnel term is the albedo.
+    // At normal incidence, where the facets' Fresnel term is the albedo.
     const auto value = [](float albedo) {
         return double{
             material_value(metallic(1, Vec3(albedo), 0.8f), true, {0, 0, 1}, {0, 0, 1}).eval.x};
@@ -263,28 +263,28 @@ void test_smooth_dielectric() {
         const Vec3 wo = direction(1 - random() * 0.99f, 6 * random());
         const MaterialSample s = material_sample(glass, front, wo, {random(), random()}, random());
         CHECK(s.smooth && s.pdf > 0 && s.weight.x == 1, "pdf %g, weight %g", s.pdf, s.weight.x);
-        CHECK(max_component(material_value(glass, front, wo, s.wi).eval) == 0, "not zero");
+        CHECK(max_component(material_value(glass, front, wo, s.wi).eval) == 0, "value is not zero");
         if (s.wi.z > 0) continue;
-        // Snell's law, and all three directions in one plane.
+        // Snell's law holds, and both directions and the normal lie in one plane.
         const float eta = front ? 1.5f : 1 / 1.5f;
         CHECK(std::abs(wo.x + eta * s.wi.x) < 1e-5f && std::abs(wo.y + eta * s.wi.y) < 1e-5f,
               "cosine %g", wo.z);
     }
-    // From within at a flat angle everything is reflected.
+    // From inside, all light is reflected at a grazing angle.
     const MaterialSample inside = material_sample(glass, false, direction(0.3f, 0), {0, 0}, 0.99f);
     CHECK(inside.wi.z > 0 && inside.pdf == 1, "pdf %g", inside.pdf);
 }
 
-// An index of refraction of 1 is no surface at all, however rough.
-void test_same_ior() {
+// At an index of refraction of 1, a surface is invisible, however rough it is.
+void test_surfaces_without_refraction_are_invisible() {
     for (const float roughness : {0.0f, 0.3f, 1.0f}) {
         const Material nothing = dielectric(1, roughness);
         for (const bool front : {true, false}) {
             const Vec3 wo = direction(0.4f, 2);
             const MaterialSample s = material_sample(nothing, front, wo, {0.3f, 0.6f}, 0);
-            CHECK(s.smooth && s.weight.x == 1 && max_magnitude(s.wi + wo) == 0, "bent");
+            CHECK(s.smooth && s.weight.x == 1 && max_magnitude(s.wi + wo) == 0, "light is bent");
         }
-        // Nearly 1 is nearly straight.
+        // At an index close to 1, light is hardly bent.
         const Material haze = dielectric(1.002f, roughness);
         const Vec3 wo = direction(0.6f, 2);
         const MaterialSample s = material_sample(haze, true, wo, {0.3f, 0.6f}, 0.5f);
@@ -294,9 +294,9 @@ void test_same_ior() {
     }
 }
 
-// The ends of every range, and directions in the surface itself: samples at the corners of the unit
-// cube, and values.
-void test_nothing_is_nan() {
+// Samples at the corners of the unit cube, and values, are finite at the ends of parameter ranges and
+// for directions parallel to the surface.
+void test_no_nan_at_the_ends_of_ranges() {
     const float cosines[] = {1, 0.5f, 1e-3f, 1e-6f, 1e-12f, 1e-30f};
     const float corners[] = {0, 1e-7f, 0.5f, 1 - 1.0f / (1 << 24)};
     const auto check = [&](const Material &m, bool front, Vec3 wo) {
@@ -340,10 +340,10 @@ int main() {
     test_samples_follow_the_pdf();
     test_reciprocity();
     test_white_furnace();
-    test_coat_of_air();
+    test_coat_with_index_of_air_shows_the_base();
     test_colour_of_multiple_scattering();
     test_smooth_dielectric();
-    test_same_ior();
-    test_nothing_is_nan();
+    test_surfaces_without_refraction_are_invisible();
+    test_no_nan_at_the_ends_of_ranges();
     return 0;
 }

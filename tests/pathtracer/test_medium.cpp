@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The medium: walks against integrals in closed form, the phase function, and images of fog that
-// can be known without rendering. Seeds are fixed.
+// Tests the medium: tracking against integrals of the density, and images of fog that are known
+// without rendering. Seeds are fixed.
 #include "medium.h"
 
 #include "scenes.h"
 
 namespace {
 
-// A density that rises linearly is interpolated exactly, but for half a cell at each side.
+// A linear density, which interpolation reproduces exactly, except in half a cell at each side.
 Medium ramp_medium() {
     return medium_create({-1, -1, -1}, {3, 1, 1}, {40, 20, 12}, {1, 1, 1}, 0,
                          [](Vec3 p) { return 0.3f + 0.2f * p.x + 0.1f * p.y; });
@@ -28,13 +28,13 @@ double optical_depth(const Medium &m, const Ray &ray, double end) {
 
 const Ray RAYS[] = {
     {{-2, 0, 0}, {1, 0, 0}},                    // along an axis, from outside
-    {{4, 0.3f, -0.2f}, {-1, 0, 0}},             // back
+    {{4, 0.3f, -0.2f}, {-1, 0, 0}},             // in the opposite direction
     {{0.1f, 0.2f, 0.3f}, {0, -1, 0}},           // from inside
-    {{-2, -1.1f, 0.4f}, {0.8f, 0.48f, -0.36f}}, // across
+    {{-2, -1.1f, 0.4f}, {0.8f, 0.48f, -0.36f}}, // diagonal
     {{2.9f, 0.9f, 0.9f}, {-0.6f, -0.64f, -0.48f}},
 };
 
-void test_walks_against_integrals() {
+void test_transmittance_and_free_flight() {
     const Medium medium = ramp_medium();
     for (const char *name : {"white", "blue"}) {
         const SamplerPointer sampler = sampler_create(name);
@@ -49,12 +49,12 @@ void test_walks_against_integrals() {
                     };
                     bn::LoopSampler numbers = walk(0);
                     const float share = medium_transmittance(medium, ray, end, numbers);
-                    CHECK(share >= 0 && share <= 1, "a share of %g", share);
+                    CHECK(share >= 0 && share <= 1, "transmittance %g", share);
                     passed.add(share);
                     numbers = walk(1);
                     const float distance = medium_free_flight(medium, ray, end, numbers);
                     CHECK(distance >= 0 && (distance <= end || std::isinf(distance)),
-                          "flew %g of %g", distance, end);
+                          "free flight of %g, ray of %g", distance, end);
                     flown.add(distance <= end ? 0 : 1);
                 }
                 const double expected = std::exp(-optical_depth(medium, ray, end));
@@ -64,8 +64,8 @@ void test_walks_against_integrals() {
     }
 }
 
-// A ray that misses the box, or ends before it, meets nothing and draws nothing.
-void test_rays_that_miss() {
+// A ray that misses the box or ends before it does not scatter and draws no numbers.
+void test_rays_that_miss_the_box() {
     const Medium medium = ramp_medium();
     const bn::Sampler sampler;
     bn::LoopSampler numbers = bn::PathSampler(sampler, 1, 2, 3).ray(0).draw_loop(0),
@@ -75,14 +75,14 @@ void test_rays_that_miss() {
                                    {Ray{{-2, 0, 0}, {0, 1, 0}}, 100.0f},
                                    {Ray{{5, 5, 5}, {0.6f, 0, 0.8f}}, 100.0f},
                                    {RAYS[0], 0.9f}}) {
-        CHECK(std::isinf(medium_free_flight(medium, ray, end, numbers)), "met something");
-        CHECK(medium_transmittance(medium, ray, end, numbers) == 1, "lost light");
+        CHECK(std::isinf(medium_free_flight(medium, ray, end, numbers)), "the ray scattered");
+        CHECK(medium_transmittance(medium, ray, end, numbers) == 1, "the ray lost light");
     }
     CHECK(numbers.next_1d() == fresh.next_1d(), "numbers were drawn");
 }
 
-// No density is outside the range of its block: that would be light from nothing.
-void test_ranges() {
+// Every density is within the range of its block. Otherwise, tracking would create light.
+void test_densities_are_within_their_ranges() {
     const Scene fog = scene_build("fog", {});
     const Medium &m = *fog.medium;
     Random random{3};
@@ -97,12 +97,12 @@ void test_ranges() {
         }
         const auto [least, most] = m.ranges[index];
         const float density = medium_density(m, p), rounding = 1e-5f * most;
-        CHECK(density >= least - rounding && density <= most + rounding, "%g, not from %g to %g",
+        CHECK(density >= least - rounding && density <= most + rounding, "%g is not in %g to %g",
               density, least, most);
         loose.add(most - least);
         mean.add(density);
     }
-    CHECK(loose.sum < 2 * mean.sum, "the ranges are as wide as %g, the mean is %g", loose.mean(),
+    CHECK(loose.sum < 2 * mean.sum, "mean width %g of a range, mean density %g", loose.mean(),
           mean.mean());
 }
 
@@ -116,7 +116,7 @@ Scene fog_alone(Medium medium, float sky) {
     return scene;
 }
 
-// Fog that loses nothing under an even sky cannot be told from it; nor can a white ball in it.
+// Under a uniform sky, fog that absorbs nothing is invisible, and so is a white ball in it.
 void test_furnace() {
     for (const float g : {0.0f, 0.8f, -0.5f})
         for (const bool ball : {false, true}) {
@@ -129,8 +129,8 @@ void test_furnace() {
         }
 }
 
-// Fog before a small lamp, seen across its beam: the integral of single scattering.
-void test_beam_of_a_lamp() {
+// Fog below a small lamp, seen across the lamp's beam, has the integral of single scattering.
+void test_single_scattering_of_a_lamp() {
     const float density = 0.5f, side = 0.02f, radiance = 1e5f;
     Medium medium = medium_create({-1, -1, -1}, {3, 1, 1}, {8, 8, 8}, {1, 1, 1}, 0,
                                   [=](Vec3) { return density; });
@@ -143,7 +143,7 @@ void test_beam_of_a_lamp() {
     const int steps = 4000;
     for (int i = 0; i < steps; ++i) {
         const double z = -1 + 2 * (i + 0.5) / steps, distance = std::sqrt(16 + z * z);
-        const double in_fog = distance / 4; // the lamp is three above the box, which is one high
+        const double in_fog = distance / 4; // fog fills a quarter of the way to the lamp
         const double lit = double{radiance} * side * side * 4 / distance / (distance * distance);
         expected += std::exp(-density * (1 - z + in_fog)) * density * lit / (4 * PI) * 2 / steps;
     }
@@ -151,8 +151,8 @@ void test_beam_of_a_lamp() {
         check_mean(render(scene, {200, 1, sampler}).mean, expected, sampler);
 }
 
-// Layers for denoisers show what is behind fog, as if there were none.
-void test_layers() {
+// The layers for denoisers ignore fog and show the surfaces behind it.
+void test_layers_ignore_fog() {
     Scene scene = scene_build("fog", {});
     const Render foggy = render(scene, {2, 3, "blue"});
     scene.medium = nullptr;
@@ -169,11 +169,11 @@ void test_layers() {
 
 int main() {
     geometry_thread_begin();
-    test_walks_against_integrals();
-    test_rays_that_miss();
-    test_ranges();
+    test_transmittance_and_free_flight();
+    test_rays_that_miss_the_box();
+    test_densities_are_within_their_ranges();
     test_furnace();
-    test_beam_of_a_lamp();
-    test_layers();
+    test_single_scattering_of_a_lamp();
+    test_layers_ignore_fog();
     return 0;
 }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Images in parts: regions and ranges of samples that are merged, images that were stopped and resumed, and the files they are made of."""
+"""Tests images in parts: merging regions and sample ranges, resuming stopped images, and checking that the input files are the same."""
 
 import shutil
 import signal
@@ -22,15 +22,15 @@ def assert_same_attributes(path, wanted, but):
 
 
 @pytest.mark.parametrize("options", [["--spp", 6], [*ADAPTIVE, "--spp", 64]])
-def test_merged_regions_equal_the_whole_to_the_bit(pathtracer, options):
-    """Also if they cut through blocks of adaptive sampling."""
+def test_merged_regions_are_bit_identical_to_the_whole_image(pathtracer, options):
+    """This includes regions that cut through blocks of adaptive sampling."""
     parts = [pathtracer.render(*SIZE, *options, "--crop", crop) for crop in ("0,0,20,37", "20,0,45,11", "20,11,45,37")]
-    # Variances go through single precision and back.
+    # Files store variances in single precision.
     assert_same(pathtracer.layers("--merge", *parts), pathtracer.layers(*SIZE, *options), variance=1e-6)
 
 
-def test_merged_samples_equal_the_whole(pathtracer):
-    """Also ranges of different lengths, in any order, and merged before."""
+def test_merged_sample_ranges_equal_the_whole_image(pathtracer):
+    """Ranges may have different lengths, be in any order, and be merged images themselves."""
     common = ["--scene", "lens", *SIZE, "--seed", 3]
     whole = pathtracer.render(*common, "--spp", 11)
     a, b, c = (pathtracer.render(*common, "--first-sample", f, "--spp", n) for f, n in ((7, 4), (0, 1), (1, 6)))
@@ -40,7 +40,7 @@ def test_merged_samples_equal_the_whole(pathtracer):
         assert_same_attributes(merged, whole, {"seconds", "threads", "exposure"})
 
 
-def test_parts_that_miss_pixels_leave_them_empty(pathtracer):
+def test_pixels_that_no_part_contains_stay_empty(pathtracer):
     path = pathtracer.render("--merge", *(pathtracer.render(*SIZE, "--spp", 2, "--crop", c) for c in ("0,0,10,10", "20,20,30,30")))
     layers = read_layers(path)
     count = layers["count"]
@@ -49,7 +49,7 @@ def test_parts_that_miss_pixels_leave_them_empty(pathtracer):
     assert all((values[count == 0] == 0).all() for values in layers.values())
 
 
-def test_parts_that_do_not_belong_together(pathtracer):
+def test_parts_that_overlap_or_leave_gaps_are_refused(pathtracer):
     part = lambda first, count, *more: pathtracer.render(*SIZE, "--sampler", "white", "--first-sample", first, "--spp", count, *more)
     left, right = ("--crop", "0,0,20,37"), ("--crop", "20,0,45,37")
     a, b, c = part(0, 2), part(2, 3), part(5, 1)
@@ -57,7 +57,7 @@ def test_parts_that_do_not_belong_together(pathtracer):
     for parts, said in [
         ([a, part(0, 2)], ["same samples"]), ([a, part(1, 2)], ["same samples"]), ([a, part(2, 2, "--size", "37x45")], ["size"]),
         ([c, a], ["samples 2 to 4 ", c.name, "--first-sample 2 --spp 3"]),
-        # A gap in some pixels is one, and so are regions that begin at other samples.
+        # A gap in only some pixels also counts, as do regions that start at different samples.
         ([a, part(2, 3, *left), c], ["samples 2 to 4 of pixel 20,0"]),
         ([part(0, 2, *left), part(1, 2, *right)], ["samples 0 to 0 of pixel 20,0"]),
         ([write_environment(pathtracer.folder / "other.exr", 0)], ["other.exr", "this program"]),
@@ -66,18 +66,18 @@ def test_parts_that_do_not_belong_together(pathtracer):
 
 
 def rewritten(path, name, value):
-    """A copy of an image with another attribute."""
+    """Returns a copy of an image with one attribute changed."""
     with OpenEXR.File(str(path), separate_channels=True) as file:
         file.header()[name] = value
         file.write(str(path.with_name("copy.exr")))
     return path.with_name("copy.exr")
 
 
-def test_parts_with_any_other_attribute_are_refused(pathtracer):
-    """Whatever setting of an image is changed, it is no part of that image any more; and statistics must be possible."""
+def test_parts_with_different_settings_are_refused(pathtracer):
+    """An image that differs in any setting is not a part of the same image. Statistics may differ but must be valid."""
     common = [*SIZE, "--noise", 0.3, "--min-spp", 2, "--spp", 4, "--exposure", 0]
     first, second = (pathtracer.render(*common, "--crop", crop) for crop in ("0,0,16,37", "16,0,45,37"))
-    # Parts of one image may differ in statistics. All other attributes that are texts are settings.
+    # Parts of an image may differ in statistics. All other text attributes are settings.
     statistics = {"spp", "firstSample", "endSample", "exposure", "threads", "seconds", "rays", "software", "name", "type"}
     settings = {name: value for name, value in read_exr(second)[1].items() if isinstance(value, str) and name not in statistics}
     assert set(settings) >= {"scene", "camera", "env", "sampler", "draws", "inputs", "declare", "seed", "max-depth",
@@ -92,7 +92,7 @@ def test_parts_with_any_other_attribute_are_refused(pathtracer):
         pathtracer.failure("--merge", rewritten(second, name, value), said=[said, "copy.exr"])
 
 
-def test_a_resumed_image_equals_a_whole_one(pathtracer):
+def test_a_resumed_image_equals_an_uninterrupted_one(pathtracer):
     common = ["--scene", "lens", *SIZE, "--seed", 5, "--sampler", "sobol", "--max-depth", 3]
     resumed = pathtracer.render("--resume", pathtracer.render(*common, "--spp", 3), "--spp", 11)
     whole = pathtracer.render(*common, "--spp", 11)
@@ -102,7 +102,7 @@ def test_a_resumed_image_equals_a_whole_one(pathtracer):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP, signal.SIGTERM])
 def test_interrupts_write_the_image_so_far(pathtracer, number):
-    """Some samples of each pixel, which are those of a whole image of as many; resumed, it becomes even."""
+    """Pixels of an interrupted image differ in sample count. When it is resumed without --spp, all reach the highest count."""
     common = ["--size", "96x64", "--crop", "3,5,90,60", "--fov", 30, "--max-depth", 2]
     begun = pathtracer.folder / "begun.exr"
     for _ in range(20):
@@ -126,15 +126,15 @@ def test_interrupts_write_the_image_so_far(pathtracer, number):
 
 @pytest.mark.parametrize("crop", [[], ["--crop", "5,9,21,30"]])
 def test_adaptive_images_can_be_resumed(pathtracer, crop):
-    """Also of a crop that cuts through blocks: pixels around it are drawn again."""
+    """This includes a crop that cuts through blocks, for which the pixels around it are rendered too."""
     common = [*ADAPTIVE, *SIZE, *crop]
-    begun = pathtracer.render(*common, "--spp", 6)  # stopped between looks
+    begun = pathtracer.render(*common, "--spp", 6)  # stops between two counts at which errors are tested
     assert_near(pathtracer.layers(*common, "--spp", 64), pathtracer.layers("--resume", begun, "--spp", 64))
     for change in (["--noise", 0.2], ["--noise", 0], ["--min-spp", 2], ["--exposure", 0]):
         pathtracer.failure("--resume", begun, "--spp", 128, *change, said="not an earlier state")
 
 
-def test_an_image_of_other_settings_is_not_resumed(pathtracer):
+def test_resuming_with_different_settings_is_refused(pathtracer):
     begun = pathtracer.render(*SIZE, "--spp", 2, "--crop", "0,0,20,20", "--first-sample", 4)
     for name, *changed in [
         ("seed", "--seed", 1), ("sampler", "--sampler", "sobol"), ("scene", "--scene", "furnace"), ("max-depth", "--max-depth", 3),
@@ -147,11 +147,11 @@ def test_an_image_of_other_settings_is_not_resumed(pathtracer):
     pathtracer.failure("--resume", "absent.exr", said="absent.exr")
 
 
-def test_a_resumed_image_keeps_the_camera_of_its_file(pathtracer):
-    """Also one by number that lies on its side, which --eye, --target and --fov do not say."""
+def test_a_resumed_image_keeps_its_camera(pathtracer):
+    """This includes a numbered camera that lies on its side, which --eye, --target and --fov cannot express."""
     g = over_floor(floor())
     g.camera(0.9, translation=[0.2, 0.5, 2], rotation=[0, 0, np.sqrt(0.5), np.sqrt(0.5)], name="on its side")
-    # The middle of the room is not the origin.
+    # The room's centre is not the origin.
     for scene, more in ((g, ["--camera", 1]), (g, ["--camera", 1, "--eye", "0.3,0.7,1.9", "--target", "0,0,0"]), (room(), [])):
         begun, whole = (pathtracer.render("--scene", scene, *more, *ONE, "--spp", spp) for spp in (1, 3))
         assert_near(pathtracer.layers("--resume", begun, "--spp", 3), read_layers(whole))
@@ -159,7 +159,7 @@ def test_a_resumed_image_keeps_the_camera_of_its_file(pathtracer):
 
 @pytest.fixture
 def scene(pathtracer):
-    """Arguments, and the files that they name."""
+    """Returns arguments and the files they refer to."""
     folder, g = pathtracer.folder, Gltf()
     (folder / "sub").mkdir()
     for uri in ("sub/wood.png", "bump%20map.png", "\u00e9.png", "per%25cent.png"):
@@ -174,8 +174,8 @@ def scene(pathtracer):
     return ["--scene", "scene.gltf", "--env", "sky.exr", *ONE], ["scene.gltf", "my mesh.bin", "sky.exr", *names]
 
 
-def test_images_of_changed_files_are_refused(pathtracer, scene):
-    """What is listed is what is read: without any one of the files there is no scene, or another list."""
+def test_images_with_changed_input_files_are_refused(pathtracer, scene):
+    """--list-inputs lists exactly the files that are read. If one is removed, loading fails or the list changes."""
     folder, (options, names) = pathtracer.folder, scene
     names = sorted(names, key=str.encode)
     listed = pathtracer.success(*options, "--list-inputs").stdout
@@ -186,24 +186,24 @@ def test_images_of_changed_files_are_refused(pathtracer, scene):
     for name, old in zip(names, data):
         (folder / name).unlink()
         done = pathtracer.run(*options, "--list-inputs")
-        # A texture that is missing is only named.
+        # A missing texture only causes a warning.
         assert name not in done.stdout and done.returncode == (not name.endswith(".png"))
         (folder / name).write_bytes(old + b"\n ")
         after = pathtracer.render(*options, "--first-sample", 1)
         pathtracer.failure("--merge", before, after, said=[before.name, after.name, name])
         pathtracer.failure("--resume", before, "--spp", 2, said=name)
         (folder / name).write_bytes(old)
-    # An image of one file may be read from another folder.
+    # Input files may be read from another folder.
     pathtracer.folder = shutil.copytree(folder, folder / "other")
     after = pathtracer.render(*options, "--first-sample", 1)
     pathtracer.success("--merge", before, after, "-o", "whole.exr")
-    # A list that an image makes up reaches no terminal.
+    # Control characters in an image's list of inputs do not reach the terminal.
     before.write_bytes(before.read_bytes().replace(b"  sub/wood.png\n", b"  \x1b[31mwoo.png\n", 1))
     pathtracer.failure("--merge", after, before, said="?[31mwoo.png")
 
 
 def test_no_output_replaces_a_texture(pathtracer, scene):
-    """The preview of wood.exr would be the texture."""
+    """The preview of wood.exr would overwrite the texture wood.png."""
     (pathtracer.folder / "link.png").symlink_to("bump map.png")
     for output, file in (("sub/wood.exr", "wood.png"), ("link.exr", "bump map.png")):
         pathtracer.failure(*scene[0], "-o", output, said=["the preview of -o", file])

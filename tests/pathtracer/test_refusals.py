@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that are wrong, never end or take all memory: one clear line that names the file, soon, with little memory, and no image."""
+"""Tests that invalid, endless and huge files are refused quickly, with little memory, no image, and one line that names the file."""
 
 import functools
 import operator
@@ -12,12 +12,12 @@ import pytest
 import scene_files as files
 from scene_files import DOWN, FOUR, ONE, QUAD, SIX, Gltf, ball, encoded, floor, picture, textured_floor, write_exr
 
-BOUND = 0.25  # GiB of --max-memory; a run takes 0.03 without any of this
+BOUND = 0.25  # --max-memory in GiB; a normal run takes 0.03
 OUT = [*ONE, "-o", "out.exr"]
 
 
 def refused(pathtracer, *arguments, said=()):
-    """Returns the one line, which has all the words of `said` and names the file of the last argument."""
+    """Returns the error line, which must contain all strings in `said` and name the last argument's file."""
     bound = [] if pathtracer.has_address_sanitizer else ["--max-memory", BOUND]
     log = pathtracer.folder / "said.txt"
     with open(log, "w") as file:
@@ -39,7 +39,7 @@ def put(path, data):
     return path
 
 
-# ---- Each case writes files in a folder, and returns the arguments of one or two runs; the last of each is the file at fault
+# ---- Each case writes files to a folder and returns the arguments of one or two runs, whose last argument is the invalid file
 
 
 def scene(data, name="wrong.gltf"):
@@ -47,7 +47,7 @@ def scene(data, name="wrong.gltf"):
 
 
 def gltf(change):
-    """A floor that is changed, as text and in one piece."""
+    """A modified floor, as GLB and as glTF."""
 
     def write(folder):
         g = floor()
@@ -58,7 +58,7 @@ def gltf(change):
 
 
 def part(*path, **properties):
-    """A floor with other properties of one of its parts, such as accessors, 0."""
+    """A floor with changed properties of the element at `path`, such as "accessors", 0."""
     return gltf(lambda g: functools.reduce(operator.getitem, path, g.json).update(properties))
 
 
@@ -67,7 +67,7 @@ def image(data):
 
 
 def exr(change):
-    """Other bytes, or what becomes of those of an image of 8 x 8."""
+    """An EXR file with the contents `change`, or with the result of the function `change` for the bytes of an 8 x 8 image."""
 
     def write(folder):
         path = write_exr(folder / "a.exr", RGB=np.zeros((8, 8, 3), np.float32))
@@ -83,7 +83,7 @@ def texture_on_floor(g, **source):
 
 
 def two_parents(g):
-    """Forty generations of twins of twins would be 2^40 nodes if they were followed."""
+    """Each node has two references to the same child. After forty generations, following all of them would visit 2^40 nodes."""
     last = g.node(root=False, mesh=0)
     for _ in range(40):
         last = g.node(root=False, children=[last, last])
@@ -91,14 +91,14 @@ def two_parents(g):
 
 
 def zeros(g, count=2**26, place=None):
-    """A count that no buffer has to fill, and one value at a place."""
+    """An accessor of `count` zeros without a buffer view, with an optional sparse value at index `place`."""
     g.json["accessors"][0] = {"componentType": 5126, "type": "VEC3", "count": count}
     if place is not None:
         indices = {"bufferView": g.view(struct.pack("<I", place)), "componentType": 5125}
         g.json["accessors"][0]["sparse"] = {"count": 1, "indices": indices, "values": {"bufferView": g.view(bytes(12))}}
 
 
-def one_mesh_of_many_nodes(g):
+def one_mesh_in_many_nodes(g):
     mesh = g.mesh(np.random.default_rng(0).random((5000, 3), np.float32), np.arange(3000, dtype=np.uint16))
     for _ in range(500):
         g.node(mesh=mesh)
@@ -113,24 +113,24 @@ def many_textures_of_one_image(g):
 
 
 def claiming(data, at, layout, *values):
-    """A file whose header claims something else."""
+    """Returns a copy of a file with false values in its header."""
     return data[:at] + struct.pack(layout, *values) + data[at + struct.calcsize(layout):]
 
 
 FLOOR, PNG, JPEG = floor().glb(), encoded(FOUR), encoded(FOUR, "JPEG")
 EXR_START, NO_EXR = struct.pack("<II", 20000630, 2), "cannot read the EXR file a.exr"
-WINDOW = struct.pack("<4i", 0, 0, 7, 7)  # of an image of 8 x 8
+WINDOW = struct.pack("<4i", 0, 0, 7, 7)  # of an 8 x 8 image
 START = '{"asset": {"version": "2.0"}, '
 CASES = {
-    # Numbers that lead out of their arrays
+    # Indices, counts and offsets out of range
     "index_out_of_range": (gltf(lambda g: g.bytes.__setitem__(slice(48, 50), b"\x04\0")), "index out of range"),
     "sparse_index_out_of_range": (gltf(lambda g: zeros(g, 4, 9)), "index out of range"),
-    "count_beyond_the_view": (part("accessors", 0, count=5), "runs past the end"),
+    "count_beyond_the_buffer_view": (part("accessors", 0, count=5), "runs past the end"),
     "count_overflows": (part("accessors", 0, count=2**60), ""),
-    "zeros_without_a_view": (gltf(zeros), "out of memory"),
-    "sparse_zeros": (gltf(lambda g: zeros(g, place=0)), "out of memory"),
-    "offset_beyond_the_view": (part("accessors", 0, byteOffset=2**40), "runs past the end"),
-    "positions_of_two_numbers": (part("accessors", 0, type="VEC2"), "number of components"),
+    "many_zeros_without_a_buffer_view": (gltf(zeros), "out of memory"),
+    "many_sparse_zeros": (gltf(lambda g: zeros(g, place=0)), "out of memory"),
+    "offset_beyond_the_buffer_view": (part("accessors", 0, byteOffset=2**40), "runs past the end"),
+    "positions_with_two_components": (part("accessors", 0, type="VEC2"), "number of components"),
     "unknown_component_type": (part("accessors", 0, componentType=5124), ""),
     "indices_are_floats": (part("accessors", 1, componentType=5126), "unsigned integers"),
     "buffer_view_beyond_the_buffer": (part("bufferViews", 0, byteLength=10**9), "past the end"),
@@ -142,48 +142,48 @@ CASES = {
     "missing_material": (part("meshes", 0, "primitives", 0, material=5), "refers to materials[5]"),
     "missing_camera": (part("nodes", 0, camera=5), "refers to cameras[5]"),
     "missing_light": (part("nodes", 0, extensions={"KHR_lights_punctual": {"light": 2}}), "refers to lights[2]"),
-    # Files that make no scene
+    # Files that do not describe a valid scene
     "vertex_is_nan": (gltf(lambda g: g.bytes.__setitem__(slice(4, 8), struct.pack("<f", np.nan))), "not a finite number"),
     "vertex_beyond_1e15": (part("nodes", 0, translation=[1e30, 0, 0]), "not a finite number"),
     "extent_beyond_1e10": (part("nodes", 0, scale=[1.01e10] * 3), "more than 1e10 from its centre"),
-    "cycle_of_nodes": (gltf(lambda g: g.json["nodes"][0].update(children=[g.node(root=False, children=[0])])), "twice"),
+    "node_cycle": (gltf(lambda g: g.json["nodes"][0].update(children=[g.node(root=False, children=[0])])), "twice"),
     "node_with_two_parents": (gltf(two_parents), "twice"),
     "no_triangles": (part("scenes", 0, nodes=[]), "no triangles"),
     "version_1": (part("asset", version="1.0"), "version 2"),
     "version_2_1": (part("asset", version="2.1", minVersion="2.1"), "is glTF 2.1"),
     "unknown_required_extension": (part(extensionsRequired=["KHR_draco_mesh_compression"]), "KHR_draco_mesh_compression"),
-    "one_mesh_of_many_nodes": (gltf(one_mesh_of_many_nodes), ""),
+    "one_mesh_in_many_nodes": (gltf(one_mesh_in_many_nodes), ""),
     "many_textures_of_one_image": (gltf(many_textures_of_one_image), ""),
     "many_materials": (scene(START + '"materials": [' + "{}," * 300000 + "{}]}"), ""),
-    "many_values": (scene(START + '"extras": [' + "0," * 2**22 + "0]}"), ""),
+    "many_json_values": (scene(START + '"extras": [' + "0," * 2**22 + "0]}"), ""),
     "missing_file": (lambda folder: [["--scene", "none.glb"]], "none.glb: there is no such file"),
-    **{f"glb_of_{file}_and_{first}_bytes": (scene(claiming(FLOOR, 8, "<II", file, first), "wrong.glb"), "cut short")
+    **{f"glb_claims_{file}_bytes_and_a_chunk_of_{first}": (scene(claiming(FLOOR, 8, "<II", file, first), "wrong.glb"), "cut short")
        for file in (0, 12, 19, len(FLOOR), len(FLOOR) + 1) for first in (2**32 - 1, 2**31, len(FLOOR) - 19)},
-    "short_glb": (scene(textured_floor(files.LARGE_FOUR).glb()[:900], "wrong.glb"), "cut short"),
-    "short_gltf": (scene(floor().gltf()[:300]), "not valid glTF"),
+    "truncated_glb": (scene(textured_floor(files.LARGE_FOUR).glb()[:900], "wrong.glb"), "cut short"),
+    "truncated_gltf": (scene(floor().gltf()[:300]), "not valid glTF"),
     "empty_file": (scene("", "wrong.glb"), ""),
-    "text": (scene("no glTF"), ""), "list": (scene("[1, 2]"), ""),
-    "deep_nesting": (scene(START + '"extras": ' + "[" * 100000 + "]" * 100000 + "}"), "no triangles"),
+    "gltf_is_text": (scene("no glTF"), ""), "gltf_is_a_json_list": (scene("[1, 2]"), ""),
+    "deeply_nested_json": (scene(START + '"extras": ' + "[" * 100000 + "]" * 100000 + "}"), "no triangles"),
     # Images
-    "data_uri_is_no_image": (gltf(lambda g: texture_on_floor(g, uri="data:image/png;base64,eHh4eA==")), "image 0: is damaged"),
-    "data_uri_is_no_base64": (gltf(lambda g: texture_on_floor(g, uri="data:image/png;base64,??")), "image 0: is not valid base64"),
+    "data_uri_is_not_an_image": (gltf(lambda g: texture_on_floor(g, uri="data:image/png;base64,eHh4eA==")), "image 0: is damaged"),
+    "data_uri_is_not_base64": (gltf(lambda g: texture_on_floor(g, uri="data:image/png;base64,??")), "image 0: is not valid base64"),
     "image_is_text": (image(b"x" * 64), "neither PNG nor JPEG"),
     "image_is_tga": (image(encoded(FOUR, "TGA")), "neither PNG nor JPEG"),
-    "short_png": (image(PNG[:50]), "damaged"),
+    "truncated_png": (image(PNG[:50]), "damaged"),
     "damaged_png": (image(PNG.replace(b"IDATx", b"IDAT-")), "damaged"),
-    "png_of_2_60_texels": (image(claiming(PNG, 16, ">II", 2**30, 2**30)), "damaged"),
-    "image_outside_of_its_buffer": (
+    "png_claims_2_60_texels": (image(claiming(PNG, 16, ">II", 2**30, 2**30)), "damaged"),
+    "image_outside_its_buffer": (
         gltf(lambda g: texture_on_floor(g, bufferView=g.add("bufferViews", buffer=0, byteOffset=10**6, byteLength=99))), "past the end"),
     "large_png": (image(claiming(PNG, 16, ">II", 30000, 16000)), ""),
-    "large_png_of_bits": (image(claiming(PNG, 16, ">IIBB", 30000, 16000, 1, 0)), ""),
+    "large_one_bit_png": (image(claiming(PNG, 16, ">IIBB", 30000, 16000, 1, 0)), ""),
     "large_jpeg": (image(claiming(JPEG, JPEG.index(b"\xff\xc0") + 5, ">HH", 16000, 30000)), ""),
-    **{f"long_{kind.decode()}": (image(PNG[:33] + struct.pack(">I", 2**30) + kind + bytes(90)), "damaged")
+    **{f"png_chunk_{kind.decode()}_claims_1_gib": (image(PNG[:33] + struct.pack(">I", 2**30) + kind + bytes(90)), "damaged")
        for kind in (b"IDAT", b"PLTE", b"iCCP", b"aaaa")},
     # EXR
     "attribute_of_1_5_gib": (exr(EXR_START + b"a\0string\0" + struct.pack("<i", 0x60000000) + bytes(40)), NO_EXR),
     "attribute_of_negative_size": (exr(EXR_START + b"a\0string\0" + struct.pack("<i", -1) + bytes(40)), NO_EXR),
-    "attribute_name_without_end": (exr(EXR_START + b"a" * 400), NO_EXR),
-    "short_exr_header": (exr(lambda data: data[:200]), NO_EXR),
+    "unterminated_attribute_name": (exr(EXR_START + b"a" * 400), NO_EXR),
+    "truncated_exr_header": (exr(lambda data: data[:200]), NO_EXR),
     "exr_is_text": (exr("text" * 999), NO_EXR),
     "empty_exr": (exr(""), NO_EXR),
     **{f"exr_claims_{w}x{h}": (exr(lambda data, window=struct.pack("<4i", 0, 0, w - 1, h - 1): data.replace(WINDOW, window)), NO_EXR)
@@ -194,18 +194,18 @@ CASES = {
 
 
 @pytest.mark.parametrize("what", CASES)
-def test_a_wrong_file_is_refused_with_one_line(pathtracer, what, monkeypatch):
-    # The address sanitizer fills memory with these bytes.
+def test_an_invalid_file_is_refused_in_one_line(pathtracer, what, monkeypatch):
+    # The address sanitizer fills new memory with this byte.
     monkeypatch.setenv("ASAN_OPTIONS", "malloc_fill_byte=255:max_malloc_fill_size=1000000:allocator_may_return_null=1")
     write, said = CASES[what]
     if pathtracer.has_address_sanitizer and (said == "out of memory" or what.startswith(("large_", "one_mesh_"))):
-        pytest.skip("only --max-memory refuses it, which has no place beside the sanitizer")
+        pytest.skip("only --max-memory refuses this file, which does not work with the address sanitizer")
     for arguments in write(pathtracer.folder):
         refused(pathtracer, *arguments, said=said)
 
 
-def test_fifty_thousand_generations_of_nodes_are_read(pathtracer):
-    """Moved by their sum."""
+def test_deeply_nested_nodes_are_read(pathtracer):
+    """Fifty thousand nested nodes move a mesh by the sum of their translations."""
     g, count = Gltf(), 50_000
     g.json["nodes"] = [{"children": [i + 1], "translation": [0.25, 0, 0]} for i in range(count)]
     g.json["nodes"].append({"mesh": g.mesh(QUAD, SIX, g.material())})
@@ -215,8 +215,8 @@ def test_fifty_thousand_generations_of_nodes_are_read(pathtracer):
     np.testing.assert_allclose(picture(pathtracer, g, "--spp", 1, "--max-depth", 1), 0.5, rtol=1e-3)
 
 
-def test_a_scene_reaches_so_far(pathtracer):
-    """Up to 1e10 from its middle an image is right; lights beyond 1e15 are left out."""
+def test_largest_extents_and_distances(pathtracer):
+    """Images are correct for extents of up to 1e10 from the scene's centre. Lights beyond 1e15 are left out."""
     far, near = (picture(pathtracer, files.room(scale), "--spp", 4) for scale in (0.99e10, 1))
     np.testing.assert_allclose(far, near, rtol=1e-3)
     g = Gltf()
@@ -231,7 +231,7 @@ def test_a_scene_reaches_so_far(pathtracer):
 
 
 def apart(pathtracer, buffer="a.bin", image=None, folder="."):
-    """A textured floor whose buffer and image are files with these names; returns its path, and the buffer."""
+    """Saves a textured floor that refers to buffer and image files with these names. Returns its path and the buffer's contents."""
     g = textured_floor()
     if image:
         g.json["images"] = [{"uri": image}]
@@ -240,7 +240,7 @@ def apart(pathtracer, buffer="a.bin", image=None, folder="."):
 
 @pytest.mark.parametrize("kind", ["pipe", "folder", "device"])
 def test_only_regular_files_are_read(pathtracer, kind):
-    """Pipes and devices may never end."""
+    """Reading a pipe or device may never end."""
     make = {"pipe": os.mkfifo, "folder": os.mkdir, "device": lambda path: path.symlink_to("/dev/zero")}[kind]
     for name in ("a.bin", "a.png", "a.exr", "whole.glb"):
         make(pathtracer.folder / name)
@@ -253,7 +253,7 @@ def test_only_regular_files_are_read(pathtracer, kind):
 
 
 def test_uris_are_relative_to_the_scene(pathtracer):
-    """Through links and folders above it, but nothing from the current folder."""
+    """They may use links and parent folders. Files in the current folder are not found."""
     folder = pathtracer.folder
     path, data = apart(pathtracer, "sub/../link.bin", "../a%20b.png", "in")
     (folder / "in/sub").mkdir()
@@ -271,7 +271,7 @@ def test_uris_are_relative_to_the_scene(pathtracer):
 
 
 def test_no_control_characters_reach_the_terminal(pathtracer):
-    """A window's title and other controls, in names of files and in attributes."""
+    """File names and attributes contain control characters, including a sequence that sets the window's title."""
     evil = "a\x1b]0;b\x07\x7f\n.exr"
     controls = [chr(c) for c in [*range(10), *range(11, 32), 127]]
 
@@ -286,7 +286,7 @@ def test_no_control_characters_reach_the_terminal(pathtracer):
     for wrong in (["--scene", evil], ["--scene", evil.replace("exr", "glb")], ["--env", "no" + evil], ["-" + evil]):
         said(*wrong, *OUT, code=1)
     said("--merge", evil, "-o", "b" + evil, code=0)
-    # Attributes of the same length: those of an image of a file of ten letters.
+    # Replaces the ten-letter file name in the image's attributes by one of the same length.
     floor().save(pathtracer.folder / "scene1.glb")
     begun = pathtracer.render(*ONE, "--scene", "scene1.glb")
     put(begun, begun.read_bytes().replace(b"scene1.glb", b"\x1b]0;1m.glb"))

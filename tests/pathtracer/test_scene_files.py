@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes from files: what they say is what is rendered, wherever and however large it is; and cameras of all scenes.
+"""Tests that scenes from files are rendered as described, at any scale and position, and tests the cameras of all scenes.
 
-Most images are known without rendering, or are those of another file that says the same in another way. Seeds are fixed.
+Most images are known without rendering, or must equal those of a file that describes the same scene differently. Seeds are fixed.
 """
 
 import numpy as np
@@ -10,8 +10,8 @@ from pathtracer_driver import SCENES, assert_same, read_exr, read_layers
 from scene_files import COMPONENT_TYPES, DOWN, ONE, QUAD, ROOM_EYE, SIX, Gltf, ball, floor, over_floor, picture, room
 
 
-def test_a_furnace_from_a_file(pathtracer):
-    """Walls that emit and reflect one half: three bounces add 7/8 to the emission, by lamps and by what is hit."""
+def test_furnace_from_a_file(pathtracer):
+    """The walls emit light and reflect one half of it, so three bounces add 7/8 of the emission, by light samples and by hits."""
     light, g = np.array([2, 1.5, 0.5]), Gltf()
     for axis in range(3):
         wall = np.roll(QUAD - np.float32([0, 1, 0]), axis, axis=1)
@@ -21,8 +21,8 @@ def test_a_furnace_from_a_file(pathtracer):
 
 
 @pytest.mark.parametrize("scale, shift_in_sizes", [(1e-4, 0), (1e4, 0), (1, 1000), (1e-4, 1000), (1e4, 1000)])
-def test_scale_and_place_do_not_matter(pathtracer, scale, shift_in_sizes):
-    """The same samples give the same picture, but for the few paths that rounding sends elsewhere."""
+def test_scale_and_position_do_not_change_the_image(pathtracer, scale, shift_in_sizes):
+    """The same samples give the same image, except for the few paths that rounding changes."""
     plain = picture(pathtracer, room(), "--spp", 4)
     shift = shift_in_sizes * 2 * scale * np.array([1, -1, 0.5])
     moved = picture(pathtracer, room(scale, shift), "--spp", 4)
@@ -30,8 +30,8 @@ def test_scale_and_place_do_not_matter(pathtracer, scale, shift_in_sizes):
     assert moved.mean() == pytest.approx(plain.mean(), rel=0.01)
 
 
-def test_nodes_and_matrices(pathtracer):
-    """Turned by 0.3 about z, scaled by (1, 2, 0.5), moved: in one node, as a matrix, in a row of nodes."""
+def test_node_transforms_matrices_and_nested_nodes_agree(pathtracer):
+    """A rotation by 0.3 about z, a scale by (1, 2, 0.5) and a translation are stored in one node, as a matrix, and in nested nodes."""
     c, s = np.cos(0.3), np.sin(0.3)
     turn = {"rotation": [0, 0, np.sin(0.15), np.cos(0.15)]}
     scale, move = {"scale": [1, 2, 0.5]}, {"translation": [0.2, -0.3, 0.1]}
@@ -53,9 +53,8 @@ def test_nodes_and_matrices(pathtracer):
         np.testing.assert_allclose(image(place), expected, rtol=2e-4, atol=1e-5)
 
 
-def test_mirrored_nodes_keep_fronts(pathtracer):
-    """A light that shines from its front only still faces down after two mirrors, and after one that is made up for by
-    the order of its corners."""
+def test_mirrored_nodes_keep_front_faces(pathtracer):
+    """A single-sided light still faces down if its node mirrors two axes, and if it mirrors one, which reverses the winding."""
 
     def lit(corners, **node):
         g = floor()
@@ -70,7 +69,7 @@ def test_mirrored_nodes_keep_fronts(pathtracer):
 
 
 def sparse(g, values, count, places):
-    """An accessor of zeros, but for its first elements."""
+    """Adds an accessor whose first elements are `values` and whose other elements are zeros."""
     number = g.accessor(values)
     accessor = g.json["accessors"][number]
     indices = {"bufferView": g.view(np.arange(len(values), dtype=places).tobytes()), "componentType": COMPONENT_TYPES[places]}
@@ -79,36 +78,36 @@ def sparse(g, values, count, places):
 
 
 def stored(g, kind, width, first, scale=1, **properties):
-    """An accessor of the square, each of its corners from the first number on of a row of so many, multiplied by a scale."""
+    """Adds an accessor of the scaled square. Each corner is stored in a row of `width` numbers, from index `first`."""
     rows = np.full((4, width), 99, kind)
     rows[:, first:first + 3] = QUAD * scale
     return g.add("accessors", bufferView=g.view(rows.tobytes(), byteStride=rows.strides[0]), count=4, type="VEC3",
                  byteOffset=first * rows.itemsize, componentType=COMPONENT_TYPES[kind], **properties)
 
 
-# Positions, indices and mode
+# Each function returns positions, indices and an optional mode
 WAYS = {
-    "uint8": lambda g: (QUAD, SIX.astype("uint8")),
-    "uint32": lambda g: (QUAD, SIX.astype("uint32")),
-    "none": lambda g: (QUAD[SIX], None),
-    "strip": lambda g: (QUAD, np.uint16([1, 2, 0, 3]), 5),
-    "fan": lambda g: (QUAD, np.uint16([1, 2, 3, 0]), 6),
-    "sparse": lambda g: (sparse(g, QUAD, 4, "uint8"), SIX),
-    "sparse indices": lambda g: (QUAD, sparse(g, SIX, 21, "uint16")),  # the others are zeros, faces without area
-    "strided": lambda g: (stored(g, "float32", 5, 1), SIX),
-    "quantised": lambda g: (stored(g, "int8", 4, 0), SIX),
-    "normalized": lambda g: (stored(g, "int16", 4, 0, 32767, normalized=True), SIX),
+    "uint8 indices": lambda g: (QUAD, SIX.astype("uint8")),
+    "uint32 indices": lambda g: (QUAD, SIX.astype("uint32")),
+    "no indices": lambda g: (QUAD[SIX], None),
+    "triangle strip": lambda g: (QUAD, np.uint16([1, 2, 0, 3]), 5),
+    "triangle fan": lambda g: (QUAD, np.uint16([1, 2, 3, 0]), 6),
+    "sparse positions": lambda g: (sparse(g, QUAD, 4, "uint8"), SIX),
+    "sparse indices": lambda g: (QUAD, sparse(g, SIX, 21, "uint16")),  # the other indices are zeros: triangles without area
+    "strided positions": lambda g: (stored(g, "float32", 5, 1), SIX),
+    "quantised positions": lambda g: (stored(g, "int8", 4, 0), SIX),
+    "normalized positions": lambda g: (stored(g, "int16", 4, 0, 32767, normalized=True), SIX),
 }
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_ways_to_store_a_mesh(pathtracer, way):
-    """A square in every way a glTF can hold it: albedo on the floor, nothing beside it, in each the same."""
+def test_storage_formats_of_meshes(pathtracer, way):
+    """A square gives the same image however it is stored: its albedo where it is visible, and black around it."""
 
     def image(way):
         g = Gltf()
         positions, indices, *mode = way(g)
-        g.node(mesh=g.mesh(positions, indices, g.material((0.25, 0.5, 0.75)), *mode))  # the back is not seen
+        g.node(mesh=g.mesh(positions, indices, g.material((0.25, 0.5, 0.75)), *mode))  # the back is invisible
         g.light("directional", 2, rotation=DOWN)
         return picture(pathtracer, over_floor(g, 4, 0.9), "--spp", 2)
 
@@ -119,7 +118,7 @@ def test_ways_to_store_a_mesh(pathtracer, way):
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_the_listed_camera_is_the_one_of_the_scene(pathtracer, scene):
+def test_the_listed_camera_reproduces_the_scenes_image(pathtracer, scene):
     listing = pathtracer.success("--scene", scene, "--list-cameras")
     (line,) = listing.stdout.splitlines()
     number, *options = line.split()[:7]
@@ -129,10 +128,10 @@ def test_the_listed_camera_is_the_one_of_the_scene(pathtracer, scene):
     assert read_exr(own)[1]["camera"] == "--camera 0 " + " ".join(options)
 
 
-def test_eye_target_and_angle(pathtracer):
-    """A floor two wide and one unit below fills a picture of 90 degrees, and the middle half of one twice as wide."""
+def test_eye_target_and_fov(pathtracer):
+    """A floor two units wide, seen from one unit above, fills an image of 90 degrees. From twice as far, it fills the middle half."""
     common = ["--scene", floor(), *ONE, "--max-depth", 0]
-    # Looking straight down, -z is up in the picture; from 1e6 up, nothing of the place may be lost.
+    # Looking straight down, -z is up in the image.
     for height, fov in ((1, 90), (2, 2 * np.degrees(np.arctan(0.5)))):
         layers = pathtracer.layers(*common, "--eye", f"0,{height},0", "--target", "0,0,0", "--fov", fov)
         assert (layers["A"] == 1).all()
@@ -142,7 +141,7 @@ def test_eye_target_and_angle(pathtracer):
         assert (shown[rows, columns] == 1).all() and shown.sum() == 144
 
 
-def test_camera_options_default_to_the_scene(pathtracer):
+def test_camera_options_default_to_the_scenes_camera(pathtracer):
     camera = lambda *arguments: pathtracer.header(*ONE, *arguments)["camera"]
     assert camera("--fov", 20) == "--camera 0 --eye 278,273,-800 --target 278,273,0 --fov 20"
     assert camera("--eye", "278,273,-900").startswith("--camera 0 --eye 278,273,-900 --target 278,273,0 --fov 39.3")
@@ -150,18 +149,18 @@ def test_camera_options_default_to_the_scene(pathtracer):
 
 
 def test_cameras_of_scenes_far_from_the_origin(pathtracer):
-    """Eye and target are in the coordinates of the file, also far from its origin, as is the list."""
+    """--eye, --target and --list-cameras use the file's coordinates, even far from the origin."""
     shift = np.array([3e4, -2e4, 1e4])
     place = lambda by, *p: ",".join(map(str, p + by))
     images = [pathtracer.image("--scene", room(shift=by), *ONE, "--max-depth", 1, "--eye", place(by, 0.3, 1.2, 3.5),
                                "--target", place(by, -0.1, 0.8, 0)) for by in (0 * shift, shift)]
-    # Vertices may round differently; those of a file hold seven digits before its node moves them.
+    # Vertices may round differently: the file stores seven digits before its node moves them.
     assert (np.abs(images[0] - images[1]) > 1e-3).mean() < 0.02
     line = pathtracer.success("--scene", room(shift=shift), "--list-cameras").stdout
     np.testing.assert_allclose([float(v) for v in line.split()[2].split(",")], shift + ROOM_EYE, rtol=1e-9)
 
 
-def test_cameras_of_a_file_by_number(pathtracer):
+def test_cameras_of_a_file_are_chosen_by_number(pathtracer):
     listing = pathtracer.success("--scene", floor(), "--list-cameras").stdout
     assert all(word in listing for word in ("none", "--eye", "--fov"))
     pathtracer.failure("--scene", floor(), "--camera", 0, said=["no camera 0", "has 0 of its own", "--eye"])
@@ -176,8 +175,8 @@ def test_cameras_of_a_file_by_number(pathtracer):
     pathtracer.failure("--scene", g, "--camera", 2, said=["scene.glb", "no camera 2", "has 2 of its own", "--list-cameras"])
 
 
-def test_without_a_camera_everything_is_in_the_image(pathtracer, even_sky):
-    """Of things long and flat, tiny and large: all of each, with room around, and not less than half of the picture."""
+def test_without_a_camera_the_whole_scene_is_visible(pathtracer, even_sky):
+    """Long, flat, tiny and large objects are completely visible, with a margin, and extend over at least half of the image."""
     for scale in ([1, 1, 1], [5, 1, 1], [1e3, 1e4, 1e3], [1e-5, 1e-5, 3e-5]):
         g = Gltf()
         ball(g, g.material((0, 0, 0)))
@@ -188,8 +187,8 @@ def test_without_a_camera_everything_is_in_the_image(pathtracer, even_sky):
         assert not (dark[0].any() or dark[-1].any() or dark[:, 0].any() or dark[:, -1].any()), scale
 
 
-def test_lamps_replace_the_sky_and_glows_do_not(pathtracer):
-    """A speck of emission 1 is a glow, one of a little more a lamp, and so is any punctual light; without either there is sky."""
+def test_lamps_replace_the_sky_and_dim_emission_does_not(pathtracer):
+    """A surface whose emission exceeds 1 is a lamp, as is any punctual light. Scenes without lamps get a sky."""
 
     def mean(*arguments, radiance=0, light=False):
         g = floor()
@@ -221,6 +220,6 @@ def test_ignored_features_are_named_once(pathtracer):
     assert said.count("\n") == 1 and said.startswith(f"pathtracer: {path}: ignores ")
     for name in ("animations", "skins", "morph targets", "points and lines", "VENDOR_thing", "orthographic cameras"):
         assert said.count(name) == 1, name
-    assert "sheen" not in said  # nothing has that material
+    assert "sheen" not in said  # no surface uses that material
     pathtracer.render("--scene", path, *ONE, "--quiet")
     assert pathtracer.said == ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lights, textures and materials of scenes from files. Most images are known without rendering."""
+"""Tests lights, textures and materials of scenes from files. Most images are known without rendering."""
 
 import struct
 
@@ -13,17 +13,17 @@ from scene_files import DOWN, FOUR, FOUR_COLOURS, ONE, QUAD, Gltf, add_floor, as
 
 MIRROR = {"metallicFactor": 1, "roughnessFactor": 0}
 TRANSMISSION = "KHR_materials_transmission"
-HALF = np.pi / 6  # half of 60 degrees, from looking along -z towards straight down
+HALF = np.pi / 6  # half of 60 degrees, by which a light turns downwards from -z
 
 
 @pytest.mark.parametrize(("kind", "node", "radiance"), [
     ("point", {"translation": [0, 2, 0]}, 0.5 / np.pi * 10 / 4),  # candela over the distance squared
     ("spot", {"translation": [0, 2, 0], "rotation": DOWN, "light": {"spot": {}}}, 0.5 / np.pi * 10 / 4),
-    # Lux times the cosine, wherever the node stands
+    # Lux times the cosine, wherever the node is
     ("directional", {"translation": [5, -7, 100], "rotation": [-np.sin(HALF), 0, 0, np.cos(HALF)]}, 0.5 / np.pi * 10 * np.sin(2 * HALF)),
 ])
 def test_punctual_lights(pathtracer, kind, node, radiance):
-    """--photometric divides them by 683, and no others."""
+    """--photometric divides punctual lights by 683 and leaves other lights unchanged."""
 
     def image(intensity, *arguments):
         g = floor()
@@ -36,8 +36,8 @@ def test_punctual_lights(pathtracer, kind, node, radiance):
     np.testing.assert_allclose(image(10 * 683, "--photometric"), radiometric, rtol=1e-4)
 
 
-def test_spot_lights(pathtracer):
-    """Full within the inner cone, nothing beyond the outer one, the square of a ramp in the cosine between."""
+def test_spot_light_falloff(pathtracer):
+    """Intensity is full inside the inner cone, zero outside the outer cone, and a squared linear ramp in the cosine between them."""
     g = over_floor(floor(), yfov=2 * np.arctan(0.9))
     g.light("spot", 4, translation=[0, 1, 0], rotation=DOWN, light={"spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.5}})
     row = picture(pathtracer, g, "--spp", 64, "--size", "41x41")[20, :, 0]
@@ -48,8 +48,8 @@ def test_spot_lights(pathtracer):
     assert (row[angle > 0.55] == 0).all() and row[20] == pytest.approx(0.5 / np.pi * 4, rel=0.01)
 
 
-def test_emission_by_a_texture(pathtracer):
-    """A panel of four colours lights a floor as four panels of one do; seen straight, it shows its colours."""
+def test_textured_emission(pathtracer):
+    """A panel with a four-colour texture lights a floor like four single-colour panels, and the camera sees its colours."""
     colours = np.array([[[255, 40, 40], [0, 0, 0]], [[30, 200, 60], [90, 90, 255]]], np.uint8)
     light = 3 * files.linear(colours)
 
@@ -64,7 +64,7 @@ def test_emission_by_a_texture(pathtracer):
             g.quads([quarter], g.material((0, 0, 0), **g.glow(light[z, x], 3)))
         return g
 
-    # A file whose only lights are textures would get a sky.
+    # Without --env, a file whose only lights are textured would get a sky.
     options = [*ONE, "--env", "none", "--sampler", "white", "--spp", 1024]
     layers = [pathtracer.layers("--scene", over_floor(scene(textured), 0.7, 1.5), *options, "--seed", textured) for textured in (0, 1)]
     assert_equal_means(*layers, bias=0.03)
@@ -75,8 +75,8 @@ def test_emission_by_a_texture(pathtracer):
     np.testing.assert_allclose([[seen[y, x] for x in (4, 20)] for y in (20, 4)], light, rtol=1e-3, atol=1e-6)
 
 
-def test_a_bright_texel_on_a_dark_texture_shines(pathtracer):
-    """One texel of a million, between all the points by which its triangles are judged."""
+def test_a_bright_texel_in_a_dark_texture_emits_light(pathtracer):
+    """The one bright texel in a million lies between all points at which the emission of its triangles is tested."""
     pixels = np.zeros((1024, 1024, 3), np.uint8)
     pixels[515, 533] = 255
     g = Gltf()
@@ -85,9 +85,9 @@ def test_a_bright_texel_on_a_dark_texture_shines(pathtracer):
     np.testing.assert_allclose(picture(pathtracer, g, "--spp", 1, "--env", "none"), 1, rtol=1e-3)
 
 
-def test_files_of_textures(pathtracer, even_sky):
-    """The image lies upright, its corner (0, 0) is top left, and its colours are those of sRGB: as a JPEG, and as a PNG in grey, of
-    16 bits, with alpha, with a palette, and with a gamma, which glTF ignores."""
+def test_texture_file_formats(pathtracer, even_sky):
+    """Textures are upright, with (0, 0) at the top left, and use sRGB. The files are a JPEG, and PNGs with grey values, with 16 bits,
+    with alpha, with a palette, and with a gamma, which glTF ignores."""
     grey, palette, gamma = np.array([[10, 90], [160, 250]], np.uint8), Image.new("P", (2, 2)), PngImagePlugin.PngInfo()
     palette.putpalette(FOUR.tobytes())
     palette.putdata([2, 0, 3, 1])
@@ -107,10 +107,10 @@ def test_files_of_textures(pathtracer, even_sky):
     (1, {}, {}, [0, 1, 2, 3]), (1, {"wrapS": 33648}, {}, [1, 0, 3, 2]), (1, {"wrapS": 33071}, {}, [1, 1, 3, 3]),
     (0, {}, {"offset": [1, 0]}, [0, 1, 2, 3]), (0, {}, {"offset": [0.5, 0]}, [1, 0, 3, 2]),
     (0, {}, {"offset": [0, 1], "scale": [1, -1]}, [2, 3, 0, 1]),
-    # A quarter turn of the coordinates, counter-clockwise as the extension has it, and back into the square: the
-    # picture turns clockwise.
+    # The extension turns the coordinates counter-clockwise, here by a quarter turn, and the offset moves them back into the
+    # square, so the image turns clockwise.
     (0, {}, {"offset": [0, 1], "rotation": np.pi / 2}, [2, 0, 3, 1])])
-def test_wrapping_and_transforms(pathtracer, even_sky, moved, wrap, transform, order):
+def test_texture_wrapping_and_transforms(pathtracer, even_sky, moved, wrap, transform, order):
     info = {"extensions": {"KHR_texture_transform": transform}} if transform else {}
     scene = textured_floor(sampler={"magFilter": 9728, **wrap}, coordinates=files.QUAD_COORDINATES + np.float32([moved, 0]), info=info)
     assert_corners(pathtracer, scene, FOUR_COLOURS[order], "--env", even_sky)
@@ -122,12 +122,12 @@ def test_second_texture_coordinates_and_vertex_colours(pathtracer, even_sky):
     assert_corners(pathtracer, scene, 0.5 * FOUR_COLOURS[[2, 3, 0, 1]], "--env", even_sky)
 
 
-def test_masks_cut_out(pathtracer, even_sky):
-    """Where alpha is below the cut-off there is nothing: the sky shows, and light falls through."""
+def test_alpha_masks_cut_holes(pathtracer, even_sky):
+    """Where alpha is below the cut-off, the sky is visible and light passes through."""
     pixels = np.dstack([np.zeros((2, 2, 3)), [[255, 100], [200, 0]]]).astype(np.uint8)
     shown = np.tile([[0], [1], [0], [1]], 3)
     assert_corners(pathtracer, textured_floor(pixels, alphaMode="MASK", alphaCutoff=0.5), shown, "--env", even_sky)
-    # The shadow of the same on a floor below.
+    # The shadow of the masked floor on a floor below.
     g = textured_floor(pixels, alphaMode="MASK")
     g.json["scenes"][0]["nodes"].pop()
     g.quads([QUAD * 2 - np.float32([0, 1, 0])], g.material((1, 1, 1)))
@@ -137,7 +137,7 @@ def test_masks_cut_out(pathtracer, even_sky):
 
 
 def test_normal_maps(pathtracer):
-    """A map that leans all normals makes a floor as bright as one that leans: red to +x, green up in the picture, to -z."""
+    """A map that tilts all normals makes a floor as bright as a tilted floor. Red tilts to +x, green to -z, which is up in the image."""
     x, h = [0.6, 0, 0.8], np.sqrt(0.5)
     for lean, to_light, cosine in [(x, [0, 1, 0], 0.8), (x, [h, h, 0], 1.4 * h), ([0, 0.6, 0.8], [0, h, -h], 1.4 * h)]:
         g = Gltf()
@@ -152,18 +152,18 @@ def ior(value, **specular):
 
 
 @pytest.mark.parametrize(("colour", "metallic", "transmission", "extensions", "mode", "distance", "expected"), [
-    # Clear glass under an even sky cannot be seen, from outside or from within; tinted glass can.
+    # Clear glass under a uniform sky is invisible, from outside and from inside; tinted glass is not.
     ([1, 1, 1, 1], 0, 1, ior(1.4), "OPAQUE", 4, 1), ([1, 1, 1, 1], 0, 1, ior(1.4), "OPAQUE", 0.3, 1),
     ([0.5, 0.5, 0.5, 1], 0, 1, ior(1.01), "OPAQUE", 4, 0.25),
-    # An index of 1000 beside a colour, as converters write it: 4% are those of 1.5.
+    # Converters write an index of 1000 together with a specular colour. An index of 1.5 reflects 4%.
     ([0.5, 0.5, 0.5, 1], 0, 1, ior(1000, specularColorFactor=[0.0401606] * 3), "OPAQUE", 4, 0.04 + 0.96**2 / 4 / 0.96),
-    # A black one that covers a quarter lets three quarters through twice, also where metallicFactor is left out.
+    # Black with an alpha of one quarter transmits three quarters at each of two surfaces, even without metallicFactor.
     ([0, 0, 0, 0.25], 0, 0.75, ior(1.01), "BLEND", 4, 0.75**2), ([0, 0, 0, 0.25], None, 0.75, ior(1.01), "BLEND", 4, 0.75**2),
-    # What covers all and leaves it out is metal: a mirror, where glass would show a quarter.
+    # With an alpha of 1 and no metallicFactor, the material is metal: a mirror, where glass would transmit a quarter.
     ([0.5, 0.5, 0.5, 1], None, 0.75, ior(1.01), "BLEND", 4, 0.5),
-    # Black glass that a mask leaves out shows the sky.
+    # Black glass that is masked out shows the sky.
     ([0, 0, 0, 0.2], 0, 1, ior(1.5), "MASK", 4, 1)])
-def test_transmission_is_glass(pathtracer, even_sky, colour, metallic, transmission, extensions, mode, distance, expected):
+def test_transmissive_materials_are_glass(pathtracer, even_sky, colour, metallic, transmission, extensions, mode, distance, expected):
     g = Gltf()
     pbr = {"baseColorFactor": colour, "roughnessFactor": 0.0, **({} if metallic is None else {"metallicFactor": metallic})}
     extensions = {TRANSMISSION: {"transmissionFactor": transmission}, **extensions}
@@ -174,11 +174,11 @@ def test_transmission_is_glass(pathtracer, even_sky, colour, metallic, transmiss
 
 @pytest.mark.parametrize(("extensions", "coat"), [
     ({}, 0.04), ({"KHR_materials_specular": {"specularFactor": 0.5}}, 0.02), (ior(2), 1 / 9),
-    # As converters from specular-glossiness write it
+    # As written by converters from specular-glossiness
     (ior(1000, specularColorFactor=[0.3, 0.3, 0.3]), 0.3), (ior(0, specularColorFactor=[0.3, 0.3, 0.3]), 0.3),
     (ior(1000, specularColorTexture={"index": 0}), 0.04)])
-def test_coats(pathtracer, even_sky, extensions, coat):
-    """Over black, seen straight, a smooth coat shows its reflectance of the sky: with factors, and with a texture's green and blue."""
+def test_reflectance_of_coats(pathtracer, even_sky, extensions, coat):
+    """At normal incidence, a smooth coat over black reflects the sky. Roughness and metalness are factors, or a texture's green and blue."""
     for factors in (True, False):
         g = Gltf()
         texture = {"metallicRoughnessTexture": {"index": g.texture([[[255, 13, 0]]])}}
@@ -188,8 +188,8 @@ def test_coats(pathtracer, even_sky, extensions, coat):
 
 
 @pytest.mark.parametrize("plus", [False, True])
-def test_names_and_formats_of_textures(pathtracer, even_sky, plus):
-    """A plus in a URI is one, and no blank. A PNG beside a WebP is taken, whatever the file requires."""
+def test_plus_signs_in_texture_uris_and_alternatives_to_webp(pathtracer, even_sky, plus):
+    """A plus sign in a URI does not mean a space. If a texture has a PNG and a WebP image, the PNG is used, even if WebP is required."""
     g = textured_floor()
     if plus:
         g.json["images"] = [{"uri": "a+b.png"}]
@@ -204,8 +204,8 @@ def test_names_and_formats_of_textures(pathtracer, even_sky, plus):
 @pytest.mark.parametrize(("texture", "said"), [
     ({"extensions": {"EXT_texture_webp": {"source": 0}}}, ["textures without a PNG or JPEG"]),
     ({"source": 0}, ["the missing image none.png", "emissiveFactor"])])
-def test_textures_that_cannot_be_had_are_white_and_named(pathtracer, even_sky, texture, said):
-    """And so are those that a missing factor makes black."""
+def test_unavailable_textures_are_white_and_reported(pathtracer, even_sky, texture, said):
+    """Emissive textures that a missing emissiveFactor makes black are reported too."""
     g = textured_floor(**({"emissiveTexture": {"index": 0}} if len(said) > 1 else {}))
     g.json.update(images=[{"uri": "none.png"}], textures=[texture])
     path = g.save(pathtracer.folder / "scene.gltf")
@@ -215,15 +215,15 @@ def test_textures_that_cannot_be_had_are_white_and_named(pathtracer, even_sky, t
     np.testing.assert_allclose(image, 1, atol=1e-3)
 
 
-def test_backs_of_single_sided_surfaces_are_not_seen(pathtracer, even_sky):
-    """Seen from below, a floor is there only where it has two sides or is glass; a mirror shows no backs either."""
+def test_backs_of_single_sided_surfaces_are_invisible(pathtracer, even_sky):
+    """From below, a floor is visible only if it is double-sided or glass. Mirrors do not show back faces either."""
     for properties, share in (({}, 0), ({"doubleSided": True}, 1), ({"extensions": {TRANSMISSION: {"transmissionFactor": 1}}}, 1)):
         g = Gltf()
         g.quads([QUAD], g.material(**properties))
         view = ["--scene", g, *ONE, "--env", even_sky, "--target", "0,0,0", "--fov", 60]
         for eye, seen in (("0,-1,0", share), ("0,1,0", 1)):
             assert (pathtracer.layers(*view, "--eye", eye)["A"] == seen).all(), (properties, eye)
-    # The camera looks up, past the back of a black card, into a mirror in which the card's front shows, or its back.
+    # The camera looks up into a mirror that reflects the front or the back of a black card below the camera.
     for card, shows in ((QUAD, True), (QUAD[::-1], False)):
         g = Gltf()
         g.quads([QUAD[::-1] * 4 + np.float32([0, 1, 0])], g.material((1, 1, 1), pbr=MIRROR))
@@ -233,8 +233,8 @@ def test_backs_of_single_sided_surfaces_are_not_seen(pathtracer, even_sky):
         assert (image < 0.01).all() if shows else (image > 0.99).all()
 
 
-def test_a_mirror_under_any_normal_map_shows_the_sky(pathtracer, even_sky):
-    """In an even sky a white mirror is as bright as the sky: nothing is mirrored from below its surface."""
+def test_a_mirror_with_any_normal_map_reflects_only_the_sky(pathtracer, even_sky):
+    """A white mirror is as bright as the uniform sky: no reflected ray goes below the mirror's surface."""
     pixels = np.random.default_rng(4).integers(0, 256, (16, 16, 3), dtype=np.uint8)
     g = Gltf()
     add_floor(g, pbr=MIRROR, normalTexture={"index": g.texture(pixels, magFilter=9728)})
@@ -243,8 +243,8 @@ def test_a_mirror_under_any_normal_map_shows_the_sky(pathtracer, even_sky):
         np.testing.assert_allclose(picture(pathtracer, g, "--spp", 8, *view), 1, rtol=1e-4)
 
 
-def test_cut_out_parts_of_a_lamp_do_not_shine(pathtracer):
-    """Half of a lamp is as good as one of half the size; a lamp that is cut out everywhere is none."""
+def test_masked_parts_of_a_lamp_do_not_emit_light(pathtracer):
+    """A lamp with one half masked out equals a lamp of half the size. A lamp that is masked out completely emits nothing."""
 
     def mean(half=1.0, **pbr):
         g = floor()
@@ -267,8 +267,8 @@ def test_vertex_alpha(pathtracer, even_sky, mode, alpha, there):
 
 
 @pytest.mark.parametrize("metal", [False, True])
-def test_normals_that_the_winding_contradicts(pathtracer, metal):
-    """On a surface of two sides the vertex normals say where the front is; a file of either winding shows the same."""
+def test_vertex_normals_override_the_winding(pathtracer, metal):
+    """On a double-sided surface, vertex normals determine the front, so both winding orders give the same image."""
     sky = files.write_exr(pathtracer.folder / "key.exr", RGB=np.float32(np.random.default_rng(1).random((8, 16, 3))))
 
     def image(turned):
@@ -282,8 +282,8 @@ def test_normals_that_the_winding_contradicts(pathtracer, metal):
 
 
 def patch(attributes, zigzag=0.0, pixel=(217, 128, 217), turned=False, scale=1):
-    """A quarter of a cylinder in eight strips, whose normal map leans all normals along the tangent. Coordinates that run zigzag
-    have other tangents on every face. With `turned`, the winding contradicts the normals. `scale` is the node's, along x."""
+    """A quarter of a cylinder in eight strips, whose normal map tilts all normals along the tangent. With `zigzag` texture coordinates,
+    every face has different tangents. With `turned`, the winding contradicts the normals. `scale` scales the node along x."""
     angle = np.tile(np.linspace(-np.pi / 4, np.pi / 4, 9), 2)
     vectors = lambda *components: np.stack(np.broadcast_arrays(*components), -1).astype(np.float32)
     normals, across = vectors(np.sin(angle), 0, np.cos(angle)), vectors(np.cos(angle), 0, -np.sin(angle))
@@ -299,7 +299,7 @@ def patch(attributes, zigzag=0.0, pixel=(217, 128, 217), turned=False, scale=1):
 
 
 def test_tangents(pathtracer, even_sky):
-    """Those of a file are used, whatever the coordinates say; others are smooth over the edges of faces, as if written."""
+    """Tangents in a file override texture coordinates. Computed tangents match tangents in a file and are smooth across edges."""
 
     def normals(attributes, *options, **named):
         layers = pathtracer.layers("--scene", patch(attributes, *options, **named), *ONE, "--spp", 16, "--env", even_sky)
@@ -313,19 +313,19 @@ def test_tangents(pathtracer, even_sky):
     assert abs(other[6, 6, 0] - written[6, 6, 0]) > 0.5
     up = {"pixel": (128, 217, 217)}
     np.testing.assert_allclose(normals(lambda t: {}, turned=True, **up), normals(lambda t: {}, **up), atol=0.01)
-    for attributes in (lambda t: {}, lambda t: signed(t, 1)):  # a mirrored node shows the mirror image
+    for attributes in (lambda t: {}, lambda t: signed(t, 1)):  # a mirrored node gives the mirror image
         np.testing.assert_allclose(normals(attributes, scale=-1, **up)[:, ::-1] * [-1, 1, 1], normals(attributes, **up), atol=0.01)
     seamless = normals(lambda t: {}, 0.15)
-    assert max(np.abs(np.diff(seamless, axis=axis)).max() for axis in (0, 1)) < 0.1  # 0.7 with tangents of faces
+    assert max(np.abs(np.diff(seamless, axis=axis)).max() for axis in (0, 1)) < 0.1  # 0.7 with one tangent per face
 
 
 def test_exr_attributes_that_change_the_pixels(pathtracer):
-    """A cube map is refused, other primaries are converted, and a texel that is not finite is named, or bounded."""
+    """Cube maps are refused, other primaries are converted, and texels that are not finite are reported, or bounded with --clamp."""
     texels = np.full((4, 8, 3), np.float32([0, 1, 0]))
     view = ["--scene", "lens", "--max-depth", 0, *ONE, "--env", "sky.exr"]
     write = lambda **header: files.write_exr(pathtracer.folder / "sky.exr", header, RGB=texels)
     write(chromaticities=(0.708, 0.292, 0.17, 0.797, 0.131, 0.046, 0.3127, 0.329))  # Rec. 2020
-    # What is out of gamut is negative, and no light.
+    # Out-of-gamut components are negative and become zero.
     np.testing.assert_allclose(pathtracer.image(*view)[0, 0], [0, 1.1329, 0], atol=1e-3)
     write(envmap=OpenEXR.ENVMAP_CUBE if hasattr(OpenEXR, "ENVMAP_CUBE") else OpenEXR.Envmap(1))
     pathtracer.failure(*view, said=["sky.exr", "cube map"])
@@ -334,6 +334,6 @@ def test_exr_attributes_that_change_the_pixels(pathtracer):
     pathtracer.failure(*view, said=["texel 5,2 is not finite", "--clamp"])
     image, header = read_exr(pathtracer.render(*view, "--clamp"))
     assert np.isfinite(image).all() and header["clamp"] == "1"
-    texels[:] = np.inf, 0.25, 0.5  # also where a file says that its primaries are those of Rec. 709
+    texels[:] = np.inf, 0.25, 0.5  # also if a file states the primaries of Rec. 709
     write(chromaticities=(0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329))
     np.testing.assert_allclose(pathtracer.image(*view, "--clamp")[0, 0], [65504, 0.25, 0.5], rtol=1e-3)

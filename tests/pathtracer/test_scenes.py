@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes and samplers: the means are those of an independent run, and nothing is negative or not finite.
+"""Tests that all scenes and samplers have the same means as an independent render, and no negative or infinite pixels.
 
-Seeds are fixed, so a test fails always or never on one machine; the rates stated are the chances of a false alarm had the seeds
-been drawn anew.
+Seeds are fixed, so on one machine a test always fails or never fails. The stated false-alarm rates are for fresh seeds.
 """
 
 import itertools
@@ -14,7 +13,7 @@ from scene_files import write_exr
 from scipy.ndimage import gaussian_filter
 
 SPLIT = ("--light-samples", 4)
-REFERENCES = {}  # of scenes: layers of white noise
+REFERENCES = {}  # by scene: layers rendered with white noise
 
 
 def rendered(pathtracer, *arguments):
@@ -27,7 +26,7 @@ def rendered(pathtracer, *arguments):
     *((scene, "blue", ()) for scene in SCENES), *itertools.product(["lens", "motion", "fog"], SAMPLERS[1:], [()]),
     *((scene, "sobol", SPLIT) for scene in ("cornell", "lens", "motion", "fog")),
     ("motion", "sobol-global", ()), *itertools.product(["cornell"], PEERS, [(), SPLIT])])
-def test_the_mean_is_the_reference(pathtracer, scene, sampler, more):
+def test_means_equal_the_reference(pathtracer, scene, sampler, more):
     pathtracer.needs(sampler)
     common = ["--scene", scene, "--size", "96x96"]
     if scene not in REFERENCES:
@@ -37,7 +36,7 @@ def test_the_mean_is_the_reference(pathtracer, scene, sampler, more):
 
 @pytest.mark.parametrize("depth", [0, 1, 2, 40])
 def test_furnace(pathtracer, depth):
-    """Walls that emit 1/2 and reflect 1/2: n bounces see 1 - 2^-(n + 1) everywhere, and half of what is left goes on at each."""
+    """The walls emit 1/2 and reflect 1/2, so n bounces give 1 - 2^-(n + 1) everywhere, and each bounce halves the throughput."""
     expected = 1 - 0.5 ** (depth + 1)
     done = pathtracer.success("--scene", "furnace", "--size", "64x64", "--spp", 16, "--max-depth", depth, "-o", "out.exr")
     assert f"{100 * 0.5**depth:.2f}% cut off at depth {depth}" in done.stdout
@@ -46,8 +45,8 @@ def test_furnace(pathtracer, depth):
         np.testing.assert_allclose(block_means(layers, blocks)[0], expected, rtol=error if depth else 0)
 
 
-def test_adaptive_images_have_the_same_means(pathtracer):
-    """In dark and in bright places, as an independent image finds them: a bias of one percent of the light is found 99 times in 100."""
+def test_adaptive_sampling_is_unbiased(pathtracer):
+    """Compares dark and bright regions, chosen by an independent image. A bias of one percent is detected 99 times in 100."""
     common = ["--scene", "penumbra", "--max-depth", 1, "--size"]
     places = pathtracer.image(*common, "30x25", "--sampler", "sobol", "--spp", 64).sum(axis=2)
     dark = np.kron(places < np.median(places), np.ones((8, 8), bool))
@@ -60,10 +59,10 @@ def test_adaptive_images_have_the_same_means(pathtracer):
             assert_equal_means(*cut, 0.01, blocks=1)
 
 
-def test_the_environment_is_the_right_way_round(pathtracer):
-    """The camera of lens looks along -z, which is the seam of the map; +x is to its right, +y up."""
+def test_orientation_of_the_environment(pathtracer):
+    """The camera of the `lens` scene looks along -z, at the map's seam, with +x to its right and +y up."""
     texels = np.zeros((64, 128, 3), np.float32)
-    texels[:, :64, 0] = texels[:, 64:, 1] = 1  # the left half of the map is +x, the right one -x
+    texels[:, :64, 0] = texels[:, 64:, 1] = 1  # the map's left half is +x, its right half -x
     write_exr(pathtracer.folder / "sides.exr", RGB=texels)
     image = pathtracer.image("--scene", "lens", "--size", "32x32", "--spp", 4, "--env", "sides.exr", "--max-depth", 0)
     assert (image[0, 20:, 0] > 0.9).all() and (image[0, 20:, 1] < 0.1).all()
@@ -74,7 +73,7 @@ PENUMBRA = ("--scene", "penumbra", "--size", "64x64", "--max-depth", 1)
 
 
 def error_images(pathtracer, expected, sampler, *options):
-    """Differences from `expected` in the mean of the channels, one picture for each of six seeds."""
+    """Returns differences from `expected`, averaged over the channels: one image for each of six seeds."""
     pictures = [pathtracer.image(*PENUMBRA, "--sampler", sampler, "--seed", seed, *options) for seed in range(6)]
     return np.array([(picture - expected).mean(axis=2) for picture in pictures])
 
@@ -86,23 +85,23 @@ def test_without_openqmc_the_message_lists_the_samplers(pathtracer):
 
 
 @pytest.mark.parametrize("name", OPENQMC)
-def test_noise_of_openqmc_is_blue_and_seeds_and_splits_are_spread(pathtracer, name):
+def test_openqmc_is_blue_its_seeds_are_uncorrelated_and_its_splits_stratified(pathtracer, name):
     pathtracer.needs(name)
     penumbra = pathtracer.image(*PENUMBRA, "--sampler", "sobol", "--seed", 99, "--spp", 512)
     peers, white = (error_images(pathtracer, penumbra, sampler, "--spp", 1) for sampler in (name, "white"))
-    # The error of white noise after the blur, against theirs: 1 where noise has no colour, 1.4 to 1.6 here.
+    # After a blur, the ratio of white noise's error to theirs is 1 for noise without colour and 1.4 to 1.6 here.
     blurred = [np.sqrt(np.mean([gaussian_filter(error, 2.1) ** 2 for error in errors])) for errors in (white, peers)]
     assert blurred[0] > 1.25 * blurred[1]
-    # Of uncorrelated pictures r scatters by 1/64: six times that has a chance of one in 30 million for 15 pairs.
+    # For uncorrelated images, r has a standard deviation of 1/64. In 15 pairs, chance exceeds six deviations once in 30 million.
     correlations = [np.corrcoef(a.ravel(), b.ravel())[0, 1] for a, b in itertools.combinations(peers, 2)]
     assert np.abs(correlations).max() < 6 / 64
-    # Sixteen light samples of one path: independent ones have the error of white noise, stratified ones a part of it.
+    # Sixteen light samples of one path: if they are independent, the error is that of white noise; if stratified, it is lower.
     error = {sampler: np.sqrt(np.mean(error_images(pathtracer, penumbra, sampler, "--spp", 1, "--light-samples", 16) ** 2))
              for sampler in (name, "white", "sobol")}
     assert error[name] < 0.85 * error["white"] and error[name] < 1.1 * error["sobol"]
 
 
-def test_options_that_peers_do_not_take_are_refused(pathtracer):
+def test_options_that_other_samplers_do_not_support_are_refused(pathtracer):
     pathtracer.needs("sobol-global")
     for options, said in ((["--declare", 4], "--declare is for the samplers of libbn"),
                           (["--first-sample", 2147483640, "--spp", 9], "2147483647")):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One tiny run of everything the program does, with several threads: scripts/test repeats these under sanitizers."""
+"""Tiny runs of every feature on multiple threads, which scripts/test repeats under sanitizers."""
 
 import itertools
 
@@ -12,12 +12,12 @@ TINY = ["--size", "20x18", "--spp", 2, "--threads", 3]
 
 
 @pytest.mark.parametrize(("scene", "sampler"), [*zip(SCENES, itertools.cycle(SAMPLERS))])
-def test_scenes_and_samplers(pathtracer, scene, sampler):
+def test_every_scene_and_sampler_renders(pathtracer, scene, sampler):
     pathtracer.render(*TINY, "--scene", scene, "--sampler", sampler, "--light-samples", 2)
 
 
 def everything_of_gltf():
-    """Textures, cut-outs, normals, single sides, all kinds of light and material."""
+    """A scene with textures, alpha masks, normal maps, single-sided surfaces, and all light and material types."""
     g = textured_floor(sampler={}, doubleSided=True)
     grey = {"index": g.texture(FOUR.repeat(8, axis=0).repeat(8, axis=1))}
     rough = {"metallicFactor": 1, "metallicRoughnessTexture": grey}
@@ -30,13 +30,13 @@ def everything_of_gltf():
 
 
 @pytest.mark.parametrize("name", ["all.glb", "all.gltf"])
-def test_gltf(pathtracer, name):
+def test_glb_and_gltf_files_render(pathtracer, name):
     path = everything_of_gltf().save(pathtracer.folder / name)
     for options in ([], ["--env", "sky", "--photometric"]):
         pathtracer.render(*TINY, "--scene", path, *options)
 
 
-def test_an_environment_merging_and_noise(pathtracer):
+def test_environments_merging_and_adaptive_sampling_run(pathtracer):
     sky = write_environment(pathtracer.folder / "sky.exr", np.linspace(0, 1, 32).reshape(4, 8, 1))
     pathtracer.render(*TINY, "--env", sky, "--scene", "lens")
     pathtracer.render("--merge", pathtracer.render(*TINY), pathtracer.render(*TINY, "--first-sample", 2))

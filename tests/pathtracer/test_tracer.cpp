@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole images, small ones, of scenes that break tracers: with faces that are degenerate, double or
-// needles, with lights of two sides, without any, with things that move. What can
-// be known without rendering is compared with that.
+// Renders small images of difficult scenes: degenerate, duplicate and needle-shaped faces, two-sided
+// lights, no lights, and moving objects. Expected values are known without rendering where possible.
 //
-// Images are made with fixed seeds. Bounds are at least five standard deviations of the estimate
-// wide, which chance passes less than once in a million had the seeds been drawn anew.
+// Seeds are fixed. Tolerances are at least five standard deviations of the estimate, which chance would
+// exceed less than once in a million with fresh seeds.
 #include "scenes.h"
 
 namespace {
@@ -14,8 +13,8 @@ void check_near(const Render &seen, double expected, double relative, const char
           what, seen.mean.mean(), expected);
 }
 
-// Broken faces change nothing: they are dropped, or too thin to be seen.
-void test_degenerate_and_doubled_faces() {
+// Degenerate and duplicate faces change nothing: they are dropped, or too thin to be visible.
+void test_degenerate_and_duplicate_faces() {
     Scene clean = scene_build("cornell", {});
     Scene broken = clean;
     const auto triangle = [&](Vec3 a, Vec3 b, Vec3 c) {
@@ -28,11 +27,11 @@ void test_degenerate_and_doubled_faces() {
     triangle(a, a, a);
     triangle(a, b, b);
     triangle(a, b, 0.5f * (a + b));
-    // Needles: across the image, a hundred-thousandth of it wide, and thinner yet.
+    // Needles across the image, one a hundred-thousandth as wide as long, one even thinner.
     triangle({0, 100, 10}, {550, 100, 10}, {550, 100.005f, 10});
     triangle({0, 200, 10}, {550, 200, 10}, {550, 200.00002f, 10});
-    // Every face once more, and once more turned around; but what lies in a lamp, before or behind
-    // it, is undecided.
+    // Duplicates of every face, one of them reversed. Lamps have none, because it is undefined which
+    // of two coincident faces is in front.
     for (size_t i = 0; i < clean.triangles.size(); ++i) {
         if (clean.surfaces[i].light >= 0) continue;
         const auto &t = clean.triangles[i].vertices;
@@ -41,7 +40,7 @@ void test_degenerate_and_doubled_faces() {
             broken.surfaces.push_back(clean.surfaces[i]);
         }
     }
-    // Normals of length zero, for all vertices, stand for the triangle's own.
+    // Where vertex normals have length zero, the triangle's normal is used.
     broken.normals.assign(broken.vertices.size(), {0, 0, 0});
     const size_t count = broken.triangles.size();
     scene_finish(broken);
@@ -55,11 +54,11 @@ void test_zero_and_nan_normals() {
         scene.normals.assign(4, normal);
         scene.environment = even_environment();
         scene_finish(scene);
-        check_near(render(scene, {}), 0.35, 0.7, "a floor with a normal that is none");
+        check_near(render(scene, {}), 0.35, 0.7, "a floor with an invalid normal");
     }
 }
 
-// White walls all around: paths end at the greatest depth, and that all of them did is reported.
+// Inside a closed white box, all paths end at the maximum depth and are reported as cut off.
 void test_closed_white_box() {
     Scene scene;
     scene.camera = camera_look_at({0, 0, 0}, {1, 0.3f, 0.2f}, {0, 1, 0}, 0.5f);
@@ -71,7 +70,7 @@ void test_closed_white_box() {
     CHECK(std::abs(dark.counters.cut_off / dark.mean.count - 1) < 1e-3, "%g cut off",
           dark.counters.cut_off);
     CHECK(dark.counters.rays == 51u * 4 * SIDE * SIDE, "%g rays", double(dark.counters.rays));
-    // With a light inside, each further bounce adds the same again.
+    // With a light inside, every bounce adds the same amount.
     add_light(lit, 0, {0.1f, 0.1f, 0.1f}, {-0.2f, 0.5f, -0.2f}, {0.2f, 0.5f, -0.2f},
               {0.2f, 0.5f, 0.2f});
     scene_finish(lit);
@@ -80,20 +79,20 @@ void test_closed_white_box() {
 
 void test_empty_and_unlit_scenes() {
     for (const bool floor : {false, true})
-        for (const float sky : {-1.0f, 0.0f, 1.0f}) { // below 0: none
+        for (const float sky : {-1.0f, 0.0f, 1.0f}) { // below 0: no sky
             Scene scene = floor ? floor_scene({1, 1, 1}) : Scene{};
             scene.camera = camera_look_at({0, 3, 0}, {0, 0, 0}, {0, 0, -1}, 0.2f);
             if (sky >= 0) scene.environment = even_environment(sky);
             scene_finish(scene);
-            check_near(render(scene, {}), std::max(sky, 0.0f), 1e-5, "nothing, or a white floor");
+            check_near(render(scene, {}), std::max(sky, 0.0f), 1e-5, "empty scene or white floor");
         }
 }
 
-// A floor in a room whose walls and ceiling shine, to one side or to both, sees the same light
-// everywhere. Scattered rays and light samples find it about equally well, so a wrong weight between
-// them shows, for every number of light samples. Nor does it matter whether the light is surfaces or a
-// sky: half of one, as an even one is left to scattered rays.
-void test_weights_of_light_samples() {
+// In a room whose walls and ceiling emit light from one side or both, a floor receives uniform light.
+// Scattered rays and light samples find it about equally well, so wrong MIS weights are detected for
+// any number of light samples. The same holds under a sky. Half of it is black, because a uniform sky
+// is found by scattered rays only.
+void test_mis_weights() {
     const auto check = [](Scene &scene, double expected, const char *what) {
         scene_finish(scene);
         CHECK(!scene.lights.empty(), "%s: no light to sample", what);
@@ -111,7 +110,7 @@ void test_weights_of_light_samples() {
             const Vec3 low[4] = {{-1, 0, -1}, {1, 0, -1}, {1, 0, 1}, {-1, 0, 1}}, up = {0, 1, 0};
             add_quad(room, floor, low[3], low[2], low[1], low[0]);
             const uint32_t black = add_diffuse(room, {0, 0, 0});
-            // One light, or nine, which are a tree of several levels.
+            // One light, or nine lights, which form a tree of multiple levels.
             const auto shine = [&](Vec3 a, Vec3 b, Vec3 c) {
                 const int parts = metal ? 1 : 3;
                 const Vec3 u = (b - a) / float(parts), v = (c - b) / float(parts);
@@ -135,20 +134,20 @@ void test_weights_of_light_samples() {
     check(outside, 0.5, "half a sky");
 }
 
-// From within rough glass in a room of even light, everything has that light, which light samples and
-// scattered rays find from the back of the surface.
-void test_light_samples_from_within_glass() {
+// Inside rough glass in a uniformly lit room, everything has the room's radiance. Light samples and
+// scattered rays find it from the back of the glass surface.
+void test_light_samples_from_inside_glass() {
     Scene scene = scene_build("furnace", {});
     scene.materials[0].albedo = Vec3(0);
     const uint32_t glass = add_dielectric(scene, 2.4f, 0.3f);
     add_box(scene, glass, scene.camera.position, {0.2f, 0, 0}, {0, 0.2f, 0}, {0, 0, 0.2f});
     scene_finish(scene);
-    check_near(render(scene, {32, 100}), 0.5, 0.01, "from within glass");
+    check_near(render(scene, {32, 100}), 0.5, 0.01, "from inside glass");
 }
 
-// All rays of one point of the image meet in the plane that is sharp, and leave from all of the lens
-// alike: the mean square along an axis of a disc is a quarter of its squared radius.
-void test_lens() {
+// All rays of an image point meet in the plane of focus and start uniformly on the lens: along an axis,
+// a disc's mean square is a quarter of its squared radius.
+void test_lens_rays() {
     const float radius = 0.2f;
     Camera camera = camera_look_at({1, 2, 3}, {0, 0, -4}, {0, 1, 0}, 0.4f);
     camera_fit(camera, SIDE, SIDE);
@@ -157,26 +156,26 @@ void test_lens() {
     camera_set_lens(camera, radius, {0.5f, 0, -2});
     const Vec3 sharp =
         camera.position + (camera.focus_distance / dot(straight, camera.forward)) * straight;
-    CHECK(std::abs(dot(sharp - Vec3{0.5f, 0, -2}, camera.forward)) < 1e-5f, "another plane");
+    CHECK(std::abs(dot(sharp - Vec3{0.5f, 0, -2}, camera.forward)) < 1e-5f, "wrong plane of focus");
     Random random{1};
     Mean right, up;
     for (int i = 0; i < 10000; ++i) {
         const Ray ray = camera_ray(camera, point, {random(), random()});
-        CHECK(length(cross(sharp - ray.origin, ray.direction)) < 1e-5f, "the ray is not sharp");
+        CHECK(length(cross(sharp - ray.origin, ray.direction)) < 1e-5f, "the ray is out of focus");
         const Vec3 place = (1 / radius) * (ray.origin - camera.position);
         CHECK(std::abs(dot(place, camera.forward)) < 1e-5f && length(place) < 1.0001f,
               "not on the lens");
         right.add(dot(place, camera.right) * dot(place, camera.right));
         up.add(dot(place, camera.up) * dot(place, camera.up));
     }
-    check_mean(right, 0.25, "the lens across");
-    check_mean(up, 0.25, "the lens up");
+    check_mean(right, 0.25, "the lens along x");
+    check_mean(up, 0.25, "the lens along y");
 }
 
-// ---- Things that move while the shutter is open
+// ---- Motion while the shutter is open
 
-// How much of a pixel from `a` to `b`, over the time that the shutter is open, is covered by an
-// interval from `low` to `high` that moves by `by`.
+// The fraction of a pixel from `a` to `b` covered by an interval from `low` to `high` that moves by
+// `by`, averaged over the time the shutter is open.
 double coverage(double a, double b, double low, double high, double by) {
     const int steps = 2000;
     double sum = 0;
@@ -187,7 +186,7 @@ double coverage(double a, double b, double low, double high, double by) {
     return sum / steps / (b - a);
 }
 
-// A square that moves before an even sky: black, so each pixel is what the square leaves.
+// A black square moves in front of a uniform sky, so each pixel shows how much sky is left uncovered.
 void test_coverage_of_a_moving_square(const char *sampler, float lens, uint32_t light_samples) {
     Scene scene;
     scene.camera = camera_look_at({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 0.25f);
@@ -202,7 +201,7 @@ void test_coverage_of_a_moving_square(const char *sampler, float lens, uint32_t 
     const Render seen = render(scene, {spp, 2, sampler});
     int partial = 0;
     for (int x = 0; x < SIDE; ++x) {
-        // At the square's distance the image is two wide; all rows are alike.
+        // At the square's distance, the image is two units wide. All rows have the same coverage.
         const double covered =
             coverage(2.0 * x / SIDE - 1, 2.0 * (x + 1) / SIDE - 1, -0.5, 0.3, 0.7);
         Mean sky;
@@ -213,11 +212,11 @@ void test_coverage_of_a_moving_square(const char *sampler, float lens, uint32_t 
               "%s, column %d: %g, should be %g", sampler, x, 1 - sky.mean(), covered);
         partial += covered > 0.01 && covered < 0.99;
     }
-    CHECK(partial > 11, "%d columns", partial);
+    CHECK(partial > 11, "%d partially covered columns", partial);
 }
 
-// A plate that moves along below another stays in its shadow at all times, whatever the bounce.
-void test_a_path_has_one_time() {
+// A plate moves along with another one above it and stays in its shadow at all times, at every bounce.
+void test_all_bounces_of_a_path_use_the_same_time() {
     Scene scene;
     scene.camera = camera_look_at({0, 0.6f, 5}, {0, 0, 0}, {0, 1, 0}, 0.02f);
     const uint32_t white = add_diffuse(scene, {1, 1, 1});
@@ -234,7 +233,7 @@ void test_a_path_has_one_time() {
     scene_finish(scene);
     for (const char *sampler : {"blue", "white"})
         CHECK(render(scene, {64, 4, sampler}).mean.sum == 0, "%s: light in full shadow", sampler);
-    // Without the upper plate there is light to be seen.
+    // Without the upper plate, light is visible.
     scene.triangles.resize(scene.triangles.size() - 2);
     scene.surfaces.resize(scene.surfaces.size() - 2);
     CHECK(render(scene, {64, 4, "blue"}).mean.sum > 0, "the lower plate is dark by itself");
@@ -244,16 +243,16 @@ void test_a_path_has_one_time() {
 
 int main() {
     geometry_thread_begin();
-    test_lens();
+    test_lens_rays();
     test_empty_and_unlit_scenes();
-    test_degenerate_and_doubled_faces();
+    test_degenerate_and_duplicate_faces();
     test_zero_and_nan_normals();
     test_closed_white_box();
-    test_weights_of_light_samples();
-    test_light_samples_from_within_glass();
+    test_mis_weights();
+    test_light_samples_from_inside_glass();
     test_coverage_of_a_moving_square("white", 0, 1);
     test_coverage_of_a_moving_square("blue", 0, 3);
     test_coverage_of_a_moving_square("sobol", 0.1f, 1);
-    test_a_path_has_one_time();
+    test_all_bounces_of_a_path_use_the_same_time();
     return 0;
 }
