@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # bn_embed(<sources-variable> NAME <array> TYPE <uint8_t|uint16_t|uint32_t> FILE <little-endian file>
-#         [HEADER <one that declares the array>])
-# Turns a binary file into a C source with `const TYPE NAME[]` and `const size_t NAME_count`, at build
-# time and with CMake alone, and appends the source to the variable.
+#         [HEADER <header that declares the array>])
+# Converts a binary file to a C source that defines `const TYPE NAME[]` and `const size_t NAME_count`, and
+# appends the source to the variable. The conversion runs at build time and needs only CMake.
 function(bn_embed sources_variable)
     cmake_parse_arguments(PARSE_ARGV 1 arg "" "NAME;TYPE;FILE;HEADER" "")
     set(input "${CMAKE_CURRENT_SOURCE_DIR}/${arg_FILE}")

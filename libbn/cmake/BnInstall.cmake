@@ -21,7 +21,7 @@ write_basic_package_version_file("${CMAKE_CURRENT_BINARY_DIR}/bnConfigVersion.cm
 install(FILES "${CMAKE_CURRENT_BINARY_DIR}/bnConfig.cmake"
               "${CMAKE_CURRENT_BINARY_DIR}/bnConfigVersion.cmake" DESTINATION ${bn_package_dir})
 
-# Relative to the .pc file, so that an installed tree can be moved; not where a folder was given whole.
+# Paths are relative to the .pc file, so that an installed tree can be moved, except for absolute folders.
 if(IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}")
     set(bn_pc_prefix "${CMAKE_INSTALL_PREFIX}")
 else()

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-# The instruction sets that src/simd is compiled for, besides plain C. Each file gets its own flags; the
-# library chooses at run time, so the build machine's processor does not matter.
+# The instruction sets for which src/simd is compiled, in addition to plain C. Each file has its own flags.
+# The library selects one at run time, so it does not matter which of them the build machine supports.
 set(bn_simd_definition "")
 if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
     string(TOLOWER "${CMAKE_SYSTEM_PROCESSOR}" bn_processor)
     if(APPLE AND CMAKE_OSX_ARCHITECTURES)
-        # Not the processor of the build machine. Two at once, which is neither of those below, get plain C.
+        # The target may differ from the build machine. Two architectures at once match neither case below
+        # and get plain C.
         string(TOLOWER "${CMAKE_OSX_ARCHITECTURES}" bn_processor)
     endif()
     if(bn_processor MATCHES "^(x86_64|amd64)$" AND CMAKE_SIZEOF_VOID_P EQUAL 8)

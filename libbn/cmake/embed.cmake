@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# The build step behind bn_embed(): INPUT, OUTPUT, NAME, TYPE and HEADER come with -D.
+# The build step behind bn_embed(). INPUT, OUTPUT, NAME, TYPE and HEADER are passed with -D.
 file(READ "${INPUT}" hex HEX)
 if(TYPE STREQUAL "uint8_t")
     string(REGEX REPLACE "(..)" "0x\\1," values "${hex}")
@@ -19,7 +19,7 @@ if(length EQUAL 0 OR NOT remainder EQUAL 0)
     message(FATAL_ERROR "embed: ${INPUT} does not hold a whole number of ${TYPE}")
 endif()
 math(EXPR count "${length} / ${count_divisor}")
-# Lines of bounded length, for compilers that limit them.
+# Break the array into short lines, because some compilers limit line lengths.
 string(REGEX REPLACE "(0x[0-9a-f]+,0x[0-9a-f]+,0x[0-9a-f]+,0x[0-9a-f]+,0x[0-9a-f]+,0x[0-9a-f]+,0x[0-9a-f]+,0x[0-9a-f]+,)"
        "\\1\n" values "${values}")
 set(declaration "extern const ${TYPE} ${NAME}[];")

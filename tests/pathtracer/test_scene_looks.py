@@ -178,7 +178,7 @@ def test_transmissive_materials_are_glass(pathtracer, even_sky, colour, metallic
     (ior(1000, specularColorFactor=[0.3, 0.3, 0.3]), 0.3), (ior(0, specularColorFactor=[0.3, 0.3, 0.3]), 0.3),
     (ior(1000, specularColorTexture={"index": 0}), 0.04)])
 def test_reflectance_of_coats(pathtracer, even_sky, extensions, coat):
-    """At normal incidence, a smooth coat over black reflects the sky. Roughness and metalness are factors, or a texture's green and blue."""
+    """At normal incidence, a smooth coat over black reflects the sky. Roughness and metalness are factors or a texture's green and blue."""
     for factors in (True, False):
         g = Gltf()
         texture = {"metallicRoughnessTexture": {"index": g.texture([[[255, 13, 0]]])}}

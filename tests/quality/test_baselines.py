@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""SOBOL's scramblings, and the independence of samples, pixels, digits, domains and seeds for every sampler type. Everything is
+"""Tests SOBOL's scramblings and, for every sampler type, that samples, pixels, digits, domains and seeds are independent. Everything is
 seeded; false-alarm rates are for fresh seeds."""
 
 import typing
@@ -14,7 +14,7 @@ Y, X = np.mgrid[:64, :64]
 
 
 def digits(sampler, *where):
-    """The 24 digits of floats (..., 4)."""
+    """Returns samples (..., 4) as integers of 24 binary digits."""
     return (sampler.sample(*where) * 2.0**24).astype(np.uint32)
 
 
@@ -32,7 +32,7 @@ def test_sobol_scrambles_both_dimensions_of_a_pair():
 
 
 @every_kind
-def test_no_period(kind):
+def test_samples_have_no_power_of_two_period(kind):
     """No sampler type repeats after a power-of-two number of pixels, as identical tiles would."""
     sampler = Sampler(kind, seed=3)
     x, y, index = X[:8, :8, None] - 3, Y[:8, :8, None] - 4, np.arange(4)
@@ -43,7 +43,7 @@ def test_no_period(kind):
 
 
 @every_kind
-def test_digits_are_even(kind):
+def test_digits_are_balanced(kind):
     """Each digit is set in half of the pixels, including the digits below those determined by a mask or a tile. The limit is six deviations
     for independent pixels, which gives a total false-alarm rate below 1e-6."""
     y, x = np.ogrid[:512, :512]
@@ -53,8 +53,8 @@ def test_digits_are_even(kind):
 
 
 @every_kind
-def test_no_repeats(kind):
-    """Among 2^16 samples at distant indices, or in an image, pairs repeat no more often than by chance (expected: 1e-5)."""
+def test_samples_do_not_repeat(kind):
+    """Among 2^16 samples at distant indices or in an image, no pair of numbers repeats. By chance, 1e-5 repetitions are expected."""
     sampler, i = Sampler(kind), np.arange(2**16)
     indices = np.where(i < 2**15, i, i * 65521 % 2**32)
     for where in ((10, 20, indices, 9), ((i & 255) - 99, i >> 8, 0, 9)):
@@ -65,9 +65,9 @@ def test_no_repeats(kind):
 @every_kind
 def test_domains_and_seeds_are_independent(kind):
     """If two streams are independent and white, the correlation of their first samples over 64 x 64 pixels, times sqrt(pixels), is about
-    standard normal. For blue streams its variance depends on their shifts, so the limit is generous: for white noise, |z| > 6 has a
-    probability of 2e-9 per pair. Two lookups of MASK do correlate if they hit the same texel or neighbours among its 4096 texels. This
-    happens in about one of 400 pairs, so more than 4 of 110 have a probability of 1e-6."""
+    standard normal. For blue streams, its variance depends on their shifts, so the limit is generous: for white noise, |z| > 6 has a
+    probability of 2e-9 per pair. Two MASK lookups do correlate if they hit the same texel or neighbouring texels, of 4096. This happens
+    in about one of 400 pairs, so more than 4 correlated pairs of 110 have a probability of 1e-6."""
     def correlation(s, t, d, e, i, j):
         u, v = (sampler.sample(X, Y, 0, number).astype(float) - 0.5 for sampler, number in ((s, d), (t, e)))
         return (u[..., i] * v[..., j]).sum() * 12 / 64
@@ -91,9 +91,9 @@ def seed_of(key):
 
 @every_kind
 @pytest.mark.parametrize("half", [0, 1])
-def test_both_halves_of_a_hashed_seed_matter_to_every_member_of_every_family(kind, half):
+def test_every_member_depends_on_both_halves_of_a_hashed_seed(kind, half):
     """The first two digits of a dimension form sixteen combinations in two samplers. Over 64 x 64 pixels, each occurs about 256 times if
-    the samplers are independent. If one sampler is the other with flipped digits, because shifts, orders or the curve are the same, one
+    the samplers are independent. If the shifts, orders or curve are the same, one sampler equals the other with flipped digits, and one
     combination occurs 1,024 times."""
     key = 0x0123456789ABCDEF
     s, t = Sampler(kind, seed=seed_of(key)), Sampler(kind, seed=seed_of(key ^ 0x5EED5EED << 32 * half))

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""BLUE's error falls with nearly every sample. After a blur of sigma 2.1, the mean error rises by less than 15% from n to n + 1
-samples, n = 1 to 63, for half-planes, discs, and products over the pairs of a domain and over two members of a family. If each pixel had
-its own sample order, half-plane errors would rise by a third to a half from 2 to 3, 4 to 5 and 8 to 9. Everything is seeded."""
+"""Tests that BLUE's error falls with nearly every sample. After a blur with sigma 2.1, the mean error rises by less than 15% from n to
+n + 1 samples, for n = 1 to 63. Integrands are half-planes, discs, and products over a domain's pairs and over two members of a family. If
+each pixel had its own sample order, half-plane errors would rise by a third to a half from 2 to 3, 4 to 5 and 8 to 9 samples. Everything
+is seeded."""
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ def samples(parent, member):
 
 
 def shape(number, disc=False):
-    """A half-plane or disc through a well-spread point: a function of x and y, and its mean."""
+    """Returns a half-plane or disc at a well-spread point, as a function of x and y, and its mean."""
     u, v = well_spread(number)
     if disc:
         r = 0.1 + 0.35 * (0.618033988749895 * number % 1)
@@ -56,8 +57,8 @@ def test_the_error_falls_with_nearly_every_sample(what):
 
 
 @pytest.mark.parametrize("count", [1, 4, 16])
-def test_zorder_must_reach_its_count(count):
-    """After a blur, ZORDER has the same error as padded Sobol' if stopped before its sample count, and half the error if tuned for it."""
+def test_zorder_improves_only_at_its_sample_count(count):
+    """After a blur, ZORDER has the same error as padded Sobol' if it stops before its sample count, and half the error at that count."""
     def error(sampler):
         squares = []
         for run in range(24):

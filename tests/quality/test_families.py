@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Domains of BLUE over many keys, and pairs of domains of different families: means converge to the integral, and samples are practically
-independent. Everything is seeded; false-alarm rates are for fresh seeds. Run with -s to print all figures."""
+"""Tests BLUE's domains over many keys, and pairs of domains from different families: means converge to the integral, and samples are
+practically independent. Everything is seeded; false-alarm rates are for fresh seeds. Run with -s to print all figures."""
 
 import itertools
 
@@ -13,7 +13,7 @@ from bluenoise._core import domain_child, path_ray_domain, stream_domain
 
 ndimage = pytest.importorskip("scipy.ndimage")
 
-# The shift and reflection of the tile by each family: the position of pixel (0, 0), 64 row + column, and from bit 12 on the reflections.
+# Each family's shift and reflection of the tile: the position of pixel (0, 0) as 64 row + column, and the reflections from bit 12.
 VIEWS = """
 #include <bn/bn_draw.h>
 void views(const uint32_t *words, const uint32_t *seeds, const uint32_t *domains, uint32_t *found, int count) {
@@ -28,7 +28,7 @@ void views(const uint32_t *words, const uint32_t *seeds, const uint32_t *domains
 
 
 def plane(number):
-    """A half-plane at well-spread angles, through well-spread points near the middle."""
+    """A half-plane at a well-spread angle, through a well-spread point near the middle."""
     x, y = (0.25 + 0.5 * (share * number % 1) for share in (0.7548776662466927, 0.5698402909980532))
     return plane_at_angle(x, y, 2.3999632297286533 * (number + 0.3))
 
@@ -38,16 +38,16 @@ def inside(half_plane, u, pair):
     return a * u[..., 2 * pair].astype(float) + b * u[..., 2 * pair + 1] < c
 
 
-# Factors of products. Each is a pair of a member of the family, counted from a first member, or of member 0 of the next family.
+# The factors of each product, as (member, pair). Members are counted from a first member; NEXT is member 0 of the next family.
 NEXT = 4
 PRODUCTS = {"one pair": [(0, 0)], "both pairs": [(0, 0), (0, 1)], "two members": [(0, 0), (1, 1)],
             "three members": [(0, 0), (1, 1), (2, 0)], "four members": [(0, 0), (1, 1), (2, 0), (3, 1)],
             "two families": [(0, 0), (NEXT, 0)]}
 
 
-def test_means_over_keys():
-    """The mean over 2^20 keys of each of 12 products, at two indices. Over keys, each sample is uniform in both pairs, all members and two
-    families jointly, so the sum of the squares of z is chi-square with 24 degrees of freedom, above 74 with probability 5e-7."""
+def test_means_over_keys_are_unbiased():
+    """Averages each of 12 products over 2^20 keys, at two indices. Over keys, each sample is jointly uniform in both pairs, all members and
+    two families, so the sum of z squared is chi-square with 24 degrees of freedom. It exceeds 74 with probability 5e-7."""
     sampler, key, squares = bluenoise.Sampler("blue", seed=31), np.arange(2**20, dtype=np.uint32), dict.fromkeys(PRODUCTS, 0.0)
     for k, (i, index) in itertools.product(range(12), enumerate((0, 5))):
         parent = domain_child(2 * k + i, 4 * key)
@@ -67,7 +67,7 @@ def test_means_over_keys():
 
 @pytest.fixture(scope="module")
 def views(compiled):
-    """function(words of seeds (..., 2), domains (...)) -> shifts and reflections of the tile."""
+    """function(seed words (..., 2), domains (...)) -> the tile's shifts and reflections."""
     function = compiled(VIEWS).views
 
     def views(seeds, domains):
@@ -81,8 +81,8 @@ def views(compiled):
 
 
 def test_first_families_have_different_shifts(views):
-    """The first thirty families of one parent have different shifts along x: for children of the root and of rays, with many seeds and
-    frames, including two for which an earlier version gave two families the same shift."""
+    """A parent's first thirty families have different shifts along x. Parents are the root and rays, with many seeds and frames, including
+    two for which an earlier version gave two families the same shift."""
     run = np.arange(4096)
     seeds = np.array([bluenoise.Sampler("blue", seed=seed).seed_words() for seed in (1377, *range(4096 // 7 + 1))])
     root = stream_domain(np.where(run == 0, 0, np.where(run == 1, 122, run)).astype(np.uint32))
@@ -97,8 +97,8 @@ COUNTS = np.array([1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64])
 
 
 def product_errors(sampler, domains, number):
-    """Errors of f g for two half-planes minus their means, so that independent samples average to zero: (2, COUNTS) mean squares over an
-    image, raw and after a blur of sigma 2.1, relative to white noise."""
+    """Errors for f g, where f and g are half-planes minus their means, so that f g averages to zero if samples are independent. Returns
+    mean squares (2, COUNTS) over an image, raw and after a blur with sigma 2.1, relative to white noise."""
     values, variance = 1.0, 1.0
     for d, domain in enumerate(domains):
         half_plane = plane(2 * number + d)
@@ -110,23 +110,23 @@ def product_errors(sampler, domains, number):
 
 
 @pytest.mark.parametrize(("relation", "raw", "blurred"), [
-    ("any", 1.20, 1.26), ("at one place", 1.20, 2.40), ("equal members at one place", 1.20, 3.40), ("at neighbouring places", 1.22, 1.34)])
+    ("any shifts", 1.20, 1.26), ("same shift", 1.20, 2.40), ("same shift and member", 1.20, 3.40), ("neighbouring shifts", 1.22, 1.34)])
 def test_products_over_two_families(views, relation, raw, blurred):
-    """Figures are relative to white noise; independent sequences of SOBOL have 1.14 and 1.15. If all pixels and families had one order, 64
-    samples would have 1.54 and 1.63 in arbitrary families, 1.63 and 10.6 in families with the same shift, and 1.53 and 2.41 in families
-    whose shifts are neighbours. One in 2^14 pairs of families has the same shift, but none of the first thirty of one parent. With the
-    same shift, the samples of the two families differ by the same digits in all pixels of a copy, so a blur removes less than it does of
-    white noise."""
+    """Errors, raw and after a blur, are relative to white noise; independent SOBOL sequences have 1.14 and 1.15. If all pixels and families
+    had the same order, errors at 64 samples would be 1.54 and 1.63 for arbitrary families, 1.63 and 10.6 for families with the same shift,
+    and 1.53 and 2.41 for families with neighbouring shifts. One in 2^14 pairs of families has the same shift, but no two of a parent's
+    first thirty families do. With the same shift, the samples of the two families differ by the same digits in all pixels of a copy, so a
+    blur removes less of their error than of white noise."""
     sampler, squares, first = bluenoise.Sampler("blue", seed=33), [], {}
     parents = np.random.default_rng(2).integers(0, 2**32, 8192, np.uint32)
     for family, view in enumerate(views(sampler.seed_words(), domain_child(parents, 0)).tolist()):
-        # Neighbours differ by one to the right or below.
+        # Neighbouring shifts differ by one to the right or downwards.
         beside = view & ~63 | (view + 1) & 63 if family % 2 == 0 else view & ~0xFC0 | (view + 64) & 0xFC0
-        other = family - 1 if relation == "any" else first.get(beside if relation == "at neighbouring places" else view, -1)
+        other = family - 1 if relation == "any shifts" else first.get(beside if relation == "neighbouring shifts" else view, -1)
         first[view] = family
         if other >= 0:
             number = len(squares)
-            members = number % 4, (number + (0 if "equal" in relation else number // 4)) % 4
+            members = number % 4, (number + (0 if "member" in relation else number // 4)) % 4
             domains = [domain_child(int(parents[at]), member) for at, member in zip((other, family), members)]
             squares.append(product_errors(sampler, domains, number))
             if len(squares) == 96:

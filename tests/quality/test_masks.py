@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the masks of every method with the limits in masks.csv, and tests their seams. The generators are bit-identical everywhere,
-so there are no false alarms.
+"""Compares the masks of every method with the limits in masks.csv, and tests for seams. Masks are bit-identical on every machine, so
+there are no false alarms.
 
 Each row of masks.csv lists a method, extents, the method's sigma, the number of seeds (0, 1, ...) to average, and upper limits for
-measures: ``e_S`` is the error after a blur of S texels; ``low_A/B`` is the mean power (white noise: 1), below half the principal frequency,
-of the mask thresholded at grey level A / B; ``anisotropy`` is the anisotropy, in dB, of the mean spectrum over all seeds.
+measures. ``e_S`` is the error after a blur with a sigma of S texels. ``low_A/B`` thresholds the mask at grey level A / B and is the mean
+power below half the principal frequency (white noise has 1). ``anisotropy`` is the anisotropy of the mean spectrum over all seeds, in dB.
 """
 
 import csv
@@ -51,7 +51,7 @@ def test_masks_keep_their_limits(row, measure):
 
 
 def errors(ranks, levels):
-    """Each texel's squared error after dithering the given levels out of 16 and a toroidal blur of 1.5 texels."""
+    """Each texel's squared error after dithering and a toroidal blur with a sigma of 1.5 texels, summed over `levels` out of 16."""
     values, total = (ranks + 0.5) / ranks.size, 0
     for level in (np.asarray(levels) + 0.5) / 16:
         total += (ndimage.gaussian_filter((values < level).astype(float), 1.5, mode="wrap") - level) ** 2
@@ -62,13 +62,13 @@ def errors(ranks, levels):
 @pytest.mark.parametrize("shape", [(64, 64), (45, 61), (72, 40)])
 @pytest.mark.parametrize("method", ["void-and-cluster", "relax", "anneal", "builtin"])
 def test_masks_tile_without_seams(method, shape, levels):
-    """The error within two texels of a border is the same as inside. Levels near both ends, whose texels are far apart, have their own
-    limits."""
+    """The error within two texels of a border is the same as inside. Levels at both ends, whose texels are far apart, are tested
+    separately."""
     if method == "builtin" and shape != (64, 64):
         return
     total = 0
     for seed in range(1 if method == "builtin" else 6):
-        # Annealing starts from noise, so that all blueness comes from annealing.
+        # Annealing starts from white noise, so that only annealing makes the mask blue.
         options = {"sweeps": 30, "start_from_ranks": referee.white(shape, seed)} if method == "anneal" else {}
         options |= {} if method == "builtin" else {"seed": seed}
         total = total + errors(getattr(bluenoise, method.replace("-", "_"))(shape, **options), levels)

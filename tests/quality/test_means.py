@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""BLUE's errors over distances of a tile (64 x 64 pixels): the mean error of a whole image, and the correlation of errors 64 pixels apart.
-Everything is seeded. Run with -s to print all figures."""
+"""Tests BLUE's errors across copies of the tile (64 x 64 pixels): the mean error of a whole image, and the correlation between errors 64
+pixels apart. Everything is seeded. Run with -s to print all figures."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def half_plane(random, single):
 
 
 def errors(what, k, size, count, seed):
-    """Each pixel's sum of samples minus the expected sum, and the variance of white noise over the image."""
+    """Returns each pixel's sum of samples minus the expected sum, and the variance that white noise has in the sum over the image."""
     random, mean = np.random.default_rng([k, len(what)]), 1.0
     y, x, index = np.ogrid[:size, :size, :count]
     inside = True
@@ -42,9 +42,9 @@ def errors(what, k, size, count, seed):
 
 @pytest.mark.parametrize("what", WHATS)
 @pytest.mark.parametrize(("size", "count", "integrands"), [(64, 1, 96), (256, 1, 32), (256, 16, 12), (1024, 1, 12)])
-def test_means_of_images_are_closer_than_with_white_noise(what, size, count, integrands):
-    """The RMS error of an image's mean, relative to white noise, over many integrands. If every copy of the tile had the same digits,
-    products over two members would have 12.8 at 1024 x 1024."""
+def test_image_means_have_lower_errors_than_white_noise(what, size, count, integrands):
+    """The RMS error of an image's mean over many integrands, relative to white noise. If every copy of the tile had the same digits,
+    products over two members would have an error of 12.8 at 1024 x 1024."""
     found = [errors(what, k, size, count, 5) for k in range(integrands)]
     ratio = np.sqrt(np.mean([error.sum() ** 2 / variance for error, variance in found]))
     print(f"\n{what}, {size} x {size} pixels, {count} samples: {ratio:.3f}")

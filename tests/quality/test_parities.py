@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The numbers of different decisions are not tied. Tests every sampler type over all pairs of coordinates of a
-path's first rays, further numbers and splits. Everything is seeded. Run with -s to print the worst value for each sampler type."""
+"""Tests that the numbers of different decisions do not depend on each other, for every sampler type and all pairs of coordinates of a
+path's first rays, additional numbers and splits. Everything is seeded. Run with -s to print each sampler type's worst value."""
 
 import typing
 
@@ -19,8 +19,8 @@ def sampler(request):
 
 
 def decisions(sampler, x, y, index):
-    """A path's numbers as a list of domains (..., 4): its first rays, the camera's domain, further pairs, fours and single numbers, a loop,
-    and rays of a branch."""
+    """A path's numbers as a list of domains (..., 4): its first rays, the camera's domain, additional numbers drawn in pairs, in fours and
+    singly, a loop, and a branch's rays."""
     path = bluenoise.PathSampler(sampler, x, y, index)
     first, second = path.ray(0), path.ray(1)
     branch, loop = second.next_split(4)[0], second.next_loop()
@@ -31,7 +31,7 @@ def decisions(sampler, x, y, index):
 
 
 def apart(rows, drawn):
-    """Which pairs of rows belong to different domains, where all domains have the same number of rows."""
+    """Tells which pairs of rows belong to different domains. All domains have the same number of rows."""
     domain = np.arange(len(rows)) * len(drawn) // len(rows)
     return domain[:, None] != domain
 
@@ -40,10 +40,10 @@ every_sampler = pytest.mark.parametrize("sampler", typing.get_args(bluenoise.Sam
 
 
 @every_sampler
-def test_no_digits_follow_from_those_of_another_decision(sampler):
-    """Two numbers are tied if a sum modulo 2 of their leading digits is the same in all samples of a region. Half of their cells then stay
-    empty, and a product over both decisions converges to a wrong value. The correlation of two such sums, rms over regions, is 1 if they
-    are tied, and about 1 / 64 if they are independent."""
+def test_digits_of_different_decisions_are_independent(sampler):
+    """Two numbers are dependent if a sum modulo 2 of their leading digits is the same in all samples of a region. Half of their cells then
+    stay empty, and a product over both decisions converges to a wrong value. The correlation of two such sums, as an RMS over regions, is
+    1 for dependent numbers and about 1 / 64 for independent numbers."""
     squares, masks = 0, np.arange(1, 2**DIGITS, dtype=np.uint8)[:, None]
     y, x, index = np.ogrid[:SIDE, :SIDE, :SAMPLES]
     for region in range(6):
@@ -54,15 +54,15 @@ def test_no_digits_follow_from_those_of_another_decision(sampler):
         signs = 1 - 2 * parities.reshape(-1, digits.shape[1]).astype(np.float32)
         squares = squares + (signs @ signs.T / digits.shape[1]) ** 2 / 6
     worst = np.sqrt((squares * apart(squares, drawn)).max())
-    print(f"\ncorrelation of two parities up to {worst:.3f}")
+    print(f"\nlargest correlation of two parities: {worst:.3f}")
     assert worst < 0.5
 
 
 @every_sampler
-def test_every_cell_of_two_decisions_is_met(sampler, request):
+def test_every_cell_of_two_decisions_is_sampled(sampler, request):
     """The smallest sample count in any of 8 x 8 cells over an image, relative to the expected count."""
     if "mask" in request.node.callspec.id:
-        return  # its first sample is a mask, shifted for each coordinate: one pair of coordinates in 4,096 has the same shift
+        return  # its first sample is a mask, shifted per coordinate, and one pair of coordinates in 4,096 has the same shift
     y, x = np.mgrid[:256, :256]
     drawn = decisions(sampler(1, 9), x, y, 0)
     cells = (np.concatenate(drawn, -1).reshape(-1, 4 * len(drawn)).T * 8).astype(np.uint8)

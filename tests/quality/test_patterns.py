@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Images rendered with BLUE show no pattern, and a choice before a pair is stratified together with it. Everything is
-seeded. Run with -s to print figures."""
+"""Tests that images rendered with BLUE show no pattern, and that a choice is stratified together with the pair that follows it. Everything
+is seeded. Run with -s to print figures."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ Y, X = np.mgrid[:SIZE, :SIZE]
 
 
 def planes(seed, period):
-    """Half-planes a x + b y < c, and their mean in each pixel; with a period, c drifts across the screen."""
+    """Half-planes a x + b y < c, and their mean in each pixel. If `period` is not 0, c drifts across the screen."""
     random = np.random.default_rng(seed)
     for _ in range(8):
         angle, (x, y), way = 2 * np.pi * random.random(), random.uniform(.3, .7, 2), 2 * np.pi * random.random()
@@ -27,13 +27,13 @@ def planes(seed, period):
 
 
 def peaks(image):
-    """The mean of the largest 1% of the powers, relative to the mean of all powers: 5.6 for white noise."""
+    """The mean of the largest 1% of a spectrum's powers, relative to the mean of all powers. White noise has 5.6."""
     powers = np.sort((np.abs(np.fft.fft2(image - image.mean())) ** 2).ravel())
     return powers[-len(powers) // 100:].mean() / powers.mean()
 
 
 def peaks_of(samples, period, seed):
-    """The mean peaks at each of COUNTS, over many half-planes in one pair (SIZE, SIZE, COUNTS[-1], 2)."""
+    """The mean of peaks() at each of COUNTS, over many half-planes. The samples of one pair are (SIZE, SIZE, COUNTS[-1], 2)."""
     found = []
     for a, b, c, mean in planes(seed, period):
         inside = (a * samples[..., 0] + b * samples[..., 1] < c).cumsum(-1)[..., COUNTS - 1] / COUNTS
@@ -43,8 +43,8 @@ def peaks_of(samples, period, seed):
 
 @pytest.mark.parametrize("period", [0, 64])
 @pytest.mark.parametrize("member", range(4))
-def test_no_pattern(member, period):
-    """Global Sobol' has peaks of 25 to 45. The mean over 32 images of white noise varies by 0.05."""
+def test_images_show_no_pattern(member, period):
+    """Global Sobol' has peaks of 25 to 45. The mean over 32 white-noise images varies by 0.05."""
     for pair in (0, 1):
         found = 0
         for seed in range(4):
@@ -54,7 +54,7 @@ def test_no_pattern(member, period):
         assert (found < 8).all()
 
 
-def test_peaks_tell_a_pattern_from_white_noise():
+def test_peaks_distinguish_a_pattern_from_white_noise():
     """Compares one Sobol' sequence over the screen, pixel by pixel along rows, with white noise."""
     qmc = pytest.importorskip("scipy.stats.qmc")
     points = qmc.Sobol(4, seed=1).random(SIZE * SIZE * COUNTS[-1])
@@ -66,7 +66,7 @@ def test_peaks_tell_a_pattern_from_white_noise():
 
 
 def forms(ray):
-    """{method of drawing a number and a pair: numbers (..., 3)}."""
+    """{how a number and a pair are drawn: the three numbers (..., 3)}."""
     drawn, four = ray.draw(), ray.draw_4d(0)
     return {"draw": drawn[..., [2, 0, 1]], "draw_4d": four[..., [2, 0, 1]],
             "draw_1d beside draw": np.concatenate([ray.draw_1d(0)[..., None], drawn[..., :2]], -1),
@@ -74,11 +74,11 @@ def forms(ray):
 
 
 @pytest.mark.parametrize("number", range(5))
-def test_a_choice_before_a_pair(number):
-    """A number below 1/2 selects a ramp, otherwise its mirror image, in each coordinate of a pair. Errors are relative to white noise. At 8
-    samples, a number of the same draw whose first digit follows that of a coordinate has 1.8 in single pixels. At 2 and 4 samples, no
-    stratified number avoids this (1.4), and neighbouring errors cancel after a blur. A number of another domain is not stratified
-    together with the pair, so draw_4d() returns both."""
+def test_a_choice_is_stratified_together_with_a_pair(number):
+    """If a number is below 1/2, it selects a ramp in each coordinate of a pair, otherwise the ramp's mirror image. Errors are relative to
+    white noise. At 8 samples, the error in single pixels would be 1.8 if the number's first digit followed that of a coordinate. At 2 and
+    4 samples, no stratified number avoids this (1.4), and neighbouring errors cancel after a blur. A number from another domain is not
+    stratified together with the pair, so draw_4d() returns both."""
     counts, squares = np.array([2, 4, 8]), {}
     for seed in range(6):
         path = bluenoise.PathSampler(bluenoise.Sampler("blue", seed=seed), X[..., None], Y[..., None], np.arange(8))
@@ -86,7 +86,8 @@ def test_a_choice_before_a_pair(number):
             for d in (1, 2):
                 errors = np.where(u[..., 0] < .5, u[..., d], 1 - u[..., d]).cumsum(-1)[..., counts - 1] / counts - .5
                 after = ndimage.gaussian_filter(errors, (2.1, 2.1, 0), mode="wrap")
-                both = np.array([(errors**2).mean((0, 1)), (after**2).mean((0, 1)) / blur_gain(2.1)]) * counts  # times 12: over white noise
+                # The sum over 12 images is relative to white noise, whose variance is 1 / 12.
+                both = np.array([(errors**2).mean((0, 1)), (after**2).mean((0, 1)) / blur_gain(2.1)]) * counts
                 squares[form] = squares.get(form, 0) + both
     for form, both in squares.items():
         raw, blurred = np.sqrt(both)

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The error of single pixels, without a blur, compared with scrambled Sobol' points: making the error blue on screen must not increase
-it.
+"""Compares the error of single pixels, without a blur, with that of scrambled Sobol' points: making the error blue on screen must not
+increase it.
 
-For 64 seeds, the RMSE of `blue` over pixels, domains and integrands, each relative to white noise, is divided by that of a reference. In
-the pairs (0,1) and (2,3), the reference is two dimensions of the Sobol' sequence of Joe and Kuo, scrambled and shifted by SciPy, whose
-variance equals that of Owen scrambling. In the four cross pairs and for integrands of all four dimensions, it is the sampler type `sobol`:
-padded (0,2)-sequences with independent shuffles. The 95% interval of the mean ratio must reach below 1.06 at every count. Everything is
-seeded. Run with -s to print the worst ratio for each family.
+For each of 64 seeds, the RMSE of the `blue` sampler over pixels, domains and integrands, each relative to white noise, is divided by that
+of a reference. In the pairs (0,1) and (2,3), the reference is two dimensions of the Sobol' sequence of Joe and Kuo, scrambled and shifted
+by SciPy, which has the same variance as Owen scrambling. In the four cross pairs and for integrands over all four dimensions, the reference
+is the `sobol` sampler: padded (0,2)-sequences with independent shuffles. The 95% interval of the mean ratio must reach below 1.06 at every
+sample count. Everything is seeded. Run with -s to print each family's worst ratio.
 """
 
 import numpy as np
@@ -52,7 +52,8 @@ def factor(kind, random):
 
 
 def integrands(family):
-    """(function of samples (..., 4), mean, variance). With all dimensions, products of two factors, over all ways to form two pairs."""
+    """Yields (function of samples (..., 4), mean, variance). Over all four dimensions, integrands are products of two factors, for all ways
+    to form two pairs."""
     kinds, random = ("plane", "plane", "disc", "bump", "product"), np.random.default_rng(FAMILIES.index(family))
     for k in range(MEMBERS):
         f, mean, square = factor(kinds[k % 5], random)
@@ -77,7 +78,7 @@ def rms(u, family):
 
 @pytest.fixture(scope="module")
 def samples():
-    """For each seed, {source: (PIXELS, LAST, 4)}."""
+    """For each seed, {source: samples (PIXELS, LAST, 4)}."""
     found = []
     for seed in range(SEEDS):
         random = np.random.default_rng(seed)
@@ -90,7 +91,7 @@ def samples():
 
 
 @pytest.mark.parametrize("family", FAMILIES, ids=str)
-def test_the_error_is_not_larger(samples, family):
+def test_blue_does_not_increase_the_error_of_single_pixels(samples, family):
     other = "joe-kuo" if family in PAIRS[:2] else "padded"
     ratios = np.array([rms(each["blue"], family) / rms(each[other], family) for each in samples])
     mean, half = ratios.mean(0), 1.96 * ratios.std(0) / np.sqrt(SEEDS - 1)
@@ -100,9 +101,9 @@ def test_the_error_is_not_larger(samples, family):
 
 
 @pytest.mark.parametrize("triple", [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)], ids=str)
-def test_three_dimensions(triple):
-    """Half-spaces, balls and Gaussians over three numbers of a draw, compared with the Owen-scrambled Sobol' sequence in four dimensions,
-    at 16 to 1,024 samples. With 384 integrands each, the figures of four triples at four counts vary by up to 15%."""
+def test_errors_in_three_dimensions_match_sobol(triple):
+    """Compares half-spaces, balls and Gaussians over three numbers of a draw with the Owen-scrambled Sobol' sequence in four dimensions, at
+    16 to 1,024 samples. With 384 integrands each, the figures of four triples at four sample counts vary by up to 15%."""
     counts, blue, sobol = np.array([16, 64, 256, 1024]), 0, 0
     for seed in range(48):
         random = np.random.default_rng([seed, *triple])

@@ -1,23 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the blueness of the samplers with the committed limits in sampler_limits.csv.
+"""Compares the samplers' errors after a blur with the limits in sampler_limits.csv.
 
-Each row limits one figure of one sampler after one blur, with one column per sample count. A figure is the mean RMSE of the blurred
-per-pixel errors of 64 x 64 pixels over 24 integrands and 4 domains, relative to white noise (in closed form). Figures:
+Each row limits one figure of one sampler after one blur, with one column per sample count. A figure is the mean RMSE of the blurred errors
+of 64 x 64 pixels over 24 integrands and 4 domains, relative to white noise (in closed form). The figures are:
 
     half-planes-01, half-planes-23   half-planes in a pair of dimensions
     products                         half-planes in both pairs of a domain, multiplied
     siblings                         half-planes in two domains of a family, multiplied
-    steps                            x < c, blurred along columns only, and y < c, blurred along rows, in (0,1) of domains with keys
-                                     4 k: edges parallel to the sides of the image
-    leaning                          edges that lean away from a row or a column by slopes of .03 to .1, in every pair in turn: linear
-                                     scramblings suit some slopes and not others
-    drifting                         half-planes in every pair in turn whose edge moves back and forth across the screen, once in 64 pixels
-    singles                          x < c, in each of the four numbers of domains with keys 4 k in turn
-    axes                             the ratio of low-frequency powers along the two axes, for the errors of such steps in all other
-                                     pairs
+    steps                            edges parallel to the image's sides: x < c, blurred along columns only, and y < c, blurred along rows
+                                     only, in pair (0,1) of domains with keys 4 k
+    leaning                          edges tilted from a row or a column by slopes of .03 to .1, in every pair in turn: linear scramblings
+                                     suit some slopes but not others
+    drifting                         half-planes whose edges move back and forth across the screen once per 64 pixels, in every pair in turn
+    singles                          x < c, in turn in each of the four numbers of domains with keys 4 k
+    axes                             the ratio of low-frequency powers along the two axes, for the errors of steps in all other pairs
 
-Steps are at irrational positions. At multiples of 1/16 nets are exact, and figures that are zero by construction would hide defects, so
-every figure must also be above 0.02. Everything is seeded. Run as a program, this prints the file with limits 3% above the measured
+Steps are at irrational positions. At multiples of 1/16, nets are exact. Figures that are zero by construction would hide defects, so every
+figure must also be above 0.02. Everything is seeded. Run this module as a program to print the CSV file with limits 3% above the measured
 figures.
 """
 
@@ -44,7 +43,7 @@ SIBLINGS = list(combinations(range(MEMBERS), 2))
 
 
 def plane(k, second=0):
-    """A half-plane; angles are evenly spread, and a second set uses different angles."""
+    """A half-plane. Angles are evenly spread, and `second` selects a second set of angles."""
     angle = 2 * np.pi * ((k * (7 if second else 1) + 11 * second) % PLANES + 0.41) / PLANES
     return plane_at_angle(*well_spread(k + 100 * second), angle)
 
@@ -55,7 +54,7 @@ def leaning(k):
 
 
 def drifting(k):
-    """A half-plane (a, b, c, mean) with c and the mean of every pixel."""
+    """A half-plane (a, b, c, mean), in which every pixel has its own c and mean."""
     a, b, c, _ = plane(k)
     y, x = np.mgrid[:SIZE, :SIZE]
     c = c + 0.35 * np.sin(2 * np.pi * ((x, y, x + y, x - y)[k % 4] / INNER + k / PLANES))
@@ -69,7 +68,7 @@ def step(k):
 
 
 def integrand(figure, member, k):
-    """The factors: half-planes, each with its member and pair."""
+    """An integrand's factors: half-planes, each with its member and pair."""
     if figure == "steps":
         return [(step(k), 0, 0)]
     if figure == "axes":
@@ -96,7 +95,7 @@ def blurred(errors, sigma, axes):
     return (errors[inner, inner] ** 2).mean((0, 1)), blur_gain(sigma, RADIUS) ** (len(axes) / 2) if sigma else 1.0
 
 
-@functools.lru_cache(1)  # rows for the same figure at several blurs are adjacent
+@functools.lru_cache(1)  # rows for the same figure with different blurs are adjacent
 def error_images(kind, declared, figure, counts):
     """For each integrand: its number, its errors at each sample count, and its variance at one sample."""
     sampler, found = bluenoise.Sampler(kind, samples_per_pixel=declared), []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the scripts' packages importable, and what the tests of the path tracer share."""
+"""Makes the scripts' packages and the helpers of the path tracer's tests importable."""
 
 import sys
 from pathlib import Path

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""scripts/farm: parts cover an image once, and a cluster's image is that of one machine, even if workers die.
+"""Tests scripts/farm: parts cover an image exactly once, and a cluster renders the same image as one machine, even if workers die.
 
-The tests of the cluster need Dask, which scripts/farm installs."""
+The cluster tests need Dask, which scripts/farm installs."""
 
 import contextlib
 import importlib.util
@@ -33,14 +33,14 @@ def start(pathtracer, *arguments):
 
 
 def ended(process, code):
-    """What it printed."""
+    """Waits for a process to end with an exit status. Returns its standard output and standard error."""
     out, message = process.communicate(timeout=120)
     assert process.returncode == code, message
     return out, message
 
 
 def refused(pathtracer, *arguments):
-    """Before it makes a folder of parts; returns the line that says why."""
+    """Runs a command that must fail before it creates a parts folder. Returns the error line."""
     out, message = ended(start(pathtracer, "-o", "a.exr", *arguments), 1)
     assert out == "" and message.startswith("farm: ") and message.count("\n") == 1, message
     assert list(pathtracer.folder.glob("*.parts")) == []
@@ -71,7 +71,7 @@ def test_parts_cover_each_sample_once(crop, tile):
     assert len({part.file_name for part in parts}) == len(parts)
 
 
-def test_parts_folder(pathtracer, tmp_path):
+def test_a_parts_folder_belongs_to_one_image(pathtracer, tmp_path):
     first, second = parts = split((0, 0, 8, 4), 0, 2, (4, 4))
     folder_of = lambda name, seed="1", inputs="": PartsFolder(tmp_path / f"{name}.exr", {"seed": seed}, inputs)
     folder = folder_of("a")
@@ -120,13 +120,13 @@ def test_wrong_and_damaged_parts_are_refused(pathtracer, even_sky, tmp_path):
 
 
 def test_names_of_inputs(pathtracer):
-    """Names come back whole, whatever is in them."""
+    """Names are read back unchanged, whatever characters they contain."""
     for name in ["a b.exr", "back\\slash.exr", "\u00e9.exr", "  "]:
         shutil.copy(write_environment(pathtracer.folder / "sky.exr", 1.0), pathtracer.folder / name)
         assert names_of(pathtracer.success("--env", name, "--list-inputs").stdout) == [name]
 
 
-def test_options_for_parts_and_for_merging(tmp_path, monkeypatch):
+def test_options_are_divided_between_parts_and_merging(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "sky.exr").write_bytes(b"")
     options = parse(["--env", "sky.exr", "--exposure", "-1", "--photometric", "-o", "a.exr"])
@@ -134,7 +134,7 @@ def test_options_for_parts_and_for_merging(tmp_path, monkeypatch):
     assert options.merging == ["--exposure", "-1"]
 
 
-def test_workers_notice_another_program_or_file(tmp_path, monkeypatch):
+def test_workers_notice_a_different_program_or_file(tmp_path, monkeypatch):
     program, scene, other = (tmp_path / name for name in ("program", "scene.glb", "other"))
     for path in (program, scene, other):
         path.write_text(path.name)
@@ -150,7 +150,7 @@ def test_workers_notice_another_program_or_file(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_mistakes_are_one_line_before_a_cluster_starts(pathtracer, even_sky):
+def test_bad_arguments_give_one_line_before_a_cluster_starts(pathtracer, even_sky):
     name = "a\x1b[31m\nb.exr"
     (pathtracer.folder / name).mkdir()
     for arguments, message in [
@@ -159,7 +159,7 @@ def test_mistakes_are_one_line_before_a_cluster_starts(pathtracer, even_sky):
         (["--noise", "0.1"], "--noise does not work in parts"), (["--scene", "--size", "512x512"], "--scene: expected one argument"),
         (["--tile", "8"], "WIDTHxHEIGHT"), (["--size", "9x9", "--crop", "0,0,10,3"], "--crop"),
         (["--size", "1000x1000", "--tile", "1x1"], "--tile"), (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "--workers"),
-        # These the path tracer says.
+        # Reported by the path tracer
         (["--sampler", "none"], "none"), (["--first-sample", "4294967290"], "--first-sample"),
     ]:
         assert message in refused(pathtracer, *arguments)
@@ -170,17 +170,17 @@ def test_mistakes_are_one_line_before_a_cluster_starts(pathtracer, even_sky):
 
 @needs_dask
 @pytest.mark.slow
-def test_the_image_is_that_of_one_machine(pathtracer):
-    """A worker is killed with its task, the command interrupted, and started again."""
+def test_a_cluster_renders_the_same_image_as_one_machine(pathtracer):
+    """A worker is killed during its task, and the command is interrupted and restarted."""
     import psutil
 
-    # A larger picture would only take longer; each part takes long enough to be interrupted.
+    # Each part takes long enough to be interrupted. A larger image would only take longer.
     picture = ["--size", "70x50", "--spp", "1000", "--seed", "5"]
     command = [*picture, "--tile", "16x16", "--workers", 2, "-o", "out.exr"]
     parts = lambda: list((pathtracer.folder / "out.exr.parts").glob("*.exr"))
 
     def at_work(farm):
-        """Workers, as parents of path tracers."""
+        """Returns the busy workers, which are the parents of path tracer processes."""
         found = set()
         for process in psutil.Process(farm.pid).children(recursive=True):
             try:
@@ -213,14 +213,14 @@ def test_the_image_is_that_of_one_machine(pathtracer):
     assert message.count("\n") == 1 and f"{damaged} is damaged" in message, message
     assert f"{len(kept) - 1} of 20 parts are in" in out and "20 images merged" in out
     assert sorted(path.name for path in pathtracer.folder.iterdir()) == ["out.exr", "out.png"]
-    # Variances go through single precision and back.
+    # Files store variances in single precision.
     assert_same(read_layers(pathtracer.folder / "out.exr"), pathtracer.layers(*picture), variance=1e-6)
 
 
 @needs_dask
 @pytest.mark.slow
-def test_workers_with_another_program_are_refused(pathtracer):
-    """A scheduler and a worker started by their commands: they know nothing of this repository."""
+def test_workers_with_a_different_program_are_refused(pathtracer):
+    """The scheduler and the worker are started by Dask's commands and cannot import this repository."""
     there = pathtracer.folder / "there"
     there.mkdir()
     program, address = there / "copy", there / "scheduler.json"
@@ -244,7 +244,7 @@ def test_workers_with_another_program_are_refused(pathtracer):
             file.write(b" ")
         message = refused(pathtracer, *picture, "--scheduler", scheduler)
         assert scheduler.partition("://")[0] in message and "another build of the path tracer" in message
-        # A worker may join after the others were checked.
+        # A worker may join after the other workers were checked.
         with cluster.connect(scheduler, 1) as client:
             part, = split((0, 0, 4, 4), 0, 1, (4, 4))
             good = worker.fingerprint(pathtracer.binary, [])

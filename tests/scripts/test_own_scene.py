@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""scripts/demo: a tiny run with its page, and error messages."""
+"""Tests scripts/demo: the report of a tiny run, and error messages."""
 
 import csv
 import json
@@ -48,7 +48,7 @@ def test_report_of_a_tiny_run(pathtracer, capsys):
 
 
 @pytest.mark.slow
-def test_a_scene_that_was_changed_is_rendered_again(pathtracer):
+def test_a_changed_scene_is_rendered_again(pathtracer):
     scene = pathtracer.folder / "my scene.obj"
     found = set()
     for height in ("0.5", "0.8"):
@@ -62,7 +62,7 @@ def test_a_scene_that_was_changed_is_rendered_again(pathtracer):
     (["no-such-scene"], "no-such-scene"), (["cornell", "--samplers", "white,no-such"], "no-such"),
     (["cornell", "--", "--no-such-option"], "no-such-option"), (["missing.gltf"], "missing.gltf does not exist"),
     (["cornell", "--size", "0x9"], "WIDTHxHEIGHT"), (["cornell", "--reference-spp", "33"], "multiple of 32")], ids=str)
-def test_bad_arguments_are_one_line(pathtracer, capsys, arguments, said):
+def test_bad_arguments_give_one_line(pathtracer, capsys, arguments, said):
     with pytest.raises(SystemExit) as stopped:
         demo(pathtracer, *arguments)
     message = str(stopped.value.code) if isinstance(stopped.value.code, str) else capsys.readouterr().err
@@ -70,7 +70,7 @@ def test_bad_arguments_are_one_line(pathtracer, capsys, arguments, said):
     assert "\n" not in message.split("usage:")[0].strip() and not (pathtracer.folder / "out/report.html").exists()
 
 
-def test_ratios_need_seeds_and_a_good_reference():
+def test_ratios_need_enough_seeds_and_a_good_reference():
     said = lambda white, blue, own_error=0.0: convergence.note("white", "blue", {"white": white, "blue": blue}, own_error)
     assert "blue is 2.00 times smaller" in said([2.0, 2.1, 1.9], [1.0, 1.0, 1.0])
     assert "No significant difference" in said([1.0, 1.1, 0.9], [1.0, 1.0, 1.0])

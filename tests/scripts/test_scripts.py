@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scripts in a fresh clone: help needs nothing and makes nothing, and a folder that cannot work is refused at once."""
+"""Tests the scripts in a fresh clone: --help needs no set-up and creates no files, and unusable folders are refused at once."""
 
 import os
 import shutil
@@ -15,7 +15,7 @@ HELP = [*([name, "--help"] for name in SCRIPTS), ["bench", "samplers", "--help"]
 
 
 def clone(folder):
-    """The scripts alone; only `setup --help` is left of set-up. Python has no packages."""
+    """Copies only the scripts. The set-up script only supports --help, and Python has no packages."""
     for name in ("scripts", "evidence"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "results"))
     setup = folder / "scripts" / "setup"
@@ -31,13 +31,13 @@ def clone(folder):
 
 def run(folder, name, *arguments):
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-    environment["PATH"] = f"{folder / 'bin'}:{environment['PATH']}"  # caches of Python are files that a script makes, too
+    environment["PATH"] = f"{folder / 'bin'}:{environment['PATH']}"  # Python's caches count as files that a script creates
     return subprocess.run([folder / "scripts" / name, *arguments], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
                           capture_output=True, text=True, timeout=60, check=False)
 
 
 @pytest.mark.parametrize("command", HELP, ids=" ".join)
-def test_help_makes_nothing(command, tmp_path):
+def test_help_creates_no_files(command, tmp_path):
     folder = clone(tmp_path / "a clone")
     before = sorted(folder.rglob("*"))
     done = run(folder, *command)
@@ -46,7 +46,7 @@ def test_help_makes_nothing(command, tmp_path):
 
 
 @pytest.mark.parametrize("options", [[], ["--spp", "4"]], ids=" ".join)
-def test_a_farm_without_an_output_is_refused_before_set_up(options, tmp_path):
+def test_farm_without_an_output_is_refused_before_set_up(options, tmp_path):
     folder = clone(tmp_path / "clone")
     done = run(folder, "farm", *options)
     assert (done.returncode, done.stdout) == (1, "") and done.stderr.count("\n") == 1 and "required: -o" in done.stderr
@@ -54,7 +54,7 @@ def test_a_farm_without_an_output_is_refused_before_set_up(options, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["a#b", 'a"b', "a;b", "a\\b", "a:b", "a[b]", "a|b", "a<b", "a>b", "$(b)", "a\tb"])
-def test_folders_that_cannot_work_are_refused_at_once(name, tmp_path):
+def test_unusable_folder_names_are_refused_at_once(name, tmp_path):
     folder = clone(tmp_path / name)
     for script in ("demo", "real_setup", "farm"):
         done = run(folder, script)
@@ -63,11 +63,11 @@ def test_folders_that_cannot_work_are_refused_at_once(name, tmp_path):
 
 
 @pytest.mark.slow
-def test_wrong_options_of_a_part_are_refused_before_set_up(tmp_path):
-    """Where an earlier set-up can tell; a broken one cannot, and set-up mends it."""
+def test_unknown_bench_options_are_refused_before_set_up(tmp_path):
+    """This needs a working earlier set-up. If that is broken, the set-up runs first and repairs it."""
     program = clone(tmp_path / "clone")
     if not (ROOT / ".venv").is_dir():
-        pytest.skip("no .venv; scripts/setup makes it")
+        pytest.skip("there is no .venv; run scripts/setup")
     (program / ".venv").symlink_to(ROOT / ".venv")
     for part in ("summary", "samplers", "denoise"):
         done = run(program, "bench", part, "--nope")

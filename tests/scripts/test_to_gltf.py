@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""scripts/to-gltf: meshes of strangers become scenes, and one line says what they lose."""
+"""Tests scripts/to-gltf: third-party meshes become scenes, and one line lists the features that are lost."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ PLAIN = f"mtllib s.mtl\n{SQUARE}{FACE}"
 
 
 def albedo(pathtracer, capsys, obj, mtl, name="s.mtl"):
-    """The mean albedo of a square that fills the picture, and what the conversion said."""
+    """Converts and renders a square that fills the image. Returns its mean albedo and the conversion's output."""
     (pathtracer.folder / "s.obj").write_text(obj)
     (pathtracer.folder / name).write_text(mtl)
     to_gltf.run([str(pathtracer.folder / "s.obj")])
@@ -24,12 +24,12 @@ def albedo(pathtracer, capsys, obj, mtl, name="s.mtl"):
 
 TINTED, GREY = "newmtl a\nKd .5 .25 .125\n", "newmtl a\nKd .5 .5 .5\n"
 TINT = [0.5, 0.25, 0.125]
-# A vertex that is not used has no colour; the square's have.
+# The square's vertices have colours, an unused vertex has none.
 COLOURED = "v 9 9 9\n" + "".join(f"v {x} {y} 0 .5 .25 .125\n" for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
 
 
 @pytest.mark.parametrize(("obj", "mtl", "expected", "lost"), [
-    # As programs write them: blanks in and after names, a byte order mark, continued lines, backslashes
+    # As written by other programs: spaces in and after names, a byte order mark, continued lines, backslashes
     (PLAIN, TINTED, TINT, ""),
     (PLAIN.replace("s.mtl", "my lib.mtl"), TINTED, TINT, ""),
     (PLAIN.replace("s.mtl", "s.mtl "), TINTED, TINT, ""),
@@ -45,11 +45,10 @@ COLOURED = "v 9 9 9\n" + "".join(f"v {x} {y} 0 .5 .25 .125\n" for x, y in ((-1, 
     (PLAIN, f"{GREY}d -halo .9\n", 0.5, ", without: d, as partial transparency"),
     (PLAIN, f"{GREY}Pr rough\n", 0.5, ", without: pr rough"),
     (PLAIN, "newmtl a\nKd xyz .5 .5 .5\n", 0.6, ", without: Kd xyz"),
-    # Colours of some vertices, which multiply a material's
+    # Colours on some vertices, which multiply the material's colour
     (f"{COLOURED}f 2 3 4 5\n", "", TINT, ""),
     (f"mtllib s.mtl\n{COLOURED}usemtl a\nf 2 3 4 5\n", "newmtl a\nKd 1 1 1\n", TINT, "")])
-def test_colours(pathtracer, capsys, obj, mtl, expected, lost):
-    """Of a square that fills the picture, and what is lost."""
+def test_colours_and_lost_features(pathtracer, capsys, obj, mtl, expected, lost):
     found, said = albedo(pathtracer, capsys, obj, mtl, "my lib.mtl" if "my lib" in obj else "s.mtl")
     np.testing.assert_allclose(found, expected, atol=4e-3 if COLOURED in obj else 1e-3)
     assert said == f"to-gltf: wrote {pathtracer.folder / 's.glb'}{lost}\n"
@@ -61,16 +60,16 @@ def test_vertex_alpha_is_lost(tmp_path):
 
 
 @pytest.mark.parametrize("options", ["-s 2 2", "-s 2 2 1 -o 0.5 0", "-clamp on"])
-def test_options_of_textures(pathtracer, capsys, options):
-    """A picture whose quarters differ, as often as its scale says: the mean stays."""
+def test_texture_options(pathtracer, capsys, options):
+    """A texture with four different quarters is repeated as often as its scale says, which does not change the mean."""
     quarters = np.array([[[255, 0, 0], [0, 0, 0]], [[0, 0, 0], [0, 255, 0]]])
     (pathtracer.folder / "m.png").write_bytes(encoded(quarters.repeat(8, 0).repeat(8, 1)))
     found, _ = albedo(pathtracer, capsys, PLAIN, f"newmtl a\nmap_Kd {options} m.png\n")
     np.testing.assert_allclose(found, [0.25, 0.25, 0], atol=0.02)
 
 
-def test_materials_of_an_mtl(tmp_path):
-    """A roughness of 0, light above 1, and glass; textures that are missing or not converted are said."""
+def test_mtl_materials(tmp_path):
+    """A roughness of 0, emission above 1 and glass are converted. Textures that are missing or not converted are reported."""
     glass = "newmtl c\nillum 7\nNi 1.4\nmap_Kd none.png\nmap_d d.png\n"
     (tmp_path / "s.mtl").write_text(f"newmtl a\nKd 1 1 1\nPr 0.000\nPm 1\nnewmtl b\nKe 3 2 1\n{glass}")
     faces = "".join(f"usemtl {name}\nf 1/1 2/2 3/3\n" for name in "abc")
@@ -82,7 +81,7 @@ def test_materials_of_an_mtl(tmp_path):
         assert part in text, part
 
 
-def test_losses_are_named_and_other_files_refused(tmp_path, capsys):
+def test_losses_are_reported_and_other_files_refused(tmp_path, capsys):
     (tmp_path / "s.mtl").write_text("newmtl a\nKd 1 1 1\nnewmtl b\nKd 1 0 0\n")
     corners = "".join(f"v {place} 0 1 0 0\n" for place in ("0 0", "1 0", "1 1", ".5 .5", "0 1"))
     (tmp_path / "s.obj").write_text(f"mtllib s.mtl\n{corners}usemtl a\nf 1 2 3 4 5\nusemtl b\nf 1 2 5\n")
