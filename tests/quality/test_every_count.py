@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests that BLUE's error falls with nearly every sample. After a blur with sigma 2.1, the mean error rises by less than 15% from n to
+"""Tests that BLUE's error falls with nearly every sample. After a blur (sigma = 2.1), the mean error rises by less than 15% from n to
 n + 1 samples, for n = 1 to 63. Integrands are half-planes, discs, and products over a domain's pairs and over two members of a family. If
 each pixel had its own sample order, half-plane errors would rise by a third to a half from 2 to 3, 4 to 5 and 8 to 9 samples. Everything
 is seeded."""

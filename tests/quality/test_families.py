@@ -98,7 +98,7 @@ COUNTS = np.array([1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64])
 
 def product_errors(sampler, domains, number):
     """Errors for f g, where f and g are half-planes minus their means, so that f g averages to zero if samples are independent. Returns
-    mean squares (2, COUNTS) over an image, raw and after a blur with sigma 2.1, relative to white noise."""
+    mean squares (2, COUNTS) over an image, raw and after a blur (sigma = 2.1), relative to white noise."""
     values, variance = 1.0, 1.0
     for d, domain in enumerate(domains):
         half_plane = plane(2 * number + d)

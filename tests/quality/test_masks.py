@@ -3,8 +3,8 @@
 there are no false alarms.
 
 Each row of masks.csv lists a method, extents, the method's sigma, the number of seeds (0, 1, ...) to average, and upper limits for
-measures. ``e_S`` is the error after a blur with a sigma of S texels. ``low_A/B`` thresholds the mask at grey level A / B and is the mean
-power below half the principal frequency (white noise has 1). ``anisotropy`` is the anisotropy of the mean spectrum over all seeds, in dB.
+measures. ``e_S`` is the error after a blur (sigma = S texels). ``low_A/B`` is the mean power (1 for white noise) below half the principal
+frequency, after thresholding the mask at grey level A / B. ``anisotropy`` is the anisotropy of the mean spectrum over all seeds, in dB.
 """
 
 import csv
@@ -51,7 +51,7 @@ def test_masks_keep_their_limits(row, measure):
 
 
 def errors(ranks, levels):
-    """Each texel's squared error after dithering and a toroidal blur with a sigma of 1.5 texels, summed over `levels` out of 16."""
+    """Each texel's squared error after dithering and a toroidal blur (sigma = 1.5 texels), summed over `levels` out of 16."""
     values, total = (ranks + 0.5) / ranks.size, 0
     for level in (np.asarray(levels) + 0.5) / 16:
         total += (ndimage.gaussian_filter((values < level).astype(float), 1.5, mode="wrap") - level) ** 2

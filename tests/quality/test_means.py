@@ -27,7 +27,7 @@ def half_plane(random, single):
 
 
 def errors(what, k, size, count, seed):
-    """Returns each pixel's sum of samples minus the expected sum, and the variance that white noise has in the sum over the image."""
+    """Returns each pixel's sum of samples minus the expected sum, and the variance of the image's total for white noise."""
     random, mean = np.random.default_rng([k, len(what)]), 1.0
     y, x, index = np.ogrid[:size, :size, :count]
     inside = True

@@ -14,7 +14,7 @@ SIDE, SAMPLES, DIGITS = 8, 64, 4
 
 @pytest.fixture
 def sampler(request):
-    """function(samples per pixel, seed) -> a sampler of the given type."""
+    """function(samples per pixel, seed) -> a sampler of the parametrised type."""
     return lambda count, seed: bluenoise.Sampler(request.param, seed=seed, samples_per_pixel=count)
 
 
