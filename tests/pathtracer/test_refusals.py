@@ -153,7 +153,7 @@ CASES = {
     "version_2_1": (part("asset", version="2.1", minVersion="2.1"), "is glTF 2.1"),
     "unknown_required_extension": (part(extensionsRequired=["KHR_draco_mesh_compression"]), "KHR_draco_mesh_compression"),
     "one_mesh_in_many_nodes": (gltf(one_mesh_in_many_nodes), ""),
-    "many_textures_of_one_image": (gltf(many_textures_of_one_image), ""),
+    "large_textures_from_one_image": (gltf(many_textures_of_one_image), ""),
     "many_materials": (scene(START + '"materials": [' + "{}," * 300000 + "{}]}"), ""),
     "many_json_values": (scene(START + '"extras": [' + "0," * 2**22 + "0]}"), ""),
     "missing_file": (lambda folder: [["--scene", "none.glb"]], "none.glb: there is no such file"),
