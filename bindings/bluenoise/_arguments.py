@@ -171,7 +171,7 @@ def shape(value: object, max_ndim: int) -> tuple[int, ...]:
 
 
 def memory() -> float:
-    """The memory that the process can use, in bytes, as reported for the machine or its container."""
+    """The memory available to the process, in bytes, as reported for the machine or its container."""
     try:
         machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):

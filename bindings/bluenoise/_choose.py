@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Discrete choices with random numbers, and reuse of the remainder: bn_choose.h on arrays."""
+"""Discrete choices with random numbers, which leave a reusable remainder: bn_choose.h on arrays."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ def _parts(packed: object) -> tuple[npt.NDArray[np.uint32], _Floats]:
 
 
 def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.bool_], _Floats]:
-    """Choose with a given probability and return the number's rescaled remainder.
+    """Choose with a given probability and return the rescaled remainder of `u`.
 
     Parameters
     ----------
     probability : array_like of float
         In [0, 1]. Broadcasts with `u`.
     u : array_like of float
-        Numbers in [0, 1). `Sampler` draws multiples of 2**-24; finer digits are dropped.
+        Numbers in [0, 1). `Sampler` draws multiples of 2**-24; finer digits are discarded.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np
     ValueError
         A number is out of range, or shapes do not broadcast.
     TypeError
-        An argument does not hold numbers.
+        An argument is not numeric.
 
     Notes
     -----
@@ -82,7 +82,7 @@ def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np
 
 
 def choose_u32(count: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uint32], _Floats]:
-    """Choose one of `count` equally likely items and return the number's rescaled remainder.
+    """Choose one of `count` equally likely items and return the rescaled remainder of `u`.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def choose_u32(count: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.u
 
 
 def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uint32], _Floats]:
-    """Choose an item by cumulative weights and return the number's rescaled remainder.
+    """Choose an item by cumulative weights and return the rescaled remainder of `u`.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line ``bluenoise``; also ``python -m bluenoise``."""
+"""The ``bluenoise`` command, which ``python -m bluenoise`` also runs."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class _TerminatedError(BaseException):
 
 
 def _end_orderly() -> Any:
-    """Turns SIGTERM into an exception, so that no unfinished files remain. Returns the previous handler, or None if nothing
+    """Turns SIGTERM into an exception so that no unfinished files remain. Returns the previous handler, or None if nothing
     changed."""
 
     def end(*_: Any) -> None:
@@ -91,7 +91,7 @@ def _end_orderly() -> Any:
 
 
 def _prepare() -> None:
-    """Redirects closed standard streams to the null device, so that no other file gets their numbers."""
+    """Redirects closed standard streams to the null device so that no other file gets their descriptors."""
     for number in range(3):
         try:
             os.fstat(number)
@@ -102,7 +102,7 @@ def _prepare() -> None:
 
 
 def _plain(text: str) -> str:
-    """Replaces control characters, so that a file name cannot send terminal sequences."""
+    """Replaces control characters so that a file name cannot send terminal sequences."""
     return "".join("?" if unicodedata.category(c) == "Cc" else c for c in text)
 
 
@@ -134,7 +134,7 @@ def _print(text: str) -> None:
 
 
 def _flush() -> None:
-    """Flushes standard output, so that a full disk is noticed."""
+    """Flushes standard output so that a full disk is detected."""
     if sys.stdout is not None:
         with _standard_output():
             sys.stdout.flush()
@@ -283,8 +283,8 @@ _MASK_OPTIONS: dict[str, dict[str, Any]] = {
     "provider": {"choices": get_args(NeuralProvider), "help": "run on the CPU (default) or a GPU"},
 }
 _POINTS_OPTIONS: dict[str, dict[str, Any]] = {
-    "candidates": {"type": _integer, "metavar": "N", "help": "more candidates are slower and better (default 1; poisson-disk: 30)"},
-    "mask": {"type": Path, "metavar": "FILE", "help": "a mask whose texels with the lowest ranks become the points"},
+    "candidates": {"type": _integer, "metavar": "N", "help": "more candidates are slower but better (default 1; poisson-disk: 30)"},
+    "mask": {"type": Path, "metavar": "FILE", "help": "a mask; its lowest-ranked texels become the points"},
 }
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws of the "blue" sampler on Dr.Jit arrays. bn_draw.glsl and bn_path.glsl contain the same code and explain every step."""
+"""The "blue" sampler's draws on Dr.Jit arrays. bn_draw.glsl and bn_path.glsl contain the same code and explain every step."""
 
 from __future__ import annotations
 

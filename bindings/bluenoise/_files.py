@@ -195,7 +195,7 @@ def _lost(picture: Any, data: bytes) -> str:
 
 
 def _decode_npy(path: Path, data: bytes) -> npt.NDArray[Any]:
-    """An array from the contents of a .npy file. The size is checked first, so that a damaged header allocates nothing."""
+    """An array from the contents of a .npy file. The size is checked first so that a damaged header allocates nothing."""
     stream = io.BytesIO(data)
     try:
         with warnings.catch_warnings():
@@ -360,7 +360,7 @@ def save(path: PathLike, mask: npt.ArrayLike, *, bits: int = 16) -> None:
     mask : array_like of int
         Ranks, as returned by `mask`. A row becomes an image of height 1.
     bits : {16, 8}, optional
-        Bits per channel of a PNG. Up to 65536 ranks stay distinct at 16 bits, and up to 2**24 in EXR.
+        Bits per channel of a PNG. A 16-bit PNG keeps up to 65536 ranks distinct; EXR keeps up to 2**24.
 
     Raises
     ------

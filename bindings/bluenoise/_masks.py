@@ -30,28 +30,28 @@ def mask(
     texels. Two-dimensional masks with two channels come from the built-in network (`neural`), which needs ONNX Runtime. Other
     multi-channel masks come from `anneal` with 100 sweeps.
 
-    Masks are toroidal, so they tile seamlessly. The same arguments give the same bits on every machine, except for two channels
-    in two dimensions.
+    Masks are toroidal, so they tile seamlessly. Results are bit-identical on every machine, except for two-channel masks in two
+    dimensions.
 
     Parameters
     ----------
     shape : tuple of int
-        One to three extents, each at least 1; the mask may have at most 2**31 - 1 texels. ``(64, 64)`` is a square, ``(64,)`` a
+        One to three extents, each at least 1; the mask may have at most 2**31 - 1 texels. ``(64, 64)`` is a square; ``(64,)`` is a
         row.
     seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
         An integer from 0 to 2**64 - 1, a NumPy generator or seed sequence, or None for fresh entropy.
     channels : int, default 1
-        Number of channels, 1 to 4. More than one channel requires one or two dimensions; each channel is then a permutation, and
-        the channels are jointly blue.
+        Number of channels, 1 to 4. More than one channel requires one or two dimensions. Each channel is then a permutation, and
+        the channels are jointly blue: nearby texels differ as vectors.
     out : ndarray of uint32, optional
-        A C-ordered array of the result's shape, to be filled and returned. After an exception, its contents are undefined.
+        A C-ordered array of the result's shape, which is filled and returned. After an exception, its contents are undefined.
     progress : callable, optional
         Called with the fraction done; the last call passes 1. A true return value stops the work.
 
     Returns
     -------
     ndarray of uint32
-        Ranks of shape `shape`, or ``(channels, *shape)``. Each of 0 .. n - 1 occurs exactly once (per channel).
+        Ranks of shape `shape`, or ``(channels, *shape)``. Each rank from 0 to n - 1 occurs exactly once per channel.
 
     Raises
     ------
@@ -60,11 +60,11 @@ def mask(
     TypeError
         An argument has the wrong type.
     MemoryError
-        There is not enough memory. If the machine has too little for the mask, the exception is raised at once.
+        There is not enough memory. If the machine has too little memory for the mask, the exception is raised immediately.
     CancelledError
         `progress` returned a true value.
     RuntimeMissingError
-        ONNX Runtime, which two channels need, is missing.
+        ONNX Runtime, which two-channel masks need, is missing.
 
     Notes
     -----
@@ -130,9 +130,9 @@ def relax(
     Parameters
     ----------
     shape, seed, out, progress
-        See `mask`. `shape` has one or two dimensions.
+        See `mask`. `shape` must have one or two dimensions.
     threads : int, default 0
-        Number of threads; 0 means one per core. The number does not affect the result.
+        Number of threads; 0 means one per core. The thread count does not affect the result.
 
     Returns
     -------
@@ -169,9 +169,10 @@ def anneal(
     Parameters
     ----------
     shape, seed, out, progress
-        See `mask`. `shape` has one or two dimensions.
+        See `mask`. `shape` must have one or two dimensions.
     channels : int, default 1
-        Number of channels, 1 to 4. With more than one, the vectors of values are jointly blue, and a trial swap takes about 1 us.
+        Number of channels, 1 to 4. With more than one, the channels are jointly blue (see `mask`), and a trial swap takes about 1
+        us.
     sweeps : int, default 1000
         Trial swaps per texel. Each takes about 65 ns.
     sigma, far_sigma : float, default 1 and max(1.5, sigma)
@@ -235,14 +236,15 @@ def neural(
     Parameters
     ----------
     shape, seed, out, progress
-        See `mask`. `shape` has two dimensions.
+        See `mask`. `shape` must have two dimensions.
     channels, model, runtime, threads, provider
-        See `NeuralGenerator`. Two channels are jointly blue. They are nearly as good as those from `anneal` and take far less time.
+        See `NeuralGenerator`. Two-channel masks are jointly blue. They are nearly as good as those from `anneal` and take far less
+        time.
 
     Returns
     -------
     ndarray of uint32
-        Ranks of shape `shape`, or ``(channels, *shape)``. Quality is the same on every machine, but bits may differ.
+        Ranks of shape `shape`, or ``(channels, *shape)``. Quality does not depend on the machine, but the exact bits may.
     """
     extents = arguments.shape(shape, 3)
     if len(extents) != 2:
@@ -260,7 +262,7 @@ def builtin(shape: Shape, *, out: Optional[Ranks] = None) -> Ranks:
     Parameters
     ----------
     shape : tuple of int
-        ``(64, 64)``; builds with more masks also include side lengths of 16, 32, 128 and 256.
+        ``(64, 64)``. Builds that contain more masks also offer side lengths of 16, 32, 128 and 256.
     out : ndarray of uint32, optional
         See `mask`.
 
@@ -317,8 +319,8 @@ def to_float(ranks: npt.ArrayLike, count: Optional[int] = None) -> npt.NDArray[n
     ranks : array_like of int
         An array of integers from 0 to ``count - 1``, of any shape.
     count : int, optional
-        The number of ranks. Defaults to the number of elements, or of elements per channel for an array of channels, such as
-        ``mask(..., channels=2)`` returns. Required if `ranks` is only part of a mask.
+        The number of ranks. Defaults to the number of elements, or of elements per channel for a multi-channel mask, such as the
+        result of ``mask(..., channels=2)``. Required if `ranks` is only part of a mask.
 
     Returns
     -------

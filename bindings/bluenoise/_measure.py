@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quality measures for masks. The C library computes errors and spectra; rings and thresholds are handled here."""
+"""Quality measures for masks. The C library computes errors and spectra; this module handles rings and thresholds."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class MaskMeasures:
         In dB: 10 log10 of the power's variance on a ring divided by its squared mean, averaged over rings of at least 32 texels.
         It is about 0 for a single mask, whose spectrum is noisy (for sets of masks, see `anisotropy`), and NaN for small masks.
     low_frequency : dict of float to float
-        For each grey level, the thresholded mask's mean power below half the principal frequency; white noise has 1. The
+        For each grey level, the thresholded mask's mean power below half the principal frequency; it is 1 for white noise. The
         principal frequency is sqrt(g) cycles per texel for a grey level g of up to 1/2, and sqrt(1 - g) for a higher level. NaN
         if the mask has no frequencies below half the principal frequency.
     exact : bool
@@ -127,7 +127,8 @@ def dithering_error(mask: npt.ArrayLike, sigma: float = 1.0) -> float:
     Returns
     -------
     float
-        Smaller is better. White noise has errors of 0.152, 0.115, 0.076 and 0.057 after blurs of 0.75, 1, 1.5 and 2 texels.
+        Smaller is better. White noise has errors of 0.152, 0.115, 0.076 and 0.057 after blurs of 0.75, 1, 1.5 and 2 texels,
+        respectively.
 
     Raises
     ------
@@ -263,7 +264,7 @@ def _rings(shape: tuple[int, ...]) -> tuple[npt.NDArray[np.intp], float]:
 
 
 def _power(ranks: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
-    """The power spectrum without frequency 0, divided by the variance, so that it is 1 for white noise."""
+    """The power spectrum without frequency 0, divided by the variance, which makes it 1 for white noise."""
     values = ranks.astype(np.float64)
     values -= values.mean()
     power: npt.NDArray[np.float64] = np.abs(np.fft.fft2(values)) ** 2

@@ -33,30 +33,31 @@ class NeuralGenerator:
     "Fast Blue-Noise Generation via Unsupervised Learning", 2022.
 
     The network runs in ONNX Runtime, which is loaded from the first of these places that exists: ``runtime``, the path in the
-    environment variable ``BN_ONNXRUNTIME``, the installed package ``onnxruntime``, or the system. Quality does not depend on the
-    seed. Bits may differ between versions of ONNX Runtime. Generators are immutable and thread-safe, and can be pickled.
+    ``BN_ONNXRUNTIME`` environment variable, the installed ``onnxruntime`` package, or the system. Quality does not depend on the
+    seed. The exact bits may depend on the version of ONNX Runtime. Generators are immutable and thread-safe, and can be pickled.
 
     Parameters
     ----------
     model : path-like or bytes, optional
-        The path of an ONNX file, or its contents as bytes, in the format that ``bn_neural_open`` in ``bn/neural.h`` describes.
-        Defaults to the built-in network.
+        The path to an ONNX file, or the file's contents as bytes, in the format documented at ``bn_neural_open`` in
+        ``bn/neural.h``. Defaults to the built-in network.
     runtime : path-like, optional
-        The path of the ONNX Runtime library (``libonnxruntime.so``), or None.
+        The path to the ONNX Runtime library (``libonnxruntime.so``), or None.
     threads : int, default 0
-        The number of threads per call; 0 means one per CPU, or at most four with a GPU. The number does not affect the results.
+        The number of threads per call; 0 means one per CPU, or at most four if a GPU runs the network. The thread count does not
+        affect the results.
     provider : {"cpu", "cuda"}, optional
-        The device that runs the network: ``"cpu"`` (the default) or ``"cuda"``, an NVIDIA GPU. ``"cuda"`` needs the package
-        ``onnxruntime-gpu`` instead of ``onnxruntime``, and the versions of CUDA and cuDNN it was built for. It never falls back
-        to the CPU.
+        The device that runs the network: ``"cpu"`` (the default) or ``"cuda"``, an NVIDIA GPU. ``"cuda"`` needs the
+        ``onnxruntime-gpu`` package instead of ``onnxruntime``, and the versions of CUDA and cuDNN it was built for. The generator
+        never falls back to the CPU.
     channels : int, default 0
         The number of channels. For the built-in network: 1 (or 0, the default), or 2 for vector masks, whose channels are jointly
-        blue. For your own model: 0, or the number of channels the model must have.
+        blue (see `bluenoise.mask`). For your own model: 0, or the number of channels the model must have.
 
     Raises
     ------
     RuntimeMissingError
-        There is no usable ONNX Runtime, it lacks the provider or finds no GPU, or bluenoise was built without the network
+        No usable ONNX Runtime was found, it lacks the provider or finds no GPU, or bluenoise was built without the network
         (``BN_NEURAL=OFF``).
     FileNotFoundError, OSError
         The model cannot be read.
@@ -173,7 +174,7 @@ class NeuralGenerator:
         Parameters
         ----------
         x0, y0 : int
-            The top-left corner, from -2**40 to 2**40.
+            Column and row of the top-left texel, from -2**40 to 2**40.
         width, height : int
             Extents in texels.
         seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
@@ -209,7 +210,7 @@ class NeuralGenerator:
         Parameters
         ----------
         x0, y0 : int
-            The top-left corner, from -2**41 to 2**41.
+            Column and row of the top-left texel, from -2**41 to 2**41.
         width, height : int
             Extents in texels.
         seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
@@ -265,7 +266,7 @@ def _path(name: str, value: object) -> str:
 
 
 def _installed_runtime() -> Optional[str]:
-    """The path of the library in the installed package onnxruntime, found without importing it. None if it is not installed, or if
+    """The path to the library in the installed onnxruntime package, found without importing it. None if it is not installed, or if
     BN_ONNXRUNTIME is set."""
     if os.environ.get("BN_ONNXRUNTIME"):
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random numbers for paths, requested by purpose. Works like bn_path.h, but on arrays, and returns the same bits."""
+"""Random numbers for paths, requested by purpose. Works like bn_path.h, but on arrays. The results are bit-identical."""
 
 from __future__ import annotations
 
@@ -49,10 +49,10 @@ class _OnceOnly:
 class PathSampler:
     """Random numbers for one path (a sample of a pixel) or for an array of paths, requested by purpose.
 
-    A path consists of rays: ray 0 leaves the camera, ray d leaves the d-th surface or other event. Each ray has four numbers (two for its
+    A path consists of rays: ray 0 leaves the camera; ray d leaves the d-th surface or other event. Each ray has four numbers (two for its
     direction, and two for the light sample at its end) and as many more as you like. No two decisions share a number, and paths
-    that drew different numbers of samples at one ray are back in step at the next ray. ``bn_path.h`` describes the layout; the bits are
-    the same as in C for every sampler type.
+    that drew different numbers of samples at one ray are back in step at the next ray. ``bn_path.h`` describes the layout; results are
+    bit-identical to those in C for every sampler type.
 
     ``x``, ``y``, ``index`` and ``stream`` are integers or integer arrays that broadcast against each other to ``shape``. Every draw makes
     one call to ``Sampler.sample`` for all paths and returns float32 in [0, 1). In the documented result shapes, ``...`` stands for
@@ -115,8 +115,8 @@ class PathSampler:
         Parameters
         ----------
         number : array_like of int
-            From 0 to 2**28 - 1: ray 0 leaves the camera, ray d the d-th surface or other event. For paths at different rays, pass an
-            array, which broadcasts with `shape`.
+            From 0 to 2**28 - 1: ray 0 leaves the camera; ray d leaves the d-th surface or other event. For paths at different rays, pass
+            an array, which broadcasts with `shape`.
 
         Returns
         -------
@@ -154,7 +154,7 @@ class PathSampler:
 
 
 class RaySampler(_OnceOnly):
-    """One ray of a path, made by ``PathSampler.ray``. It counts the numbers drawn, so make one per ray and pass it on. It cannot be
+    """One ray of a path, made by ``PathSampler.ray``. It counts the numbers drawn, so make one per ray and pass it around. It cannot be
     copied or pickled. Draws are float32 in [0, 1); in their shapes, ``...`` stands for ``shape``."""
 
     __slots__ = ("_1d", "_2d", "_4d", "_domain", "_kept", "_loops", "_path", "_splits", "shape")
@@ -172,7 +172,7 @@ class RaySampler(_OnceOnly):
         self._kept = np.empty(0, np.float32)
 
     def draw(self) -> _Floats:
-        """Draw the ray's direction (the first two numbers) and the light sample at its end (the others). Shape ``(..., 4)``.
+        """Draw the ray's direction (the first two numbers) and the light sample at its end (the other two). Shape ``(..., 4)``.
 
         Every call returns the same numbers.
         """
@@ -218,12 +218,12 @@ class RaySampler(_OnceOnly):
     def next_1d(self) -> _Floats:
         """Draw the next single number. Shape ``(...)``.
 
-        Four consecutive numbers are stratified together. Two are drawn at a time, so every second call is free.
+        Each group of four numbers is stratified together. Two are drawn at a time, so every second call is free.
         """
         k = self._1d
         if k & 1 == 0:
             self._kept = self._singles(k)
-        self._1d += 1  # after the draw: one that is interrupted can be repeated
+        self._1d += 1  # after the draw, so an interrupted draw can be repeated
         return self._kept[..., k & 1]
 
     def next_2d(self) -> _Floats:
@@ -238,8 +238,8 @@ class RaySampler(_OnceOnly):
     def next_4d(self) -> _Floats:
         """Draw four numbers. Shape ``(..., 4)``.
 
-        Use them for two 2-D decisions that multiply in the integrand, or for a choice (the third number) followed by a pair (the
-        first two).
+        Use them for two 2-D decisions whose contributions multiply in the integrand, or for a choice (the third number) followed by a
+        pair (the first two).
         """
         four = self.draw_4d(self._4d)
         self._4d += 1

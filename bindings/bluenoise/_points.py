@@ -38,8 +38,8 @@ def points(
 ) -> Points:
     """Make blue-noise points in the unit square.
 
-    On one machine, the same arguments give the same points. ``"mask"`` gives the same bits on every machine; the other two
-    methods depend on SciPy's rounding and version.
+    On one machine, the same arguments give the same points. The results of ``"mask"`` are bit-identical on every machine; those
+    of the other two methods depend on SciPy's rounding and version.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ def points(
         radius is larger and the points are packed more densely.
 
         ``"mask"``: ``mask`` contains ranks of shape (height, width) with at least n texels and is stretched over the square. The
-        default is a void-and-cluster mask with eight texels per point. ``jitter`` (True) places points at random within their
-        texels instead of at the centres.
+        default is a void-and-cluster mask with eight texels per point. ``jitter`` (True) places each point at random within its
+        texel instead of at the centre.
 
     Returns
     -------
@@ -118,8 +118,8 @@ def _scipy(method: str) -> None:
 
 
 def _white(seed: int, most: int) -> Callable[[int, int], npt.NDArray[np.float32]]:
-    """Returns a function of x and count. That function returns up to ``most`` random points, which differ for each x. They come
-    from the library's sampler, so they do not depend on NumPy. The next call overwrites them."""
+    """Returns a function of x and count. That function returns ``count`` random points, at most ``most``, which differ for each
+    x. They come from the library's sampler, so they do not depend on NumPy. The next call overwrites them."""
     sampler = _core.Sampler(_core.sampler_types["white"], seed, 0, None)
     column, row = np.zeros((2, most), np.int32)
     index, domain = np.arange(most, dtype=np.uint32), np.zeros(most, np.uint32)
@@ -137,7 +137,7 @@ def _best_candidate(
     n: int, seed: int, *, progress: Optional[Progress] = None, candidates: int = 1
 ) -> Points:
     """A grid stores the distance from each cell's centre to the closest point. This bounds the distance of every candidate in the
-    cell. Only candidates that may be the farthest are examined. The grid is updated only around each new point."""
+    cell, so only candidates that may be the farthest are examined. The grid is updated only around each new point."""
     candidates = arguments.integer("candidates", candidates, 1, 64)
     _scipy("best-candidate")
     from scipy.spatial import cKDTree
@@ -192,7 +192,7 @@ class _Distances:
         self.square[window] = np.minimum(self.square[window], squares[0][:, None] + squares[1])
 
     def tighten(self) -> None:
-        """Limits add() to the cells that a new point can bring closer."""
+        """Limits add() to the cells a new point can affect."""
         self.reach = math.ceil(math.sqrt(self.square.max()) * self.side) + 1
 
 

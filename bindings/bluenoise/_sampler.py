@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 
 class Sampler:
-    """Samples in [0, 1) for every pixel, index and domain. Within a pixel, samples are well distributed. For the types ``"blue"``,
-    ``"zorder"`` and ``"mask"``, the error is also blue noise across the image.
+    """Samples in [0, 1) for every pixel, index and domain. Within a pixel, samples are well distributed. For the ``"blue"``,
+    ``"zorder"`` and ``"mask"`` types, the error is also blue noise across the image.
 
-    A sample depends only on the arguments of the sampler and of the call, so draw order, tiling, threading and restarts cannot
-    change it. Samplers are immutable and hashable, compare equal if their arguments are equal, and can be pickled.
+    A sample depends only on the sampler's and the call's arguments, so draw order, tiling, threading and restarts cannot change it.
+    Samplers are immutable and hashable, compare equal if their arguments are equal, and can be pickled.
 
     Parameters
     ----------
@@ -35,11 +35,12 @@ class Sampler:
         An integer from 0 to 2**64 - 1, a NumPy generator or seed sequence, or None for fresh entropy. Different seeds give
         independent images.
     samples_per_pixel : int, default 0
-        The sample count that type ``"zorder"`` is tuned for: up to 2**32 - 1, rounded up to a power of two (at most 2**16); 0 means
-        256. Indices beyond it are valid. The other types are progressive and ignore it.
+        The sample count that the ``"zorder"`` type is tuned for: up to 2**32 - 1, rounded up to a power of two (at most 2**16); 0
+        means
+        256. Higher indices are valid. The other types are progressive and ignore this parameter.
     mask : array_like of int, optional
-        The mask for type ``"mask"``: ranks of shape (height, width), or (n,) for a row, in which each of 0 .. n - 1 occurs exactly
-        once. Defaults to the built-in 64 x 64 mask.
+        The mask for the ``"mask"`` type: ranks of shape (height, width), or (n,) for a row, in which each rank from 0 to n - 1 occurs
+        exactly once. Defaults to the built-in 64 x 64 mask.
 
     Examples
     --------
@@ -130,9 +131,9 @@ class Sampler:
         domain : array_like of int, default 0
             The decision, 0 to 2**32 - 1; see `domain`. `x`, `y`, `index` and `domain` broadcast against each other.
         dims : int, default 4
-            Number of dimensions, 1 to 4. Use (0, 1) and (2, 3) for two-dimensional decisions.
+            Number of dimensions, 1 to 4. Use dimensions (0, 1) and (2, 3) for two-dimensional decisions.
         pair : {0, 1}, optional
-            Draw only dimensions (0, 1) or (2, 3), which takes about three quarters of the time. Do not pass `dims` as well.
+            Draw only dimensions (0, 1) or (2, 3), which takes about three quarters as long. Do not pass `dims` as well.
         out : ndarray of float32, optional
             A C-ordered array of the result's shape, which is filled and returned.
 
@@ -150,7 +151,7 @@ class Sampler:
 
         Notes
         -----
-        In large arrays, a sample of ``"blue"`` takes about ten nanoseconds.
+        In large arrays, a ``"blue"`` sample takes about ten nanoseconds.
         """
         dims = arguments.integer("dims", dims, 1, 4)
         if pair is not None:
@@ -256,7 +257,7 @@ class Sampler:
         return result
 
     def seed_words(self) -> npt.NDArray[np.uint32]:
-        """Return the seed for shaders as uint32 of shape (2,). Use it with ``tables``."""
+        """Return the seed for shaders as a uint32 array of shape (2,). Use it with ``tables``."""
         return self._core.seed_words()
 
     def qmc(self, d: int, *, pixel: tuple[int, int] = (0, 0)) -> SamplerEngine:
@@ -273,7 +274,7 @@ class Sampler:
         Returns
         -------
         scipy.stats.qmc.QMCEngine
-            It returns float64 numbers in (0, 1). They have all 32 bits and lie at the centres of their intervals, so that integrals
+            It returns float64 numbers in (0, 1), which keep all 32 bits and lie at the centres of their intervals so that integrals
             are unbiased. After 2**32 points, the engine raises ``ValueError``.
 
         Raises

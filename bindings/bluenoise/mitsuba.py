@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sampler ``bluenoise`` for Mitsuba 3. Importing this module registers it in the current variant and in every later one.
+"""The ``bluenoise`` sampler for Mitsuba 3. Importing this module registers it in the current variant and in every variant set
+later.
 
     import mitsuba
     import bluenoise.mitsuba

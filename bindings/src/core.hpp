@@ -48,7 +48,7 @@ inline bn_mask mask_of(const Ranks &ranks, std::string &arguments) {
 }
 
 /* A Python callable (or None) as a bn_progress. It receives the fraction done; returning true
- * cancels. Exceptions, including those from signal handlers, cancel too, and finish() raises them
+ * cancels. Exceptions, including those from signal handlers, also cancel, and finish() raises them
  * again. Create and finish it with the GIL held; call() runs without it. */
 class Progress {
   public:

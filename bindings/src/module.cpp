@@ -4,7 +4,7 @@
 #include "core.hpp"
 
 PYBIND11_MODULE(_core, module) {
-    module.doc() = "libbn on NumPy arrays; use the package bluenoise.";
+    module.doc() = "libbn on NumPy arrays; use the bluenoise package.";
     module.attr("__version__") = bn_version_string();
     bluenoise::bind_errors(module);
     bluenoise::bind_sampler(module);

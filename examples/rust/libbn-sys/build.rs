@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Compiles bn.c, which is libbn in one file, with $CC (default: cc) and $AR (default: ar). $BN_AMALGAMATION names the
-//! folder with bn.c and bn.h. If it is not set, scripts/amalgamate writes one, which needs Python 3 and the checkout.
+//! Compiles bn.c, the single-file version of libbn, with $CC (default: cc) and $AR (default: ar). $BN_AMALGAMATION
+//! names the folder that contains bn.c and bn.h. If it is not set, scripts/amalgamate creates one, which needs Python
+//! 3 and the checkout.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -74,7 +75,7 @@ fn main() {
     let mut objects = Vec::new();
     for source in [folder.join("bn.c"), here.join("shim.c")] {
         let object = out.join(source.with_extension("o").file_name().expect("a file"));
-        // The results have the same bits at any optimisation level.
+        // Results are bit-identical at every optimisation level.
         run(&compiler, &["-std=c11", "-O2", "-fPIC", &include, "-c", text(&source), "-o", text(&object)]);
         objects.push(object);
     }

@@ -17,7 +17,8 @@
  *
  *     bn_sample_4d(&sampler, x, y, index, bn_domain_child(BN_DOMAIN_ROOT, decision), u);
  *
- * bn_choose.h makes discrete choices and reuses the remainder. neural.h makes masks with a neural network.
+ * bn_choose.h makes discrete choices and recycles the unused part of the random number. neural.h makes masks
+ * with a neural network.
  *
  * CONVENTIONS
  *
@@ -34,7 +35,7 @@
  *
  * Threads. You can call any function from any number of threads. Drawing does not modify the sampler.
  *
- * Reproducibility. The same seed gives the same bits on every machine, with every compiler and with any
+ * Reproducibility. The same seed gives bit-identical results on every machine, with every compiler and any
  * number of threads, whatever rounding mode, flush-to-zero mode or floating-point traps the program has set.
  * Exceptions: neural.h; bn_mask_error() and bn_power_spectrum(), which call the C math library; and
  * bn_rank_to_float() for 2^27 ranks or more, which follows the program's rounding mode. Starting with version
@@ -93,7 +94,7 @@ typedef int32_t bn_result;
 enum {
     BN_SUCCESS = 0,
     BN_ERROR_INVALID_ARGUMENT = 1, /* an argument is NULL, zero, not finite or out of range */
-    BN_ERROR_SIZE_MISMATCH = 2,    /* an array's count is not the product of its extents */
+    BN_ERROR_SIZE_MISMATCH = 2,    /* an array's length is not the product of its extents */
     BN_ERROR_OUT_OF_MEMORY = 3,    /* an allocation failed, or the data would be too large */
     BN_ERROR_BAD_DATA = 4,         /* ranks that are not a permutation, a NaN, or a damaged file */
     BN_ERROR_UNSUPPORTED = 5,      /* not supported by this version or build */
@@ -116,7 +117,7 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
 /* A domain identifies one decision along a path, or two that belong together, such as a ray's direction and
  * the light sample at its end. Within a pixel, a domain's samples are well distributed; across the image,
  * their error is blue noise. Samples of different domains are independent, except within a family. Derive
- * domains along the call tree so that adding a decision does not change the samples of the others:
+ * domains along the call tree so that adding a decision leaves every other decision's samples unchanged:
  *
  *     uint32_t camera   = bn_domain_child(BN_DOMAIN_ROOT, 0);      // pixel position, first light
  *     uint32_t ray      = bn_domain_child(BN_DOMAIN_ROOT, bounce); // 1, 2, ...: direction, next light
@@ -127,9 +128,9 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  * other streams.
  *
  * Families. A domain's children with keys 4*k to 4*k + 3 form a family. BLUE stratifies a domain's four
- * dimensions together, and any two members of a family almost as well. Use a family for decisions that
- * multiply in the integrand, such as the pixel position and the point on a light. For a discrete
- * choice followed by a pair, such as a light and a point on it, use dimension 2, then dimensions (0, 1).
+ * dimensions together; it stratifies any two members of a family almost as well. Use a family for decisions
+ * whose contributions multiply in the integrand, such as the pixel position and the point on a light. For a
+ * discrete choice followed by a pair, such as a light and a point on it, use dimension 2, then (0, 1).
  *
  * Position in the pixel. Draw (x, y) from dimensions (0, 1) of a domain whose key is a multiple of four. Such
  * positions are also well distributed along the image's rows and columns, which helps at horizontal and
@@ -174,8 +175,8 @@ BN_UNREAD BN_INLINE bn_mask bn_mask_u32(const uint32_t *ranks, uint32_t width, u
 
 typedef int32_t bn_sampler_type;
 enum {
-    /* The recommended sampler type. Progressive: it needs no sample count. For both pairs of every domain,
-     * the error across the image is blue noise without visible patterns. Over any aligned square of 2^s x 2^s
+    /* The recommended sampler type. Progressive: it needs no sample count. For each pair of every domain, the
+     * error across the image is blue noise without visible patterns. Over any aligned square of 2^s x 2^s
      * pixels, every aligned run of 2^m samples is a (0, m + 2 s, 2)-net in dimensions (0, 1) and in (2, 3).
      * Within a pixel, every aligned run of 4^m samples is a (0, m, 4)-net in base 4. Each sample index is
      * blue on its own, so the blurred error falls with nearly every sample. Errors do not repeat across the
@@ -188,12 +189,12 @@ enum {
     BN_SAMPLER_WHITE = 2,
     /* One Sobol' sequence along a scrambled Morton curve over the pixels (Ahmed and Wonka, "Screen-Space
      * Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels", 2020). Tuned
-     * for a given sample count; a pixel that stops before half that count has about the same error as with
-     * SOBOL. */
+     * for a given sample count; a pixel that stops before half that count has about the same error as it
+     * would with SOBOL. */
     BN_SAMPLER_ZORDER = 3,
     /* A blue-noise mask supplies a pixel's first sample; a shifted, scrambled Sobol' sequence supplies the
-     * others. The error is blue noise at 1 sample, but in rendered images this type is no better than SOBOL
-     * at 6 samples or more. */
+     * rest. The error is blue noise at 1 sample, but in rendered images this type is no better than SOBOL at
+     * 6 samples or more. */
     BN_SAMPLER_MASK = 4
 };
 
@@ -227,9 +228,9 @@ BN_CONSTEXPR bn_sampler bn_sampler_make(uint64_t seed) {
  * mask. Errors: INVALID_ARGUMENT (sampler is NULL or the type is unknown). */
 BN_API bn_result bn_sampler_init(bn_sampler *sampler, bn_sampler_type type, uint64_t seed);
 
-/* Initialises a ZORDER sampler tuned for samples_per_pixel samples. The count is rounded up to a power of
- * two, at most 2^16; 0 means 256. Later samples are valid but less evenly spread. Errors: INVALID_ARGUMENT
- * (sampler is NULL). */
+/* Initialises a ZORDER sampler tuned for samples_per_pixel samples. That count is rounded up to a power of
+ * two, at most 2^16; 0 means 256. Samples beyond it are valid but less evenly spread. Errors:
+ * INVALID_ARGUMENT (sampler is NULL). */
 BN_API bn_result bn_sampler_init_zorder(bn_sampler *sampler, uint32_t samples_per_pixel,
                                         uint64_t seed);
 
@@ -261,7 +262,7 @@ BN_API void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, ui
 
 /* Draws a block of samples into out[height][width][index_count][4], starting at pixel (x0, y0) and
  * first_index. The samples are bit-identical to those of bn_sample_4d(). Samples within a pixel share work:
- * for many indices, BLUE is faster than in single draws, and SOBOL and WHITE are nearly as fast as in a
+ * for many indices, BLUE is faster than single draws, and SOBOL and WHITE are nearly as fast as in a
  * wavefront. Errors: INVALID_ARGUMENT (sampler or out is NULL, an extent is zero, or the block runs past the
  * last coordinate or index), SIZE_MISMATCH. */
 BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uint32_t width,
@@ -289,12 +290,12 @@ BN_INLINE bn_wavefront bn_wavefront_default(void) {
     return w;
 }
 
-/* Draws samples for all lanes of a wavefront. They are bit-identical to those of bn_sample_4d(). If only one
- * pair is requested, only that pair is drawn. Arrays must be aligned for their element type and must not
- * overlap the outputs. Allocates nothing and takes no locks. With AVX2 (unless compiled by MSVC or by GCC for
- * Windows), BLUE takes less than half the time of single draws, and SOBOL and WHITE take a tenth; other types
- * gain nothing. Errors: INVALID_ARGUMENT (sampler, wavefront, x, y or all of out is NULL, stride is 0, or
- * struct_size is invalid), UNSUPPORTED. */
+/* Draws a sample for every lane of a wavefront. The samples are bit-identical to those of bn_sample_4d(). If
+ * only one pair is requested, only that pair is drawn. Arrays must be aligned for their element type and must
+ * not overlap the outputs. Allocates nothing and takes no locks. With AVX2 (unless compiled by MSVC or by GCC
+ * for Windows), BLUE takes less than half as long as single draws, and SOBOL and WHITE take a tenth as long;
+ * the other types are no faster. Errors: INVALID_ARGUMENT (sampler, wavefront, x, y or all of out is NULL,
+ * stride is 0, or struct_size is invalid), UNSUPPORTED. */
 BN_API bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefront *wavefront);
 
 /* ---- Drawing on a GPU (docs/shaders.md) */
@@ -312,16 +313,16 @@ BN_INLINE void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
 /* ---- Making masks */
 
 /* Three algorithms make masks. Void-and-cluster makes good masks in milliseconds on one core. Relaxation is
- * nearly as good, runs faster and uses all cores. Annealing is slow, but compared with void-and-cluster,
- * 10,000 sweeps lower E_1 (bn_mask_error) by about 4%. All three call `progress` in C's default
- * floating-point environment. Errors: INVALID_ARGUMENT (a NULL pointer, a zero extent, an option out of
- * range, rank_bits too small or other than 16 or 32, a depth or channel count the algorithm does not
- * support), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
+ * nearly as good, runs faster and uses all cores. Annealing is slow, but 10,000 sweeps reach an E_1
+ * (bn_mask_error) about 4% below void-and-cluster's. All three call `progress` in C's default floating-point
+ * environment. Errors: INVALID_ARGUMENT (a NULL pointer, a zero extent, an option out of range, rank_bits too
+ * small or other than 16 or 32, a depth or channel count the algorithm does not support), OUT_OF_MEMORY,
+ * CANCELLED, UNSUPPORTED. */
 
 typedef struct bn_void_and_cluster_options {
     size_t struct_size; /* sizeof(bn_void_and_cluster_options) */
-    /* Standard deviation of the Gaussian in texels, from 0.25 to 16. Default 1.5. After wider blurs than
-     * that, masks made with sigma 1.9 have lower error. */
+    /* Standard deviation of the Gaussian in texels, from 0.25 to 16. Default 1.5. After blurs wider than the
+     * default, masks made at sigma 1.9 have lower error. */
     double sigma;
     double initial_fraction; /* fraction of texels set initially, in (0, 0.5]; default 0.1 */
     uint64_t seed;           /* default 0 */
@@ -351,8 +352,8 @@ BN_INLINE bn_relax_options bn_relax_options_default(void) {
 
 /* Makes a single-channel 2-D mask with parallel relaxation. This is the fastest way to make a large mask, and
  * the result is nearly as good as that of void-and-cluster. Relaxation starts from white noise. Each of 20
- * learned steps changes all texels at once by a weighted sum of clipped differences from their neighbours.
- * The result is then ranked. */
+ * learned steps changes every texel at once by a weighted sum of clipped differences from its neighbours. The
+ * result is then ranked. */
 BN_API bn_result bn_relax(const bn_relax_options *options, const bn_mask *mask,
                           bn_progress progress, void *user);
 
@@ -397,7 +398,7 @@ BN_API bn_result bn_anneal(const bn_anneal_options *options, const bn_mask *mask
 
 /* Ranks values: ranks[i] is the number of values less than values[i], plus the number of equal values before
  * it. Takes linear time and 16 bytes of scratch memory per value. Errors: INVALID_ARGUMENT (a NULL pointer, a
- * zero count), BAD_DATA (a NaN), OUT_OF_MEMORY (also for 2^32 values or more). */
+ * zero count), BAD_DATA (a NaN), OUT_OF_MEMORY (including for 2^32 values or more). */
 BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_t *ranks);
 
 /* Returns a rank's value: (rank + 0.5) / count, computed in double, rounded down to float and limited to 1 -
@@ -405,10 +406,10 @@ BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_
 BN_API float bn_rank_to_float(uint32_t rank, size_t count);
 
 /* Returns the built-in mask of size x size texels, whose 16-bit ranks are in static storage (licence:
- * CC0-1.0). Annealing took up to several minutes. After a 1-texel blur, it has 5% less error than a
- * void-and-cluster mask. The sizes are 16, 32, 64, 128 and, unless built with BN_SMALL_DATA, 256; for any
- * other size, ranks is NULL. A statically linked program contains these masks (175 KB) only if it calls this
- * function; samplers and bn_dither() use only the 64 x 64 mask. */
+ * CC0-1.0). Each mask was annealed for up to several minutes and, after a 1-texel blur, has 5% less error
+ * than a void-and-cluster mask. The sizes are 16, 32, 64, 128 and, unless built with BN_SMALL_DATA, 256; for
+ * any other size, ranks is NULL. A statically linked program contains these masks (175 KB) only if it calls
+ * this function; samplers and bn_dither() use only the 64 x 64 mask. */
 BN_API bn_mask bn_builtin_mask(uint32_t size);
 
 /* ---- Using masks */

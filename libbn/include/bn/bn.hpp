@@ -151,7 +151,7 @@ class Sampler {
               bn_sampler_init_zorder(&made.sampler_, samples_per_pixel, seed));
         return made;
     }
-    // Calls bn_sampler_init_mask(). Throws INVALID_ARGUMENT, BAD_DATA or OUT_OF_MEMORY. Keep the ranks while the
+    // Calls bn_sampler_init_mask(). Throws INVALID_ARGUMENT, BAD_DATA or OUT_OF_MEMORY. Keep the ranks alive while the
     // Sampler or a copy of it is in use.
     static Sampler from_mask(const bn_mask &mask, uint64_t seed = 0) {
         Sampler made(seed);
@@ -349,7 +349,7 @@ class PathSampler {
     PathSampler(const bn_sampler *sampler, const bn_path &state) noexcept
         : sampler_(sampler), state_(state) {}
 
-    // Ray 0 leaves the camera, ray d the d-th surface.
+    // Ray 0 leaves the camera; ray d leaves the d-th surface.
     RaySampler ray(uint32_t number) const noexcept {
         return RaySampler(sampler_, bn_path_ray(&state_, number));
     }

@@ -19,11 +19,11 @@
  * can use for another choice. A choice with probability 1 leaves the draw unchanged.
  *
  * Range. A negative u or a NaN counts as 0, and a u of 1 or more counts as the last step, even with
- * -ffast-math. Digits of u finer than 2^-24 are dropped.
+ * -ffast-math. Digits of u finer than 2^-24 are discarded.
  *
- * The functions are inline, and __host__ __device__ in CUDA and HIP. Shaders get the same bits from
- * bn_choose.glsl and the files beside it (docs/shaders.md). A choice takes a few nanoseconds; bn_choose_cdf()
- * is O(log count). */
+ * The functions are inline, and __host__ __device__ in CUDA and HIP. Shaders get bit-identical results from
+ * bn_choose.glsl and related files (docs/shaders.md). A choice takes a few nanoseconds; bn_choose_cdf() is
+ * O(log count). */
 #ifndef BN_BN_CHOOSE_H
 #define BN_BN_CHOOSE_H
 
@@ -55,7 +55,7 @@ BN_DEVICE_INLINE uint32_t bn_choose_cdf(const float *cdf, uint32_t count, float 
 
 /* ---- Code shared with shaders */
 
-/* Whether v > 0, tested on its bits, because -ffast-math assumes that no operand of a comparison is NaN. */
+/* Whether v > 0, tested on its bits because -ffast-math assumes that no operand of a comparison is NaN. */
 BN_DEVICE_INLINE int bn_choose_positive(float v) {
     union {
         float number;

@@ -52,7 +52,7 @@ typedef unsigned int uint32_t;
 #define BN_PASS_TABLE bn_words,
 #define BN_WORD(i) bn_words[i]
 
-/* Converts via signed integers, because CPUs have instructions for those. */
+/* Converts via signed integers because CPUs have instructions for them. */
 #define BN_TO_UINT(v) BN_CAST(uint32_t, BN_CAST(int32_t, v))
 #define BN_TO_FLOAT(v) BN_CAST(float, BN_CAST(int32_t, v))
 #define BN_MULTIPLY_HIGH(a, b) BN_CAST(uint32_t, BN_CAST(unsigned long long, a) * (b) >> 32)

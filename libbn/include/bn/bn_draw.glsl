@@ -14,8 +14,8 @@
  *     vec4 u = bn_draw_blue_4d(seed, uint(pixel.x), uint(pixel.y), index, domain);
  *     vec2 v = bn_draw_blue_2d(seed, uint(pixel.x), uint(pixel.y), index, domain, 1u); // u.zw
  *
- * Coordinates are signed integers reinterpreted as unsigned: uint(-1) is the column left of zero. Where
- * there are no storage buffers, as in WebGL 2, read the words from a texture:
+ * Coordinates are signed integers reinterpreted as unsigned: uint(-1) is the column left of zero. In
+ * APIs without storage buffers, such as WebGL 2, read the words from a texture:
  *
  *     uniform highp usampler2D bn_words; // R32UI, 64 texels wide
  *     #define BN_WORD(i) texelFetch(bn_words, ivec2((i) & 63u, (i) >> 6u), 0).r
@@ -123,9 +123,9 @@ BN_FUNCTION BN_UINT bn_hash32(BN_UINT v) {
 
 /* bn_domain_child(): a hash of the parent and key / 4, which all members of a family share. The upper
  * two bits hold the member number. The draws hash the result once more. Before the last step, which
- * leaves the upper half unchanged, families of one parent differ by multiples of the golden ratio. As
- * a result, no two of any thirty consecutive families have the same upper six bits, from which BLUE
- * takes a family's shift. */
+ * leaves the upper half unchanged, families with the same parent differ by multiples of the golden
+ * ratio. As a result, no two of any thirty consecutive families share their upper six bits, from which
+ * BLUE takes a family's shift. */
 BN_FUNCTION BN_UINT bn_draw_domain_child(BN_UINT domain, BN_UINT key) {
     BN_UINT v = (domain + (key >> 2u) * 0x121658bdu + 0x9e3779b9u) * 0x21f0aaadu;
     v = ((v ^ (v >> 16u)) & 0xfffffffcu) | (key & 3u);
@@ -351,7 +351,7 @@ BN_FUNCTION bn_uint4 bn_draw_sobol_bits(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_
 
 /* WHITE: pcg4d, which hashes four words to four (Jarzynski and Olano, "Hash Functions for GPU
  * Rendering", 2020, after O'Neill's generators). The pixel, index and domain form the counter, to
- * which the seed is added. The domain is mixed first, because the members of a family differ in only
+ * which the seed is added. The domain is mixed first because the members of a family differ in only
  * two bits. */
 BN_FUNCTION bn_uint4 bn_draw_white_hash(bn_uint4 v) {
     v.w = (v.w ^ (v.w >> 16u)) * 0x21f0aaadu;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Inline versions of the draws in bn.h: bn_draw_1d(), bn_draw_2d(), bn_draw_4d() and bn_draw_4d_u32() return
- * the same bits as bn_sample_1d() and its relatives. BLUE is inlined; the other sampler types call the
+ * Inline versions of the draws in bn.h: bn_draw_1d(), bn_draw_2d(), bn_draw_4d() and bn_draw_4d_u32() are
+ * bit-identical to bn_sample_1d() and its variants. BLUE is inlined; the other sampler types call the
  * library. bn_path.h and bn.hpp use these functions. Linking fails if the library has a different table
  * version.
  *
@@ -23,10 +23,10 @@
  *
  * On x86-64, a 4-D draw takes about 115 instructions and four loads of 8 to 16 bytes from 47 KiB of tables;
  * each member of a family uses half of the tables. Drawing one pair or one dimension takes slightly fewer
- * instructions. When inlined into a loop, draws for many domains or indices in one pixel share their common
- * work. For indices of 256 and above, every four bits of the index cost one more XOR. With SSE2, the last
- * step handles all four dimensions at once. Define BN_DRAW_PLAIN to disable SSE2, as in CUDA and HIP; the
- * results are bit-identical. */
+ * instructions. When inlined into a loop, draws for many domains or indices in one pixel share work. For
+ * indices of 256 and above, each further four bits of the index cost one more XOR. With SSE2, the last step
+ * handles all four dimensions at once. Define BN_DRAW_PLAIN to disable SSE2, as in CUDA and HIP; the results
+ * are bit-identical. */
 #ifndef BN_BN_DRAW_H
 #define BN_BN_DRAW_H
 
@@ -59,7 +59,7 @@ BN_HOST_INLINE uint32_t bn_draw_key_factor(uint32_t member) {
 #include <bn/bn_draw.glsl>
 
 BN_DEVICE_INLINE float bn_draw_float(uint32_t bits) {
-    /* 2^-24 in decimal, because C++11 has no hexadecimal floats. The 24 bits fit in a signed integer. */
+    /* 2^-24 in decimal because C++11 has no hexadecimal floats. The 24 bits fit in a signed integer. */
     return (float)(int32_t)(bits >> 8) * (1.0f / 16777216.0f);
 }
 

@@ -9,7 +9,7 @@
  *     float4 u = bn_draw_blue_4d(seed, uint(pixel.x), uint(pixel.y), index, bn_domain_child(0, ray));
  *
  * With a ByteAddressBuffer, BN_WORD(i) is bn_words.Load(4 * (i)). bn_draw.glsl documents the functions and
- * the tables. bn_draw_blue_bits() and its relatives return all 32 bits of each number, as a uint4. */
+ * the tables. bn_draw_blue_bits() and its variants return all 32 bits of each number as a uint4. */
 #ifndef BN_DRAW_HLSL
 #define BN_DRAW_HLSL
 

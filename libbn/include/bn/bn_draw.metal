@@ -9,8 +9,8 @@
  *     float4 u = bn_draw_blue_4d(bn_words, seed, uint(pixel.x), uint(pixel.y), index, bn_domain_child(0, ray));
  *
  * If the words are in the constant address space, first define BN_WORDS as `constant uint *`. bn_draw.glsl
- * documents the functions and the tables. bn_draw_blue_bits() and its relatives return all 32 bits of each
- * number, as a uint4. */
+ * documents the functions and the tables. bn_draw_blue_bits() and its variants return all 32 bits of each
+ * number as a uint4. */
 #ifndef BN_DRAW_METAL
 #define BN_DRAW_METAL
 

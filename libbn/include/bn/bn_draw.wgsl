@@ -8,7 +8,7 @@
  *     let u: vec4f = bn_draw_blue_4d(seed, u32(pixel.x), u32(pixel.y), index, bn_domain_child(0u, ray));
  *
  * Coordinates are signed integers reinterpreted as unsigned: u32(-1i) is the column left of zero.
- * bn_draw_blue_bits() and its relatives return all 32 bits of each number. Names that begin with
+ * bn_draw_blue_bits() and its variants return all 32 bits of each number. Names that begin with
  * bn_ or BN_ are reserved. bn_draw.h explains how BLUE works. */
 
 /* THE TABLES
@@ -57,9 +57,9 @@ fn bn_hash32(v_in: u32) -> u32 {
 
 /* bn_domain_child(): a hash of the parent and key / 4, which all members of a family share. The upper
  * two bits hold the member number. The draws hash the result once more. Before the last step, which
- * leaves the upper half unchanged, families of one parent differ by multiples of the golden ratio. As
- * a result, no two of any thirty consecutive families have the same upper six bits, from which BLUE
- * takes a family's shift. */
+ * leaves the upper half unchanged, families with the same parent differ by multiples of the golden
+ * ratio. As a result, no two of any thirty consecutive families share their upper six bits, from which
+ * BLUE takes a family's shift. */
 fn bn_domain_child(domain: u32, key: u32) -> u32 {
     var v = (domain + (key >> 2u) * 0x121658bdu + 0x9e3779b9u) * 0x21f0aaadu;
     v = ((v ^ (v >> 16u)) & 0xfffffffcu) | (key & 3u);
@@ -282,7 +282,7 @@ fn bn_draw_sobol_bits(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> v
 
 /* WHITE: pcg4d, which hashes four words to four (Jarzynski and Olano, "Hash Functions for GPU
  * Rendering", 2020, after O'Neill's generators). The pixel, index and domain form the counter, to
- * which the seed is added. The domain is mixed first, because the members of a family differ in only
+ * which the seed is added. The domain is mixed first because the members of a family differ in only
  * two bits. */
 fn bn_draw_white_hash(v_in: vec4u) -> vec4u {
     var v = v_in;

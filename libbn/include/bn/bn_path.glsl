@@ -11,8 +11,8 @@
  *     vec4 u = bn_ray_draw(seed, ray);
  *     vec2 probe = bn_ray_draw_2d(seed, ray, 0u);
  *
- * All draws use BLUE. For SOBOL and WHITE, pass the domains below to bn_draw_sobol_4d() and its
- * relatives. */
+ * All draws use BLUE. For SOBOL and WHITE, pass the domains below to bn_draw_sobol_4d() and related
+ * functions. */
 #ifndef BN_PATH_GLSL
 #define BN_PATH_GLSL
 
@@ -105,8 +105,8 @@ BN_FUNCTION BN_UINT bn_ray_child_domain(BN_UINT ray, BN_UINT key) {
 
 /* ---- Splits */
 
-/* Branch k of `count`, below a split's domain. Each count has its own domain, because values of index *
- * count + k would collide otherwise. If count is 0, path.index is the number of the first branch. */
+/* Branch k of `count`, below a split's domain. Each count has its own domain; otherwise, values of
+ * index * count + k would collide. If count is 0, path.index is the number of the first branch. */
 BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, BN_UINT k) {
     bn_path branch = path;
     branch.domain = bn_draw_domain_child(split, count);

@@ -21,18 +21,18 @@
  *     u[0], u[1]   its direction; for ray 0, the pixel position
  *     u[2], u[3]   the light sample at its end
  *
- * The two pairs multiply in the integrand, so they are stratified together. If the lens takes u[2] and u[3]
- * of ray 0, or if you take multiple light samples there, call bn_path_first_light() for the light. Call
- * bn_path_time_wavelength() for time and wavelength, once for all branches of the path.
+ * The two pairs' contributions multiply in the integrand, so the pairs are stratified together. If the lens
+ * takes u[2] and u[3] of ray 0, or if you take multiple light samples there, call bn_path_first_light() for
+ * the light. Call bn_path_time_wavelength() for time and wavelength, once for all branches of the path.
  *
- * For all other decisions, call bn_ray_next_1d(), bn_ray_next_2d() and bn_ray_next_4d(). Each function has
+ * For every other decision, call bn_ray_next_1d(), bn_ray_next_2d() or bn_ray_next_4d(). Each function has
  * its own sequence within the ray, so two pixels that drew different numbers of samples at one ray are back
  * in step at the next ray. For a discrete choice followed by a pair, such as a light and a point on it, call
  * bn_ray_next_4d() and use u[2], then (u[0], u[1]).
  *
  * Make one bn_ray for each ray and pass it by pointer. It is stateful, and a second bn_ray for the same ray
- * returns the same numbers. To number the draws yourself, call bn_ray_draw_1d(sampler, &ray, k) and its
- * relatives. It returns the same result as call k + 1 of bn_ray_next_1d().
+ * returns the same numbers. To number the draws yourself, call bn_ray_draw_1d(sampler, &ray, k) or one of its
+ * variants. Each returns the same result as call k + 1 of the matching bn_ray_next_...().
  *
  * SPLITS, LOOPS, KEYS
  *
@@ -49,7 +49,7 @@
  * + 1, ...).
  *
  * For a loop of unknown length, such as delta tracking or a random walk, draw from bn_ray_next_loop().
- * Decisions that neighbouring pixels reach in a different order, such as stochastic transparency, need a key:
+ * Decisions that neighbouring pixels reach in different orders, such as stochastic transparency, need a key:
  * draw from bn_ray_child(&ray, primitive).
  *
  * Ray numbers and decision counts must be below 2^28, and index * count below 2^32. */
@@ -80,7 +80,7 @@ BN_DEVICE_INLINE bn_path bn_path_start(int32_t x, int32_t y, uint32_t index, uin
     return path;
 }
 
-/* A ray of a path, and how many more numbers it has drawn. */
+/* A ray of a path, and counters for its bn_ray_next_...() functions. */
 typedef struct bn_ray {
     bn_path path;
     uint32_t domain;
@@ -176,7 +176,7 @@ BN_HOST_INLINE void bn_ray_draw_4d(const bn_sampler *s, const bn_ray *ray, uint3
     bn_path_draw_4d(s, &ray->path, bn_ray_4d_domain(ray->domain, k), out);
 }
 
-/* The next single number. Four consecutive numbers are stratified together. Every second call is free. */
+/* The next single number. Each group of four numbers is stratified together. Every second call is free. */
 BN_HOST_INLINE float bn_ray_next_1d(const bn_sampler *s, bn_ray *ray) {
     const uint32_t k = ray->drawn_1d++;
     float pair[2];
@@ -191,7 +191,7 @@ BN_HOST_INLINE void bn_ray_next_2d(const bn_sampler *s, bn_ray *ray, float out[2
     bn_ray_draw_2d(s, ray, ray->drawn_2d++, out);
 }
 
-/* The next four numbers: for two pairs that multiply in the integrand, or a choice (out[2]) and a pair (out[0],
+/* The next four numbers: for two pairs whose contributions multiply, or a choice (out[2]) and a pair (out[0],
  * out[1]). */
 BN_HOST_INLINE void bn_ray_next_4d(const bn_sampler *s, bn_ray *ray, float out[4]) {
     bn_ray_draw_4d(s, ray, ray->drawn_4d++, out);
@@ -200,7 +200,7 @@ BN_HOST_INLINE void bn_ray_next_4d(const bn_sampler *s, bn_ray *ray, float out[4
 /* ---- Once per path */
 
 /* The light sample at the end of ray 0, for when a lens takes that ray's second pair, or light sample k of
- * `count`. The count must be the same for all samples of the pixel; 0 means 1. */
+ * `count`. The number must be the same for all samples of the pixel; 0 means 1. */
 BN_HOST_INLINE void bn_path_first_light(const bn_sampler *s, const bn_path *path, uint32_t count,
                                         uint32_t k, float out[2]) {
     bn_draw_2d(s, (int32_t)path->x, (int32_t)path->y, path->index * (count == 0 ? 1 : count) + k,

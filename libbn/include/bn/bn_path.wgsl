@@ -97,8 +97,8 @@ fn bn_ray_child_domain(ray: u32, key: u32) -> u32 {
 
 /* ---- Splits */
 
-/* Branch k of `count`, below a split's domain. Each count has its own domain, because values of index *
- * count + k would collide otherwise. If count is 0, path.index is the number of the first branch. */
+/* Branch k of `count`, below a split's domain. Each count has its own domain; otherwise, values of
+ * index * count + k would collide. If count is 0, path.index is the number of the first branch. */
 fn bn_path_branch(path: bn_path, split: u32, count: u32, k: u32) -> bn_path {
     var branch = path;
     branch.domain = bn_domain_child(split, count);

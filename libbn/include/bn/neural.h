@@ -15,38 +15,38 @@
  * ONNX RUNTIME
  *
  * The network runs in ONNX Runtime 1.17 or later, which is loaded when a network is opened. You do not need
- * ONNX Runtime to build or link. bn_neural_open() looks for it
+ * ONNX Runtime to build or link libbn. bn_neural_open() looks for it
  *
  *   1. at runtime_path, if that is not NULL;
- *   2. otherwise at the path in the environment variable BN_ONNXRUNTIME, if that is set. Programs that run with
- *      elevated privileges (set-user-ID and the like) ignore the variable;
+ *   2. otherwise at the path in the BN_ONNXRUNTIME environment variable, if that is set. Programs that run
+ *      with elevated privileges (set-user-ID and the like) ignore the variable;
  *   3. otherwise in the process itself, then as libonnxruntime.so.1 and libonnxruntime.so, their .dylib forms,
  *      or onnxruntime.dll.
  *
- * ONNX Runtime prints nothing. Some versions send telemetry unless the environment variable
- * ORT_DISABLE_TELEMETRY is set when they are loaded. If bn_neural_open() loads the library while the variable
- * is unset, it sets the variable to 1, which is unsafe while another thread reads the environment. In a
- * multi-threaded program, set the variable at startup; libbn then leaves the environment alone.
+ * ONNX Runtime prints nothing. Some versions send telemetry unless the ORT_DISABLE_TELEMETRY environment
+ * variable is set when they are loaded. If bn_neural_open() loads the library while the variable is unset, it
+ * sets the variable to 1, which is unsafe while another thread reads the environment. In a multi-threaded
+ * program, set the variable at startup; libbn then leaves the environment alone.
  *
  * GPU
  *
- * With the provider "cuda", the network runs on the first NVIDIA GPU that CUDA finds. This requires an ONNX
+ * With the "cuda" provider, the network runs on the first NVIDIA GPU that CUDA finds. This requires an ONNX
  * Runtime with the CUDA execution provider, and the versions of CUDA and cuDNN it was built for. Noise and
- * ranks are still computed on the CPU, and all arguments reside in main memory. Tiles have up to 1024 x 1024
+ * ranks are still computed on the CPU, and all arguments reside in host memory. Tiles are up to 1024 x 1024
  * texels, so large windows and masks should gain the most (not measured). If the provider or the GPU is
  * missing, or cannot run the whole network, bn_neural_open() fails with RUNTIME. It never falls back to the
  * CPU; to use the CPU, open the network again without a provider.
  *
  * REPRODUCIBILITY
  *
- * Mask quality does not depend on the seed or the machine. Only the input noise is guaranteed to have the
- * same bits everywhere. In practice the built-in single-channel network gives the same bits on any CPU, with
- * any number of threads and for any window, because it uses only additions, subtractions, multiplications and
- * comparisons (ONNX Runtime 1.17.3 and 1.31.1 agree). The two-channel network also uses divisions and square
- * roots, which these two versions round differently. Bits can change if a version of ONNX Runtime fuses
- * operations, if a model uses other operations, or on a GPU. On a CPU, within one process, the number of
- * threads and a window's extents change values by less than 1e-5; on a GPU this is likely but not
- * guaranteed. */
+ * Mask quality does not depend on the seed or the machine. Only the input noise is guaranteed to be
+ * bit-identical everywhere. In practice the built-in single-channel network is also bit-identical on any CPU,
+ * with any number of threads and for any window because it uses only additions, subtractions, multiplications
+ * and comparisons (ONNX Runtime 1.17.3 and 1.31.1 agree). The two-channel network also uses divisions and
+ * square roots, which these two versions round differently. Bits can change if a version of ONNX Runtime
+ * fuses operations, if a model uses other operations, or if the network runs on a GPU. On a CPU, within one
+ * process, the number of threads and a window's extents change values by less than 1e-5; on a GPU this is
+ * likely but not guaranteed. */
 #ifndef BN_BN_NEURAL_H
 #define BN_BN_NEURAL_H
 
@@ -72,20 +72,22 @@ typedef struct bn_neural bn_neural;
 
 typedef struct bn_neural_options {
     size_t struct_size; /* sizeof(bn_neural_options) */
-    /* The model: the path of a file, or its contents, which need not outlive the call. If both are NULL
-     * (default), the built-in network is used; a library built with BN_SMALL_DATA does not include it. */
+    /* The model: the path to a file, or the file's contents, which need not outlive the call. If both are
+     * NULL (default), the built-in network is used; a library built with BN_SMALL_DATA does not include
+     * it. */
     const char *model_path;
     const void *model;
     size_t model_size; /* size of model in bytes; 0 if it is NULL */
     /* The ONNX Runtime library. NULL (default): search for it. */
     const char *runtime_path;
-    /* Threads for each mask or window. 0 (default): one per CPU, but at most four with a GPU, where they make
-     * noise while the GPU works. */
+    /* Threads for each mask or window. 0 (default): one per CPU, but at most four if a GPU runs the network:
+     * they generate noise while the GPU works. */
     uint32_t threads;
     /* "cpu" (same as NULL, the default) or "cuda"; see GPU above. */
     const char *provider;
     /* Number of channels. For the built-in network: 1 (or 0, the default), or 2 for vector masks, whose
-     * channels are jointly blue. For your own model: 0, or the number of channels the model must have. */
+     * channels are jointly blue (nearby texels differ as vectors). For your own model: 0, or the number of
+     * channels the model must have. */
     uint32_t channels;
 } bn_neural_options;
 
@@ -155,7 +157,7 @@ BN_API bn_result bn_neural_window(const bn_neural *neural, int64_t x0, int64_t y
                                   bn_progress progress, void *user);
 
 /* Computes the network's input so that you can train a network or run it elsewhere. noise[height][width] is
- * white noise in [0, 1): a hash of the seed and the coordinates, whose bits are the same everywhere. A window
+ * white noise in [0, 1): a hash of the seed and the coordinates, which is bit-identical everywhere. A window
  * holds the network's output for the noise around it; a mask uses the noise that starts at (0, 0) and repeats
  * at the mask's extents. Errors: INVALID_ARGUMENT (noise is NULL, a zero extent, coordinates beyond +-2^41),
  * SIZE_MISMATCH, OUT_OF_MEMORY (extents exceed the address space). */

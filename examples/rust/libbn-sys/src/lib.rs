@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The samplers and paths of libbn as in C; bn.h and bn_path.h document them. The names of functions that are inline in
-//! bn_path.h start with `bn_rs_`. The crate `libbn` is the safe interface.
+//! libbn's samplers and paths, declared as in C; bn.h and bn_path.h document them. The names of functions that are
+//! inline in bn_path.h start with `bn_rs_`. The `libbn` crate is the safe interface.
 #![allow(non_camel_case_types)]
 
 pub const BN_SUCCESS: i32 = 0;

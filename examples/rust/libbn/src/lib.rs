@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Blue-noise random numbers for path tracers: the samplers and paths of libbn.
+//! Blue-noise random numbers for path tracers: libbn's samplers and paths.
 //!
 //! ```
 //! use libbn::{PathSampler, Sampler};
@@ -18,8 +18,8 @@
 //! # assert_eq!(trace(&sampler, 3, 4, 5), trace(&sampler, 3, 4, 5));
 //! ```
 //!
-//! All numbers are in [0, 1) and have the same bits as in C. A [`Sampler`] is a small immutable value. Draws cannot
-//! fail, allocate nothing and take no locks. docs/paths.md of libbn goes through the decisions of a renderer.
+//! All numbers are in [0, 1) and are bit-identical to those in C. A [`Sampler`] is a small immutable value. Draws
+//! cannot fail, allocate nothing and take no locks. libbn's docs/paths.md goes through a renderer's decisions.
 
 mod path;
 mod sampler;
@@ -40,7 +40,7 @@ pub enum Error {
     /// Slices have different lengths.
     SizeMismatch,
     OutOfMemory,
-    /// The ranks of a mask are not a permutation.
+    /// A mask's ranks are not a permutation.
     BadData,
     Unsupported,
     /// Any other result code of bn.h.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Random numbers for a path, requested by purpose, so that no two decisions share one.
+//! Random numbers for a path, requested by purpose so that no two decisions share one.
 // SAFETY of all draws below: the sampler lives as long as `'s`.
 
 use crate::sampler::{filled, Sampler};
@@ -18,7 +18,7 @@ impl<'s> PathSampler<'s> {
         PathSampler::in_stream(sampler, x, y, index, 0)
     }
 
-    /// Streams are independent, such as frames of an animation. If you average frames, continue the index instead.
+    /// Streams are independent: use them for frames of an animation. If you average frames, continue the index instead.
     pub fn in_stream(sampler: &'s Sampler<'s>, x: i32, y: i32, index: u32, stream: u32) -> PathSampler<'s> {
         // SAFETY: a pure function.
         PathSampler { sampler, state: unsafe { sys::bn_rs_path_start(x, y, index, stream) } }
@@ -81,7 +81,7 @@ impl<'s> RaySampler<'s> {
     }
 
     /// Single number `k` of the ray, from 0: the result of call k + 1 of [`next_1d`](RaySampler::next_1d), without advancing the
-    /// ray. The functions below do the same for pairs, fours, splits and loops.
+    /// ray. The functions below do the same for pairs, groups of four, splits and loops.
     pub fn draw_1d(&self, k: u32) -> f32 {
         unsafe { sys::bn_rs_ray_draw_1d(&self.sampler.state, &self.state, k) }
     }
@@ -91,7 +91,7 @@ impl<'s> RaySampler<'s> {
         filled(|out| unsafe { sys::bn_rs_ray_draw_2d(&self.sampler.state, &self.state, k, out) })
     }
 
-    /// The `k`-th four numbers of the ray.
+    /// The ray's `k`-th group of four numbers.
     pub fn draw_4d(&self, k: u32) -> [f32; 4] {
         filled(|out| unsafe { sys::bn_rs_ray_draw_4d(&self.sampler.state, &self.state, k, out) })
     }
@@ -106,7 +106,7 @@ impl<'s> RaySampler<'s> {
         LoopSampler { state: unsafe { sys::bn_rs_ray_draw_loop(&self.sampler.state, &self.state, k) } }
     }
 
-    /// The next single number, for a further decision.
+    /// The next single number, for another decision.
     pub fn next_1d(&mut self) -> f32 {
         unsafe { sys::bn_rs_ray_next_1d(&self.sampler.state, &mut self.state) }
     }
@@ -116,7 +116,7 @@ impl<'s> RaySampler<'s> {
         filled(|out| unsafe { sys::bn_rs_ray_next_2d(&self.sampler.state, &mut self.state, out) })
     }
 
-    /// The next four numbers: for two pairs that multiply in the integrand, or a choice (the third) and a pair (the first two).
+    /// The next four numbers: for two pairs whose contributions multiply, or a choice (the third) and a pair (the first two).
     pub fn next_4d(&mut self) -> [f32; 4] {
         filled(|out| unsafe { sys::bn_rs_ray_next_4d(&self.sampler.state, &mut self.state, out) })
     }
@@ -126,7 +126,7 @@ impl<'s> RaySampler<'s> {
         Split { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_next_split(&mut self.state, count) } }
     }
 
-    /// Splits the path into any number of branches. `first` is the number that earlier samples of the pixel took here.
+    /// Splits the path into any number of branches. `first` is the number the pixel's earlier samples took here.
     pub fn next_split_from(&mut self, first: u32) -> Split<'s> {
         Split { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_next_split_from(&mut self.state, first) } }
     }
@@ -136,14 +136,14 @@ impl<'s> RaySampler<'s> {
         LoopSampler { state: unsafe { sys::bn_rs_ray_next_loop(&self.sampler.state, &mut self.state) } }
     }
 
-    /// A sub-sampler of the ray, selected by a key such as a primitive's index. Draw from it as from a ray. It does not depend on
-    /// earlier draws. A second child with the same key returns the same numbers again.
+    /// A sub-sampler of the ray, selected by a key such as a primitive's index. Draw from it as you would from a ray. Its
+    /// numbers do not depend on earlier draws: a second child with the same key returns the same numbers again.
     pub fn child(&self, key: u32) -> RaySampler<'s> {
         RaySampler { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_child(&self.state, key) } }
     }
 }
 
-/// A path that continues in several branches.
+/// A path that continues in multiple branches.
 #[derive(Debug)]
 pub struct Split<'s> {
     sampler: &'s Sampler<'s>,
@@ -151,7 +151,8 @@ pub struct Split<'s> {
 }
 
 impl<'s> Split<'s> {
-    /// Branch k, itself a path, whose rays start at 0. A path may use fewer or more branches than the count of `next_split`.
+    /// Branch k, which is a path whose rays start at 0. A path may use fewer or more branches than the count passed to
+    /// `next_split`.
     pub fn path(&self, k: u32) -> PathSampler<'s> {
         PathSampler { sampler: self.sampler, state: unsafe { sys::bn_rs_split_path(&self.state, k) } }
     }
@@ -162,7 +163,7 @@ impl<'s> Split<'s> {
     }
 }
 
-/// Random numbers for a loop of unknown length: four stratified, then pseudo-random ones. It cannot be copied.
+/// Random numbers for a loop of unknown length: the first four are stratified, the rest pseudo-random. It cannot be copied.
 #[derive(Debug)]
 pub struct LoopSampler {
     state: sys::bn_loop,

@@ -7,14 +7,14 @@ use std::marker::PhantomData;
 use std::ops::Range;
 use std::ptr::{null, null_mut};
 
-/// The array that a draw fills in.
+/// The array a draw fills.
 pub(crate) fn filled<T: Default + Copy, const N: usize>(draw: impl FnOnce(*mut T)) -> [T; N] {
     let mut out = [T::default(); N];
     draw(out.as_mut_ptr());
     out
 }
 
-/// The sampler type; bn.h describes each.
+/// The sampler type; bn.h describes each one.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum Type<'a> {
@@ -26,9 +26,9 @@ pub enum Type<'a> {
     ZOrder {
         samples_per_pixel: u32,
     },
-    /// The built-in mask of 64 x 64 texels, then Sobol'.
+    /// The built-in 64 x 64 mask for the first sample, then Sobol'.
     Mask,
-    /// A mask of your own, row-major: a permutation of 0 to width * height - 1.
+    /// Your own mask, in row-major order: a permutation of 0 to width * height - 1.
     MaskOf {
         ranks: &'a [u32],
         width: u32,
@@ -36,7 +36,7 @@ pub enum Type<'a> {
     },
 }
 
-/// Identifies one decision of a path. [`crate::PathSampler`] derives domains for you.
+/// Identifies one decision along a path. [`crate::PathSampler`] derives domains for you.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Domain(pub u32);
@@ -59,7 +59,7 @@ pub struct Sampler<'m> {
     mask: PhantomData<&'m [u32]>,
 }
 
-// SAFETY: nothing writes to a sampler, nor to the ranks that it borrows.
+// SAFETY: nothing writes to a sampler or to the ranks it borrows.
 unsafe impl Send for Sampler<'_> {}
 unsafe impl Sync for Sampler<'_> {}
 
@@ -101,7 +101,7 @@ impl<'m> Sampler<'m> {
         filled(|out| unsafe { sys::bn_sample_4d(&self.state, x, y, index, domain.0, out) })
     }
 
-    /// One pair of them: the first for `pair` 0, the second for `pair` 1.
+    /// One of the two pairs: the first if `pair` is 0, the second if it is 1.
     pub fn sample_2d(&self, x: i32, y: i32, index: u32, domain: Domain, pair: u32) -> [f32; 2] {
         // SAFETY: as above.
         filled(|out| unsafe { sys::bn_sample_2d(&self.state, x, y, index, domain.0, pair, out) })
@@ -113,7 +113,7 @@ impl<'m> Sampler<'m> {
         filled(|out| unsafe { sys::bn_sample_4d_u32(&self.state, x, y, index, domain.0, out) })
     }
 
-    /// The samples of a rectangle of pixels, faster than single draws, ordered by row, pixel and index.
+    /// All samples in a rectangle of pixels, ordered by row, pixel and index. Faster than single draws.
     pub fn block(&self, x: Range<i32>, y: Range<i32>, index: Range<u32>, domain: Domain) -> Result<Vec<[f32; 4]>, Error> {
         let width = extent(&x)?;
         let height = extent(&y)?;
@@ -172,13 +172,13 @@ impl<'m> Sampler<'m> {
         Error::check(unsafe { sys::bn_sample_wavefront(&self.state, &wavefront) })
     }
 
-    /// The two-word seed that shaders take (docs/shaders.md of libbn).
+    /// The two-word seed for shaders (see libbn's docs/shaders.md).
     pub fn seed(&self) -> [u32; 2] {
         self.state.seed
     }
 }
 
-/// The table of `Type::Blue` for shaders, the same for every seed.
+/// `Type::Blue`'s table for shaders, which is the same for every seed.
 pub fn tables() -> &'static [u32] {
     let mut count = 0;
     // SAFETY: bn_tables() returns `count` constant words.

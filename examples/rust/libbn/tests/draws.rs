@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The safe functions give the bits of C, in the order in which C hands them out.
+//! The safe functions return the same bits as C, in the same order.
 
 use libbn::{tables, Domain, Error, PathSampler, Sampler, Type};
 use libbn_sys as sys;
 
-/// bn_sample_4d() of the C library by itself: no type and no function of the safe crate.
+/// Calls the C library's bn_sample_4d() without any type or function of the safe crate.
 struct C(sys::bn_sampler);
 
 impl C {
@@ -51,7 +51,7 @@ fn samples_are_those_of_c() {
     }
 }
 
-// What the example `draws` prints, tests/install compares with C: all that rays count.
+// tests/install compares everything that counted draws return with C, using the `draws` example.
 #[test]
 fn paths_are_those_of_c_and_explicit_counters_those_of_the_calls() {
     for (ty, number) in TYPES {
