@@ -186,7 +186,7 @@ def memory() -> float:
 def enough_memory(what: str, size: int) -> None:
     """Raises MemoryError at once if work that needs this many bytes would fail later."""
     if size > memory():
-        raise MemoryError(f"{what} needs about {size / 1e9:.1f} GB of memory, but there are {memory() / 1e9:.1f} GB")
+        raise MemoryError(f"{what} needs about {size / 1e9:.1f} GB of memory, but at most {memory() / 1e9:.1f} GB can be used")
 
 
 def is_permutation(flat: npt.NDArray[Any]) -> bool:

@@ -364,7 +364,7 @@ def _mask(options: argparse.Namespace) -> None:
     ranks = _MASKS[method](shape, **given)
     channels = ranks.shape[0] if ranks.ndim > len(shape) else 1
     if channels > 4 and suffix != ".npy":
-        raise ValueError(f"a mask of {channels} channels does not fit in {suffix}; write .npy")
+        raise ValueError(f"a {channels}-channel mask does not fit in {suffix}; write .npy")
     text = "".join(f", {name} {value}" for name, value in shown.items())
     description = f"bluenoise {__version__}: {method}, seed {options.seed}{text}"
     _files.save_mask(path, suffix, ranks, options.bits, description)
@@ -435,7 +435,7 @@ def _dither(options: argparse.Namespace) -> None:
         raise ValueError(f"{'--rank' if options.rank else '--channel'} needs --mask")
     picture = _files.open_picture(options.input)
     if isinstance(picture, bytes) and suffix != ".png":
-        raise ValueError(f"an image of 16 bits per channel does not fit in {suffix}; write .png")
+        raise ValueError(f"an image with 16 bits per channel does not fit in {suffix}; write .png")
     ranks = None
     if options.mask is not None:
         planes = _files.without_constants(_channels(options))

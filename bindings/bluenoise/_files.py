@@ -143,7 +143,7 @@ def open_picture(path: Path) -> Any:
         return data
     picture = _decode_picture(path, data)
     if picture.mode == "I" and picture.format not in ("PNG", "PPM"):
-        raise ValueError(f"{path} has integers of 32 bits, whose range is unknown; save it with 8 or 16 bits")
+        raise ValueError(f"{path} has 32-bit integers, whose range is unknown; save it with 8 or 16 bits")
     return picture
 
 
@@ -186,7 +186,7 @@ def _lost(picture: Any, data: bytes) -> str:
     if picture.format == "JPEG2000" and at > 0:
         bits = (data[at + 14] & 127) + 1
     if bits > 8 and picture.mode in ("RGB", "RGBA", "RGBX", "LA", "CMYK", "YCbCr"):
-        return f"Pillow keeps 8 of its {bits} bits per channel; save it as a PNG of 16 bits"
+        return f"Pillow keeps 8 of its {bits} bits per channel; save it as a 16-bit PNG"
     if bits in range(9, 16):
         return f"its range of {bits} bits gets lost; save it with 8 or 16 bits"
     if tags.get(262) == 0 and bits > 8:
@@ -242,7 +242,7 @@ def _decode_exr(path: Path, data: bytes) -> npt.NDArray[Any]:
 def read_png(path: Path, data: bytes) -> tuple[npt.NDArray[np.uint16], bool]:
     """The texels (height, width, channels) of a 16-bit PNG file, and whether the last channel is alpha. Transparent colours become alpha.
     Pillow would keep only 8 bits."""
-    reader = needed("png", "PNG files of 16 bits need pypng", "image").Reader
+    reader = needed("png", "16-bit PNG files need pypng", "image").Reader
     try:
         width, height, rows, info = reader(bytes=data).asDirect()
         texels = np.empty((height, width, info["planes"]), np.uint16)
@@ -451,7 +451,7 @@ _KEPT_CHUNKS = (b"cHRM", b"gAMA", b"iCCP", b"sRGB", b"cICP", b"eXIf", b"pHYs")
 
 def save_png16(path: Path, texels: npt.NDArray[np.uint16], source: bytes) -> None:
     """Writes a 16-bit PNG with its source's colour, orientation and resolution metadata."""
-    reader = needed("png", "PNG files of 16 bits need pypng", "image").Reader
+    reader = needed("png", "16-bit PNG files need pypng", "image").Reader
     chunks = [(name, content) for name, content in reader(bytes=source).chunks() if name in _KEPT_CHUNKS]
     with replacing(path, ".png") as beside:
         beside.write_bytes(png(texels, chunks))

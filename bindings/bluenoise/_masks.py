@@ -78,7 +78,7 @@ def mask(
     extents, count = arguments.shape(shape, 3), arguments.integer("channels", channels, 1, 4)
     given: dict[str, Any] = {"seed": seed, "out": out, "progress": progress}
     if count > 1 and len(extents) == 3:
-        raise ValueError(f"a mask of {count} channels has one or two dimensions, not shape {extents}")
+        raise ValueError(f"a {count}-channel mask must have one or two dimensions, not shape {extents}")
     if count == 1:
         return (relax if len(extents) == 2 and math.prod(extents) > _LARGE else void_and_cluster)(extents, **given)
     if count == 2 and len(extents) == 2:

@@ -36,8 +36,8 @@ class MaskMeasures:
         principal frequency is sqrt(g) cycles per texel for a grey level g of up to 1/2, and sqrt(1 - g) for a higher level. NaN
         if the mask has no frequencies below half the principal frequency.
     exact : bool
-        Whether all texels have different values, so that every rank occurs exactly once. Measures always use ranks; ties are
-        ordered by position.
+        Whether all texels have different values, so every rank occurs exactly once. Measures always use ranks; ties are ordered
+        by position.
     """
 
     dithering_error: dict[float, float]

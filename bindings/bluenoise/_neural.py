@@ -186,7 +186,7 @@ class NeuralGenerator:
         -------
         ndarray of float32
             Values in [0, 1) of shape ``(height, width)``, or ``(channels, height, width)``. They are uniformly distributed over
-            the plane. Overlapping windows with the same seed agree within 1e-5.
+            the plane. Overlapping windows with the same seed agree to within 1e-5.
 
         Raises
         ------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random numbers for paths, requested by purpose. Works like bn_path.h, but on arrays. The results are bit-identical."""
+"""Random numbers for paths, requested by purpose. Works like bn_path.h on arrays and returns identical bits."""
 
 from __future__ import annotations
 
@@ -341,7 +341,7 @@ class Split:
     def __getitem__(self, k: npt.ArrayLike) -> PathSampler:
         """Return branch `k`, a path whose rays start at 0.
 
-        A path may use fewer branches than the count, or more (k = count, count + 1, ...).
+        A path may use fewer branches than the split's count, or more (k = count, count + 1, ...).
 
         Parameters
         ----------

@@ -47,16 +47,16 @@ def points(
         The number of points, 0 to 2**24.
     method : {"best-candidate", "poisson-disk", "mask"}, optional
         ``"best-candidate"``: each point is the random candidate farthest from all earlier points, so every prefix is evenly
-        spread. Toroidal, so the sets tile. Takes about a second for 4000 points; the time grows as n**2. See Mitchell,
+        spread. The sets are toroidal, so they tile. Takes about a second for 4000 points; the time grows as n**2. See Mitchell,
         "Spectrally optimal sampling for distribution ray tracing", 1991. Needs SciPy.
 
         ``"poisson-disk"``: no two points are closer than a radius, and few more points would fit. A random point is accepted if
-        no other is within the radius, which shrinks slowly until there are n points. Toroidal. The points are in no particular
-        order. Takes a fraction of a second for 4000 points. See McCool and Fiume, "Hierarchical Poisson disk sampling
-        distributions", 1992. Needs SciPy.
+        no other point is within the radius, which shrinks slowly until there are n points. The sets are toroidal, and their
+        points are in no particular order. Takes a fraction of a second for 4000 points. See McCool and Fiume, "Hierarchical
+        Poisson disk sampling distributions", 1992. Needs SciPy.
 
-        ``"mask"``: the n texels with the lowest ranks in a mask, in rank order, so every prefix is evenly spread. Toroidal. The
-        fastest method: 1024 points take milliseconds.
+        ``"mask"``: the n texels with the lowest ranks in a mask, in rank order, so every prefix is evenly spread. The sets are
+        toroidal. The fastest method: 1024 points take milliseconds.
     seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
         See `mask`.
     progress : callable, optional

@@ -35,9 +35,8 @@ class Sampler:
         An integer from 0 to 2**64 - 1, a NumPy generator or seed sequence, or None for fresh entropy. Different seeds give
         independent images.
     samples_per_pixel : int, default 0
-        The sample count that the ``"zorder"`` type is tuned for: up to 2**32 - 1, rounded up to a power of two (at most 2**16); 0
-        means
-        256. Higher indices are valid. The other types are progressive and ignore this parameter.
+        The sample count that the ``"zorder"`` type is tuned for: up to 2**32 - 1, rounded up to a power of two (at most 2**16);
+        0 means 256. Higher indices are valid. The other types are progressive and ignore this parameter.
     mask : array_like of int, optional
         The mask for the ``"mask"`` type: ranks of shape (height, width), or (n,) for a row, in which each rank from 0 to n - 1 occurs
         exactly once. Defaults to the built-in 64 x 64 mask.

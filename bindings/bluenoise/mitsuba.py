@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ``bluenoise`` sampler for Mitsuba 3. Importing this module registers it in the current variant and in every variant set
-later.
+"""The ``bluenoise`` sampler for Mitsuba 3. Importing this module registers it in the current variant and every later one.
 
     import mitsuba
     import bluenoise.mitsuba
@@ -107,7 +106,7 @@ def _registered_film(sampler: Any) -> Any:
 
 def _create_class() -> Any:
     if mi.variant().startswith("scalar"):
-        raise RuntimeError(f"the sampler bluenoise needs a vectorised variant, such as llvm_ad_rgb, not {mi.variant()}")
+        raise RuntimeError(f"the bluenoise sampler needs a vectorised variant, such as llvm_ad_rgb, not {mi.variant()}")
     base: Any = mi.Sampler
 
     class BlueNoiseSampler(base):  # type: ignore[misc]

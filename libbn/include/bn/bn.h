@@ -108,8 +108,8 @@ BN_API const char *bn_result_string(bn_result result);
 BN_API const char *bn_version_string(void);
 
 /* A progress callback, or NULL. Long computations take a callback and a user pointer as their last two
- * arguments. They call it periodically on the calling thread and pass the fraction completed so far, from 0
- * to 1. Return a non-zero value to cancel; the computation then returns CANCELLED. */
+ * arguments. They call the callback periodically on the calling thread and pass it the fraction completed so
+ * far, from 0 to 1. To cancel, return a non-zero value; the computation then returns CANCELLED. */
 typedef int32_t (*bn_progress)(void *user, double fraction);
 
 /* ---- Domains */
@@ -149,7 +149,7 @@ BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 
 /* A mask borrows its ranks: texel (x, y, z) of channel c is ranks[((c * depth + z) * height + y) * width +
  * x]. Each channel holds every rank from 0 to width * height * depth - 1 exactly once and tiles the plane
- * seamlessly. Functions that make a mask write to its ranks; others only read them. */
+ * seamlessly. Functions that make a mask write to its ranks; all other functions only read them. */
 typedef struct bn_mask {
     const void *ranks;
     uint32_t rank_bits; /* 16 (up to 65,536 texels) or 32 */
@@ -322,7 +322,7 @@ BN_INLINE void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
 typedef struct bn_void_and_cluster_options {
     size_t struct_size; /* sizeof(bn_void_and_cluster_options) */
     /* Standard deviation of the Gaussian in texels, from 0.25 to 16. Default 1.5. After blurs wider than the
-     * default, masks made at sigma 1.9 have lower error. */
+     * default sigma, masks made at sigma 1.9 have lower error. */
     double sigma;
     double initial_fraction; /* fraction of texels set initially, in (0, 0.5]; default 0.1 */
     uint64_t seed;           /* default 0 */
@@ -351,9 +351,9 @@ BN_INLINE bn_relax_options bn_relax_options_default(void) {
 }
 
 /* Makes a single-channel 2-D mask with parallel relaxation. This is the fastest way to make a large mask, and
- * the result is nearly as good as that of void-and-cluster. Relaxation starts from white noise. Each of 20
- * learned steps changes every texel at once by a weighted sum of clipped differences from its neighbours. The
- * result is then ranked. */
+ * the result is nearly as good as void-and-cluster's. Relaxation starts from white noise. Each of 20 learned
+ * steps changes every texel at once by a weighted sum of clipped differences from its neighbours. The result
+ * is then ranked. */
 BN_API bn_result bn_relax(const bn_relax_options *options, const bn_mask *mask,
                           bn_progress progress, void *user);
 
@@ -369,7 +369,7 @@ typedef struct bn_anneal_options {
     /* Multiple channels only: how close values must be to repel each other, from 0.01 to 100. Default 1. */
     double value_sigma;
     /* Temperatures as fractions of the largest possible gain from one texel's pairs, where 0 < end <= start
-     * <= 1. Cooling is geometric. The defaults are 4e-4 and 2e-6. */
+     * <= 1. Cooling is geometric. The defaults are 4e-4 and 2e-6, respectively. */
     double start_temperature, end_temperature;
     uint32_t sweeps; /* trial swaps per texel; default 1000 */
     /* One channel only. 1 (default): order the first and last ranks with void-and-cluster, because their texels

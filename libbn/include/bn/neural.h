@@ -15,7 +15,7 @@
  * ONNX RUNTIME
  *
  * The network runs in ONNX Runtime 1.17 or later, which is loaded when a network is opened. You do not need
- * ONNX Runtime to build or link libbn. bn_neural_open() looks for it
+ * ONNX Runtime to build or link libbn. bn_neural_open() looks for it:
  *
  *   1. at runtime_path, if that is not NULL;
  *   2. otherwise at the path in the BN_ONNXRUNTIME environment variable, if that is set. Programs that run
@@ -121,8 +121,8 @@ BN_INLINE bn_neural_options bn_neural_options_default(void) {
  *   bn.receptive_radius  r, at most 256: the radius of the receptive field
  *   bn.align             h, w and the first texel's position must be multiples of this number,
  *                        at most 64; 1 for a network without strides. Callers may request any extents
- *   bn.quantiles         optional, for outputs that are not uniform in [0, 1): 65 integers separated
- *                        by commas. The i-th is 2^24 times the i / 64 quantile of the outputs.
+ *   bn.quantiles         optional, for outputs that are not uniform in [0, 1): 65 comma-separated
+ *                        integers. The i-th is 2^24 times the i / 64 quantile of the outputs.
  *                        bn_neural_window() uses them to make values uniform
  *   bn.sparse_spacing    optional, from 1 to 10,000: the point spacing, in hundredths of a texel,
  *                        beyond which the network places points poorly. bn_neural_mask() reorders
@@ -139,8 +139,8 @@ BN_API uint32_t bn_neural_channels(const bn_neural *neural);
 /* ---- Masks and windows */
 
 /* Makes a 2-D mask with C channels and any extents. Quality is guaranteed at 16 x 16 texels and above. Works
- * in tiles: in addition to the ranks, it needs up to 24 bytes per texel and channel, and a few megabytes per
- * thread (tens of megabytes with a GPU). Reports progress at the start and before each tile that the calling
+ * in tiles. In addition to the ranks, this needs up to 24 bytes per texel and channel, plus a few megabytes
+ * per thread (tens of megabytes with a GPU). Reports progress at the start and before each tile the calling
  * thread works on; a tile takes a fraction of a second. The final ranking cannot be cancelled. Errors:
  * INVALID_ARGUMENT (a NULL pointer, a zero extent, or the wrong channels, depth or rank_bits), OUT_OF_MEMORY,
  * BAD_DATA (the network's output is not finite), RUNTIME, CANCELLED. */
@@ -149,8 +149,8 @@ BN_API bn_result bn_neural_mask(const bn_neural *neural, const bn_mask *mask, ui
 
 /* Computes a window into a seed's infinite plane: width x height texels starting at (x0, y0). Writes them to
  * values[C][height][width]; they are in [0, 1) and uniformly distributed over the plane. Overlapping windows
- * agree within 1e-5. Coordinates range from -2^40 to 2^40. For progress and errors, see bn_neural_mask();
- * also fails with SIZE_MISMATCH, and with INVALID_ARGUMENT for a window that extends past the plane. If the
+ * agree to within 1e-5. Coordinates range from -2^40 to 2^40. For progress and errors, see bn_neural_mask();
+ * also fails with SIZE_MISMATCH, and with INVALID_ARGUMENT for a window that extends past that range. If the
  * call fails after work has begun, the contents of values are undefined. */
 BN_API bn_result bn_neural_window(const bn_neural *neural, int64_t x0, int64_t y0, uint32_t width,
                                   uint32_t height, uint64_t seed, float *values, size_t count,
