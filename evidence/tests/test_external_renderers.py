@@ -14,7 +14,7 @@ from evidence.base.files import read_exr
 from evidence.external_renderers import cycles, other_renderer, pbrt, pbrt_scenes
 
 
-def test_crops_stay_where_they_are():
+def test_crop_positions_are_fixed():
     """The crops were placed before anything was rendered."""
     assert [view.bounds[::2] for view in pbrt_scenes.crops("room")] == [(887, 210), (864, 581)]
 
@@ -28,7 +28,7 @@ class Made:
         return [(0.5 if label == "blue" else 1.0) / np.sqrt(spp)] * 4
 
 
-def test_ratios_are_over_blue():
+def test_report_states_errors_relative_to_blue():
     options = SimpleNamespace(seeds=4, counts=pbrt.COUNTS, command="scripts/bench pbrt --program FILE")
     views = [view for scene in ("kitchen", "kitchen-fixed") for view in pbrt_scenes.crops(scene)]
     references = {view: other_renderer.Reference(np.zeros((2, 2, 3)), dict.fromkeys(other_renderer.MEASURES, 0.001), 4096, 1.0) for view in views}
@@ -74,7 +74,7 @@ def test_crops_threads_and_seeds(picture):
     assert not np.array_equal(picture(seed=2), whole)
 
 
-def test_the_wavefront_integrator_renders_the_same(picture):
+def test_wavefront_integrator_renders_the_same_image(picture):
     """Up to the light and direction at the first surface, both integrators draw the same numbers; their arithmetic differs in the last digits."""
     def once(text):
         return re.sub('"integer maxdepth" [0-9]+', '"integer maxdepth" 1', text)
@@ -110,13 +110,13 @@ def cycles_picture(program, sampler, told, spp, seed=1):
     return cycles.CyclesRun(program, os.environ["BN_CYCLES"], 1).rendered(task, spp, seed)[1]
 
 
-def test_pictures_differ_by_their_seeds_alone(cycles_program):
+def test_images_differ_only_between_seeds(cycles_program):
     first, again, other = (cycles_picture(cycles_program, "blue", 2, 2, seed) for seed in (1, 1, 2))
     assert np.array_equal(first, again) and np.mean(first != other) > 0.5 and abs(first.mean() / other.mean() - 1) < 0.02
 
 
 @pytest.mark.parametrize("sampler", cycles.SAMPLERS)
-def test_what_patterns_are_told(cycles_program, sampler):
+def test_only_cycles_own_blue_noise_depends_on_the_declared_sample_count(cycles_program, sampler):
     """The sample count passed changes Cycles' blue noise, as the table "Stopped early" requires, but not `blue`."""
     told_four, told_more = (cycles_picture(cycles_program, sampler, told, 4) for told in (4, 64))
     assert np.array_equal(told_four, told_more) == (sampler not in cycles.PREVIEW)

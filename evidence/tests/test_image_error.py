@@ -22,7 +22,7 @@ def test_pixels_are_clipped_before_the_blur():
     assert rmse(image, np.full_like(image, 0.5), 2.1) == pytest.approx(0.5, abs=1e-3)
 
 
-def test_a_reference_tells_its_own_error_by_its_halves():
+def test_error_of_a_reference_is_estimated_from_its_halves():
     """If two halves have independent errors of 1, their mean has an error of sqrt(1/2)."""
     truth = np.full((128, 128, 3), 5.0)
     halves = truth + noise((128, 128, 3)), truth + noise((128, 128, 3), 2)
@@ -32,7 +32,7 @@ def test_a_reference_tells_its_own_error_by_its_halves():
 
 
 @pytest.mark.parametrize("mode, pad", [("reflect", "symmetric"), ("wrap", "wrap")])
-def test_blurs_go_on_beyond_the_edge(mode, pad):
+def test_blur_pads_the_image_at_its_edges(mode, pad):
     """The blur equals that of a padded image: images are padded by mirroring, tiles by wrapping around."""
     image = noise((24, 30, 3))
     whole = blurred(np.pad(image, ((12, 12), (12, 12), (0, 0)), pad), 2.1)[12:-12, 12:-12]

@@ -38,7 +38,7 @@ def test_packs_are_read_in_order_with_their_channels(tmp_path):
     assert np.array_equal(np.sort(first[:8, :8, 2], None), np.sort(first[:8, :8, 0], None))
 
 
-def test_other_stacks_and_what_is_refused(tmp_path):
+def test_other_stacks_and_invalid_packs(tmp_path):
     deep = np.arange(64, dtype=np.uint16).reshape(8, 8) * 1000
     write(tmp_path, "mine3.png", deep)
     write(tmp_path, "mine4.png", deep)
@@ -52,7 +52,7 @@ def test_other_stacks_and_what_is_refused(tmp_path):
 
 # ---- The measure
 
-def test_integrands_have_their_mean():
+def test_integrands_have_the_stated_mean():
     points = np.random.default_rng(2).random((200_000, 4), np.float32)
     for dimensions, make in realtime.INTEGRANDS.values():
         for i in range(4):
@@ -61,7 +61,7 @@ def test_integrands_have_their_mean():
             assert 0 < mean < 1 and np.mean(values(points[:, :dimensions])) == pytest.approx(mean, abs=0.006)
 
 
-def test_filters_of_spectra_are_filters_of_pictures():
+def test_filtering_spectra_matches_filtering_images():
     picture = np.random.default_rng(3).normal(size=(1, 32, 32))
     found = realtime.squares(np.fft.rfft2(picture))[0]
     expected = [np.mean(keep(picture[0]) ** 2) for keep in realtime.FILTERS.values()]
@@ -73,13 +73,13 @@ def result():
     return realtime.measure(realtime.WAYS, 1, 3, ("half-plane", "step"), size=64)
 
 
-def test_white_noise_is_averaged_as_theory_says(result):
+def test_averaged_white_noise_matches_theory(result):
     unfiltered = dict(zip(realtime.OUTCOMES, result["half-plane", "white"].outcomes[:, 0]))
     assert unfiltered["mean of 8"] / unfiltered["one frame"] == pytest.approx(8**-0.5, rel=0.1)
     assert unfiltered["average, 0.1"] / unfiltered["one frame"] == pytest.approx((0.1 / 1.9) ** 0.5, rel=0.1)
 
 
-def test_the_orders_that_the_guide_states(result):
+def test_samplers_rank_as_the_guide_states(result):
     one, average, blur = realtime.OUTCOMES.index("one frame"), realtime.OUTCOMES.index("average, 0.1"), 1
 
     def error(kind, way, outcome):
@@ -94,7 +94,7 @@ def test_the_orders_that_the_guide_states(result):
     assert alone.max() < 1.2 * alone.min()
 
 
-def test_sparse_frames_count_the_samples_of_a_pixel():
+def test_sparse_frames_should_count_samples_per_pixel():
     integrands = [realtime.half_plane(np.random.default_rng(i)) for i in range(3)]
     for part in realtime.PARTS:
         white = realtime.part_errors(part, "white", next(iter(realtime.GIVEN.values())), 1, integrands, 64)
@@ -105,7 +105,7 @@ def test_sparse_frames_count_the_samples_of_a_pixel():
 
 # ---- Tables in pages
 
-def test_the_page_keeps_what_was_not_measured(tmp_path, monkeypatch):
+def test_page_keeps_earlier_rows_that_were_not_measured(tmp_path, monkeypatch):
     monkeypatch.setattr(realtime, "SIZE", 32)
     ways = {**realtime.WAYS, "FAST": realtime.WAYS["sobol"]}
     result = {(kind, way): realtime.Errors(np.full((6, 5), 2.0 if way == "white" else 1.0), np.ones((1, 5))) for kind in realtime.INTEGRANDS for way in ways}
@@ -118,7 +118,7 @@ def test_the_page_keeps_what_was_not_measured(tmp_path, monkeypatch):
     assert "| white | 2.00 | 2.00 |" in text and "| FAST | 1.00 | 1.00 |" in text and "| checkerboard |" in text and (tmp_path / "realtime.png").exists()
 
 
-def test_a_guide_without_markers_is_left_alone(tmp_path):
+def test_guide_without_markers_is_unchanged(tmp_path):
     guide, start, end = tmp_path / "guide.md", "<!-- table: a -->\n", "<!-- end of the table -->\n"
     for text in ("", start, end + start, start + start + end):
         guide.write_text(text)

@@ -35,7 +35,7 @@ def runs(monkeypatch):
 
 
 @pytest.mark.parametrize("spoil", ["picture", "request", "nothing"])
-def test_rendered_again_when_something_changed(pathtracer, cache, runs, spoil):
+def test_reference_is_rerendered_after_a_change(pathtracer, cache, runs, spoil):
     make_reference(pathtracer, SMALL)
     assert len(runs) == 5  # a probe, four parts
     (path,) = (cache / "references").iterdir()
@@ -45,7 +45,7 @@ def test_rendered_again_when_something_changed(pathtracer, cache, runs, spoil):
     assert len(runs) == (6 if spoil == "nothing" else 10)
 
 
-def test_reference_is_the_picture_of_all_its_samples(pathtracer, tmp_path):
+def test_reference_matches_a_single_render_with_all_samples(pathtracer, tmp_path):
     merged, half, row = make_reference(pathtracer, SMALL)
     for picture, spp in ((merged, 8), (half, 4)):
         run_pathtracer(pathtracer, [*dataclasses.replace(SMALL, spp=spp).arguments(), "--quiet", "-o", tmp_path / "whole.exr"])
@@ -54,7 +54,7 @@ def test_reference_is_the_picture_of_all_its_samples(pathtracer, tmp_path):
     assert row["seconds"] > 0 and 0 < row["mean_error"] < 0.2 * merged.mean()
 
 
-def test_reference_is_kept_while_the_path_tracer_draws_the_same(pathtracer, tmp_path, runs):
+def test_reference_is_kept_while_the_output_is_unchanged(pathtracer, tmp_path, runs):
     program = tmp_path / "pathtracer"
     program.write_text(f"#!/bin/sh\nexec {pathtracer} \"$@\"\n")
     program.chmod(0o755)
@@ -67,7 +67,7 @@ def test_reference_is_kept_while_the_path_tracer_draws_the_same(pathtracer, tmp_
     assert len(runs) == 11
 
 
-def test_temporary_files_cannot_be_guessed_and_reach_the_disk_before_the_rename(tmp_path, monkeypatch):
+def test_temporary_files_are_private_and_synced_before_the_rename(tmp_path, monkeypatch):
     path, names, steps = tmp_path / "a.txt", [], []
     for call in ("fsync", "replace"):
         monkeypatch.setattr(os, call, lambda *given, call=call, real=getattr(os, call): (steps.append(call), real(*given)))

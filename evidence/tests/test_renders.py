@@ -31,7 +31,7 @@ def arguments(pathtracer, out, *more):
             "--pathtracer", str(pathtracer), *more]
 
 
-def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, cache, tmp_path, monkeypatch, capsys):
+def test_interrupted_run_resumes_and_writes_the_whole_report(pathtracer, cache, tmp_path, monkeypatch, capsys):
     out, made = tmp_path / "report", []
     real = judge.measure
 
@@ -68,7 +68,7 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, cache, 
     assert sorted(path.name for path in cache.iterdir()) == ["references", "renders"]
 
 
-def test_figures_are_those_of_single_renders(pathtracer, tmp_path):
+def test_figures_match_single_renders(pathtracer, tmp_path):
     view = views.crops("development", ("cornell",), (64, 48), (16, 17))[0]
     reference = judge.render_reference(pathtracer, view, 64)
     for label in ("blue", "zorder"):
@@ -100,7 +100,7 @@ def made_up(blue, seeds=8):
     return renders.Report(options, judge.Cells(results), references)
 
 
-def test_the_answer_comes_first_and_says_losses_and_biases():
+def test_summary_comes_first_and_states_losses_and_biases():
     report = made_up(0.25)
     assert report.text().split("\n")[4] == report.short() and "**0.50**" in report.text() and "**2.00**" in report.text()
     assert "higher error than padded Sobol' in 0 of 6 comparisons" in report.short() and "3 tests for bias (one per scene and sampler) found none." in report.short()
@@ -111,12 +111,12 @@ def test_the_answer_comes_first_and_says_losses_and_biases():
     assert "3 tests for bias (one per scene and sampler) found 1: sobol in cornell." in report.short()
 
 
-def test_tables_of_the_readme():
+def test_readme_tables():
     found = {(summary.TO_WHITE, "", "blue", 16): Estimate(0.3, 0.2, 0.4), (summary.HEADLINE, "", "blue", 4): Estimate(0.7, 0.6, 0.8)}
     assert summary.short_table(found).splitlines()[2:] == ["| **`blue`** | **4.8** | no | no |"] and "| **0.70** |" in summary.table(found)
 
 
-def test_seeds_with_more_error_are_counted():
+def test_seeds_with_higher_error_are_counted():
     rows = [{"seed": seed, "sobol": sobol, "blue": blue} for seed, (sobol, blue) in enumerate([(1, 0.5), (2, 3), (4, 0.25)])]
     _, text, _ = next(iter(summary.of_worst(rows)))
     assert "1 of 3 seeds give `blue` a higher error" in text and "worst seed of `blue` has 1.50 times the median error" in text and "worst seed of padded Sobol' has 2.00 times" in text
@@ -125,7 +125,7 @@ def test_seeds_with_more_error_are_counted():
 # ---- Views
 
 @pytest.mark.parametrize("scene", views.BUILT_IN)
-def test_cameras_are_those_of_the_scenes(pathtracer, scene):
+def test_cameras_match_the_scenes(pathtracer, scene):
     listed = subprocess.run([pathtracer, "--scene", scene, "--list-cameras"], check=True, capture_output=True, text=True).stdout
     words = listed.split()
     for name, own in zip(("--eye", "--target", "--fov"), views.CAMERAS[scene]):
@@ -138,7 +138,7 @@ def test_sets_share_no_camera():
     assert all(len(own) == len(views.BUILT_IN) for own in cameras) and len(set().union(*cameras)) == len(views.SETS) * len(views.BUILT_IN)
 
 
-def test_crops_are_real_sizes_one_in_each_quarter():
+def test_each_quarter_contains_one_full_size_crop():
     for name in views.SETS:
         for scene in views.BUILT_IN:
             own = views.crops(name, (scene,))
@@ -152,7 +152,7 @@ def test_crops_are_real_sizes_one_in_each_quarter():
     assert [view.crop[:2] for view in views.crops("held-out", ("cornell",))] == CORNELL
 
 
-def test_models_stand_on_a_floor_in_the_light(pathtracer, tmp_path):
+def test_models_stand_on_a_lit_floor(pathtracer, tmp_path):
     (tmp_path / "m.obj").write_text("v 0 5 0\nv 40 5 0\nv 0 5 20\nf 1 3 2\n")
     to_gltf.convert(tmp_path / "m.obj", tmp_path / "m.glb")
     for in_room, light, dark in ((True, "none", "none"), (False, "sky", "none")):
@@ -164,7 +164,7 @@ def test_models_stand_on_a_floor_in_the_light(pathtracer, tmp_path):
         assert means[0] > 0.05 and (means[1] == 0 or in_room)
 
 
-def test_the_headline_is_printed_and_nothing_written(pathtracer, tmp_path, monkeypatch, capsys):
+def test_headline_is_printed_without_writing_files(pathtracer, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     bench(["headline", "--scenes", "penumbra", "--size", "64x48", "--crop", "16x12", "--seeds", "1", "--spp", "4", "--reference-spp", "32",
            "--pathtracer", str(pathtracer)])

@@ -19,7 +19,7 @@ def program(pathtracer):
     return folder / "bench_samplers"
 
 
-def test_every_row_is_measured_over_padded_sobol():
+def test_every_row_is_relative_to_padded_sobol():
     ways = {name: integrands.of_library(name) for name in ("white", "sobol", "zorder", "blue")}
     rows = {(row["row"], row["sampler"], row["spp"]): float(row["value"]) for row in samplers.measure_all(ways, 1, (1, 4))}
     for row in samplers.ROWS:
@@ -27,7 +27,7 @@ def test_every_row_is_measured_over_padded_sobol():
     assert 5 < rows[samplers.PEAKS, "white", 1] < 7 and rows[samplers.PEAKS, "blue", 1] < 8
 
 
-def test_odd_counts_are_those_of_one_run():
+def test_odd_sample_counts_match_a_separate_run():
     """Samplers tuned for the sample count use separate runs."""
     ways = {name: integrands.of_library(name) for name in ("white", "sobol", "zorder", "blue")}
     rows = samplers.measure_all(ways, 1, (1, 3, 5), integrands.images_at_every_count)
@@ -38,7 +38,7 @@ def test_odd_counts_are_those_of_one_run():
         (row["sampler"], row["value"]) for row in rows if row["row"] == "half-planes" and row["spp"] == 3}
 
 
-def test_peers_draw_uniform_numbers_that_differ(program, pathtracer):
+def test_peer_samplers_draw_distinct_uniform_numbers(program, pathtracer):
     drawn = []
     for name in sorted(variants.built(pathtracer).intersection(variants.PEERS)):
         numbers = [samplers.of_openqmc(program, name)(1, 2, member) for member in range(4)]
@@ -50,7 +50,7 @@ def test_peers_draw_uniform_numbers_that_differ(program, pathtracer):
 
 @pytest.mark.parametrize(("words", "said"), [(["--openqmc"], "needs a path"),
                                              (["--openqmc", "nowhere"], "nowhere/include/oqmc/oqmc.h does not exist")])
-def test_bench_refuses_what_is_no_checkout(tmp_path, words, said):
+def test_bench_rejects_invalid_openqmc_folders(tmp_path, words, said):
     done = subprocess.run([ROOT / "scripts" / "bench", "samplers", *words], cwd=tmp_path, check=False,
                           capture_output=True, text=True)
     assert done.returncode == 1 and done.stdout == ""

@@ -12,7 +12,7 @@ from evidence.measure import compare, statistics
 from evidence.renders import views
 
 
-def test_a_bootstrap_is_a_mean_of_means_with_its_spread():
+def test_bootstrap_mean_and_interval():
     groups = [[[1.0, 3.0], [4.0]], [[5.0]]]
     mean, low, high = statistics.bootstrap(groups)
     assert mean == pytest.approx((3 + 5) / 2) and 1 <= low < mean < high <= 5
@@ -21,7 +21,7 @@ def test_a_bootstrap_is_a_mean_of_means_with_its_spread():
     assert few[2] - few[1] > 1.9 and many[2] - many[1] < 1.6
 
 
-def test_intervals_cover_what_they_are_of():
+def test_bootstrap_intervals_cover_the_mean():
     """Runs 200 trials over 40 scenes, where a bootstrap covers 93 to 94%. Fewer than 178 hits have a probability of 1 in 5000."""
     rng, hits = np.random.default_rng(5), 0
     for _ in range(200):
@@ -31,12 +31,12 @@ def test_intervals_cover_what_they_are_of():
     assert 178 <= hits < 200
 
 
-def test_holm_is_that_of_r_and_statsmodels():
+def test_holm_matches_r_and_statsmodels():
     assert statistics.holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
     assert statistics.holm([0.5, 0.9, 0.4]) == pytest.approx([1, 1, 1])
 
 
-def test_tests_are_those_of_scipy():
+def test_p_values_match_scipy():
     rng = np.random.default_rng(2)
     one, two = rng.normal(0.1, 1, 6), rng.normal(0.1, 1, 6)
     assert statistics.chance([one]) == pytest.approx(stats.ttest_1samp(one, 0, alternative="greater").pvalue)
@@ -54,7 +54,7 @@ def test_tests_are_those_of_scipy():
     assert alarms <= 12
 
 
-def test_a_ratio_is_paired_by_seed():
+def test_ratios_are_paired_by_seed():
     found = statistics.ratio([2.0, 8.0], [1.0, 1.0])
     # The logarithms are 1 and 3 times log 2, so their mean has a standard error of log 2; t with one degree of freedom is 12.706.
     assert found.value == pytest.approx(4) and found.high / found.value == pytest.approx(2**12.7062, rel=1e-3) and found.low * found.high == pytest.approx(16)
@@ -63,7 +63,7 @@ def test_a_ratio_is_paired_by_seed():
     assert math.isnan(statistics.ratio([3.0], [2.0]).low)
 
 
-def test_samples_to_an_error():
+def test_samples_to_reach_an_error():
     samples, errors = [1, 2, 4, 8], [1.0, 0.5, 0.25, 0.125]
     assert statistics.samples_to_error(samples, errors, 0.25 * math.sqrt(2)) == pytest.approx(2 * math.sqrt(2))
     # The first count that reaches the error, even if a larger count has higher error.
@@ -87,27 +87,27 @@ def compared(own=0.0, **more):
     return compare.Comparison(types.SimpleNamespace(get=get), references, tuple(FACTORS))
 
 
-def test_an_error_is_over_the_base_of_the_same_seed():
+def test_errors_are_relative_to_the_baseline_with_the_same_seed():
     found = compared().over("blue", 4, "rmse")
     assert (found.value, found.low, found.high) == pytest.approx((0.5, 0.5, 0.5)) and found.significant and (found.scenes, found.crops) == (3, 12)
     assert compared().over("white", 4, "rmse").text() == "**4.00**" and compared().over("zorder", 4, "rmse") is None
     assert compared().over("blue", 1, "rmse", base="white").value == pytest.approx(1 / 8)
 
 
-def test_what_the_reference_cannot_judge_is_left_out():
+def test_errors_near_the_references_own_error_are_left_out():
     assert compared(own=0.07).over("blue", 4, "rmse").left_out == 0
     assert compared(own=0.12).over("blue", 4, "rmse") is None and compared(own=0.12).over("white", 4, "rmse") is not None
     dark = compared(white=compare.VISIBLE / 4)
     assert dark.views == () and dark.over("blue", 4, "rmse") is None
 
 
-def test_samples_that_have_the_error_of_the_base():
+def test_samples_to_match_the_baseline_error():
     counts = (1, 2, 4, 8, 16, 64)
     assert compared().samples_for("blue", 16, "rmse", counts).value == pytest.approx(1 / 4)
     assert compared().samples_for("white", 16, "rmse", counts) is None
 
 
-def test_rows_have_all_scenes_and_each():
+def test_rows_cover_all_scenes_and_each_scene():
     rows = compared().rows((1, 4), ("rmse",), ("rmse",))
     assert len(rows) == 4 * 2 * 4 and {row["scene"] for row in rows} == {"", "lens", "glossy", "fog"}
     assert {row["error"] for row in rows if row["sampler"] == "blue"} == {"0.5000"}

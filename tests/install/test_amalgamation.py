@@ -53,19 +53,19 @@ def test_one_command_compiles_a_program(folder, static_library, tmp_path):
     assert run(tmp_path / "a.out") == run(tmp_path / "expected")
 
 
-def test_the_readmes_program_compiles_unchanged(folder, compiled, tmp_path):
+def test_readme_program_compiles_unchanged(folder, compiled, tmp_path):
     (tmp_path / "main.cpp").write_text(readmes_program())
     run(CXX, "-std=c++17", "-I", folder, tmp_path / "main.cpp", compiled[1], "-lm", "-o", tmp_path / "a.out")
     assert len(run(tmp_path / "a.out").splitlines()) == 4
 
 
 @pytest.mark.parametrize("test", ["c/test_draw_hashes", "c/test_dither", "c/test_float_environment", "c/test_path", *LOOPS])
-def test_passes_the_tests_of_the_library(test, folder, compiled):
+def test_library_tests_pass(test, folder, compiled):
     run(program(folder, compiled[0], ROOT / "tests" / f"{test}.c", compiled[1]))
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
-def test_the_draws_alone_are_one_file(compiler, tmp_path):
+def test_draws_only_header(compiler, tmp_path):
     """The hashes of its draws match the library's, and the file contains the licences."""
     run(ROOT / "scripts" / "amalgamate", "--draws", "--output", tmp_path)
     (header,) = tmp_path.iterdir()
@@ -81,7 +81,7 @@ def test_the_draws_alone_are_one_file(compiler, tmp_path):
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="instructions of x86-64")
-def test_avx2_gives_the_same_and_fuses_no_multiplications_and_additions(folder, compiled, tmp_path):
+def test_avx2_results_match_and_use_no_fma(folder, compiled, tmp_path):
     # With -O1 or -std=c11, GCC would fuse nothing anyway.
     run(compiled[0], "-O2", "-mavx2", "-mfma", *STRICT, "-std=gnu11", "-S", folder / "bn.c", "-o", tmp_path / "bn.s")
     assembly = (tmp_path / "bn.s").read_text()
@@ -103,7 +103,7 @@ def test_symbols(folder, compiled, tmp_path):
 
 
 @pytest.mark.parametrize(("source", "standard"), [("consumer.cpp", "c++11"), ("consumer_hpp.cpp", "c++17")])
-def test_the_headers_are_for_cpp_too(source, standard, folder, compiled, tmp_path):
+def test_headers_compile_as_cpp(source, standard, folder, compiled, tmp_path):
     compiler = {"gcc": "g++", "clang": "clang++"}.get(compiled[0], "c++")
     run(compiler, f"-std={standard}", "-pedantic", "-Werror", "-Wall", "-Wextra", "-I", folder, HERE / source, compiled[1],
         "-o", tmp_path / "consumer", "-lm")
@@ -111,7 +111,7 @@ def test_the_headers_are_for_cpp_too(source, standard, folder, compiled, tmp_pat
     assert source == "consumer.cpp" or printed.splitlines()[-1] == "0"
 
 
-def test_the_linker_leaves_out_what_a_program_does_not_use(folder, compiled, tmp_path):
+def test_unused_data_is_not_linked(folder, compiled, tmp_path):
     (tmp_path / "draws.c").write_text(DRAWS)
     run(compiled[0], "-O0", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", "-I", folder, folder / "bn.c",
         tmp_path / "draws.c", "-o", tmp_path / "draws", "-lm")
@@ -128,7 +128,7 @@ def test_warns_about_fast_math(folder, compiled):
 
 
 @pytest.mark.parametrize("option", ["-ffast-math", "-Ofast"])
-def test_the_library_is_compiled_without_fast_math(option, tmp_path):
+def test_cmake_build_disables_fast_math(option, tmp_path):
     run("cmake", "-S", ROOT, "-B", tmp_path, "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF", "-DBN_NEURAL=OFF",
         f"-DCMAKE_C_FLAGS={option}", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON")
     commands = json.loads((tmp_path / "compile_commands.json").read_text())

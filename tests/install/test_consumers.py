@@ -44,7 +44,7 @@ def test_pkg_config(installed, expected, tmp_path):
     assert run(tmp_path / "consumer") == expected
 
 
-def test_pkg_config_names_only_the_moved_tree(installed):
+def test_pkg_config_paths_follow_a_moved_installation(installed):
     paths = [word[2:] for word in installed.pkg_config("--cflags", "--libs") if word[:2] in ("-I", "-L")]
     assert paths
     assert all(os.path.realpath(path).startswith(f"{installed.prefix}/") for path in paths)
@@ -66,7 +66,7 @@ def install_small(tmp_path_factory):
 
 @pytest.mark.parametrize("lib, include", [("lib/some-arch", "include"), ("{0}/a/lib", "{0}/b/include")],
                          ids=["deeper", "given whole"])
-def test_other_folders(lib, include, expected, install_small, tmp_path):
+def test_custom_install_folders(lib, include, expected, install_small, tmp_path):
     """Debian installs libraries in a deeper folder; other systems use separate prefixes for libraries and headers."""
     made = install_small(tmp_path, lib.format(tmp_path), include.format(tmp_path))
     made.compile(HERE / "consumer.c", tmp_path / "consumer")
@@ -76,7 +76,7 @@ def test_other_folders(lib, include, expected, install_small, tmp_path):
 
 
 @pytest.mark.parametrize(("way", "language"), [("add_subdirectory", "CXX"), ("find_package", "C"), ("find_package", "CXX")])
-def test_a_project_of_one_language(way, language, static_library, expected, tmp_path):
+def test_single_language_projects(way, language, static_library, expected, tmp_path):
     """A project with only C++ sets no C standard. The project of a branch, below, is a C project that compiles the library."""
     cmake_build(HERE / "part", tmp_path, f"-DWAY={way}", f"-DLANGUAGE={language}", f"-DBN_SOURCE_DIR={ROOT}", "-DBN_SMALL_DATA=ON",
                 f"-DCMAKE_PREFIX_PATH={static_library.prefix}")
@@ -114,7 +114,7 @@ def test_fetch_content_of_a_branch(expected, tmp_path):
     assert run(tmp_path / "build" / "renderer") == expected
 
 
-def test_settings_of_the_parent_do_not_reach_the_library(expected, tmp_path):
+def test_parent_project_settings_do_not_affect_the_library(expected, tmp_path):
     for name in ("bn/bn.h", "bn/bn_draw.h", "base/memory.h", "simd/simd.h"):  # headers with the same names
         (tmp_path / "headers" / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "headers" / name).write_text("#error not this one\n")
@@ -129,20 +129,20 @@ PART = ("-S", HERE / "part", "-DWAY=add_subdirectory", "-DLANGUAGE=C", f"-DBN_SO
 @pytest.mark.parametrize("options, shared", [((), False), (("-DBUILD_SHARED_LIBS=ON",), True),
                                              (("-DBUILD_SHARED_LIBS=ON", "-DBN_BUILD_SHARED=OFF"), False),
                                              (("-DBUILD_SHARED_LIBS=OFF", "-DBN_BUILD_SHARED=ON"), True)])
-def test_shared_libraries_as_the_user_says(options, shared, tmp_path):
+def test_shared_library_options(options, shared, tmp_path):
     run("cmake", *PART, "-B", tmp_path, "-G", "Unix Makefiles", *options)
     assert ("-DBN_SHARED" in (tmp_path / "CMakeFiles/consumer.dir/flags.make").read_text()) == shared
 
 
 @pytest.mark.parametrize(("type_of_build", "optimised"), [((), True), (("-DCMAKE_BUILD_TYPE=Debug",), False)])
-def test_a_project_without_a_build_type_gets_fast_draws(type_of_build, optimised, tmp_path):
+def test_library_is_optimised_without_a_build_type(type_of_build, optimised, tmp_path):
     run("cmake", *PART, "-B", tmp_path, "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON", *type_of_build)
     commands = json.loads((tmp_path / "compile_commands.json").read_text())
     (command,) = [each["command"] for each in commands if each["file"].endswith("src/sampler/sampler.c")]
     assert ("-O2" in command.split()) == optimised
 
 
-def test_library_without_the_network(expected, install_small, tmp_path):
+def test_library_without_networks(expected, install_small, tmp_path):
     without = install_small(tmp_path, "lib", "include")
     (header,) = (tmp_path / "prefix").rglob("bn.h")
     (pkgconfig,) = (tmp_path / "prefix").rglob("bn.pc")
@@ -196,7 +196,7 @@ int main() {
 """
 
 
-def test_a_cpp11_program_hides_the_cpp_header(static_library, tmp_path):
+def test_cpp11_program_wraps_the_cpp_header(static_library, tmp_path):
     """As in the comment of bn.hpp: one file is compiled as C++14."""
     comment = (ROOT / "libbn" / "include" / "bn" / "bn.hpp").read_text(encoding="utf-8").partition("#ifndef")[0]
     header, source = (re.sub(r"^//     ", "", text, flags=re.MULTILINE)

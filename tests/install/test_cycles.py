@@ -42,11 +42,11 @@ def test_no_number_is_drawn_twice(draws, kind):
     assert all(0 <= float(number) < 1 for line in lines for number in line.split())
 
 
-def test_decisions_have_the_domains_that_the_readme_names(draws):
+def test_domains_match_the_readme(draws):
     assert run(draws, "domains") == "0\n"
 
 
-def test_kernels_for_gpus_draw_the_same(link):
+def test_gpu_kernels_draw_the_same_numbers(link):
     """Without 64-bit products."""
     assert run(link("gpu", "-D__KERNEL_GPU__"), "domains") == "0\n"
 
@@ -57,7 +57,7 @@ def test_patch_changes_the_expected_files():
                        "src/kernel/types.h", "src/scene/CMakeLists.txt", "src/scene/integrator.cpp"]
 
 
-def test_the_script_says_which_tags_take_the_patch(tmp_path):
+def test_script_reports_where_the_patch_applies(tmp_path):
     """Uses a repository with the lines that the patch replaces: one tag contains all of them, and another lacks one."""
     for name, hunks in re.findall(r"^\+\+\+ b/(\S+)\n(.*?)(?=^diff|\Z)", PATCH.read_text(), re.MULTILINE | re.DOTALL):
         path = tmp_path / name

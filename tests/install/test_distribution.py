@@ -44,7 +44,7 @@ def files_below(folder):
             if path.is_file() and "__pycache__" not in path.parts}
 
 
-def test_sdist_has_all_sources_and_nothing_else(unpacked):
+def test_sdist_contains_all_sources_and_nothing_else(unpacked):
     assert {path.name for path in unpacked.iterdir()} == TOP
     for part in WHOLE:
         assert files_below(unpacked / part) == files_below(ROOT / part) != set()
@@ -52,7 +52,7 @@ def test_sdist_has_all_sources_and_nothing_else(unpacked):
     assert not suffixes & {"o", "a", "so", "pyc", "whl"}
 
 
-def test_licences_and_description_are_in_its_metadata(unpacked):
+def test_metadata_contains_licences_and_description(unpacked):
     name = backend(f"prepare_metadata_for_build_wheel({str(unpacked.parent)!r})", unpacked)
     metadata = (unpacked.parent / name / "METADATA").read_text(encoding="utf-8")
     assert "License-Expression: Apache-2.0 AND CC0-1.0 AND BSD-3-Clause\n" in metadata

@@ -52,7 +52,7 @@ def test_fragments_compile(text, tmp_path):
 
 
 @pytest.mark.parametrize("text", re.findall(r"```python\n(.*?)```", PAGES["bindings/api.md"], re.DOTALL))
-def test_examples_of_the_api_run(text, tmp_path, monkeypatch):
+def test_api_examples_run(text, tmp_path, monkeypatch):
     bluenoise = pytest.importorskip("bluenoise")
     monkeypatch.chdir(tmp_path)
     exec(text, {"bluenoise": bluenoise, "np": np, "sampler": bluenoise.Sampler()})

@@ -19,7 +19,7 @@ COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 @pytest.mark.parametrize(("header", "standard"), [
     *itertools.product(HEADERS, ("c99", "c11", "c17", "c++11", "c++17", "c++20")),
     *itertools.product(["bn.hpp"], ("c++14", "c++17", "c++20"))])
-def test_compiles_alone(header, standard, compiler, tmp_path):
+def test_headers_compile_alone(header, standard, compiler, tmp_path):
     language = "c++" if standard.startswith("c++") else "c"
     source = tmp_path / "alone.c"
     # Included twice, so that a broken include guard shows.
@@ -29,7 +29,7 @@ def test_compiles_alone(header, standard, compiler, tmp_path):
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
-def test_the_cpp_header_says_which_standard_it_needs(compiler, tmp_path):
+def test_cpp_header_error_names_the_required_standard(compiler, tmp_path):
     source = tmp_path / "old.cpp"
     source.write_text("#include <bn/bn.hpp>\n")
     done = subprocess.run([compiler, "-x", "c++", "-std=c++11", "-fsyntax-only", "-I", INCLUDE, source],
@@ -39,7 +39,7 @@ def test_the_cpp_header_says_which_standard_it_needs(compiler, tmp_path):
 
 
 @pytest.mark.parametrize("header", HEADERS)
-def test_includes_next_to_nothing(header):
+def test_headers_include_only_allowed_headers(header):
     includes = set(re.findall(r'^\s*#\s*include\s*[<"](.+?)[>"]', (INCLUDE / "bn" / header).read_text(),
                               re.MULTILINE))
     # Three headers share their text with shaders; bn_draw.h uses SSE2 if the compiler targets it.
@@ -63,7 +63,7 @@ struct renderer made(void) { struct renderer r = {bn_sample_4d, bn_draw_4d}; ret
 
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("language", ["c", "c++"])
-def test_no_macro_is_left_behind(language, compiler, tmp_path):
+def test_no_internal_macro_remains_defined(language, compiler, tmp_path):
     """Neither macros that redefine functions nor the portability macros of the shared text remain defined."""
     source = tmp_path / "names.c"
     source.write_text("".join(f"#include <bn/{header}>\n" for header in HEADERS if header != "bn_device.h") + NAMES)

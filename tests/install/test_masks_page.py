@@ -18,7 +18,7 @@ int main(void) {
 """
 
 
-def test_the_listing_compiles_and_leaves_a_sampler_without_a_model(static_library, tmp_path):
+def test_c_listing_keeps_the_sampler_if_the_model_is_missing(static_library, tmp_path):
     (listing,) = re.findall(r"```c\n(.*?)```", PAGE, re.DOTALL)
     (tmp_path / "main.c").write_text(listing + PROGRAM)
     static_library.compile(tmp_path / "main.c", tmp_path / "program")
@@ -26,7 +26,7 @@ def test_the_listing_compiles_and_leaves_a_sampler_without_a_model(static_librar
 
 
 @pytest.mark.parametrize("text", re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL))
-def test_the_listings_of_python_run(text, tmp_path, monkeypatch):
+def test_python_listings_run(text, tmp_path, monkeypatch):
     bluenoise = pytest.importorskip("bluenoise")
     if "neural(" in text:  # tests/python/test_neural.py runs it
         return

@@ -74,14 +74,14 @@ int main() {
 """
 
 
-def test_calls_are_libbns(static_library, tmp_path):
+def test_calls_match_libbn(static_library, tmp_path):
     (tmp_path / "main.cpp").write_text(PROGRAM)
     static_library.compile_cpp(tmp_path / "main", "-std=c++14", f"-I{FOLDER}", tmp_path / "main.cpp")
     assert run(tmp_path / "main") == "done\n"
 
 
 @pytest.mark.skipif("BN_OPENQMC_TRACES" not in os.environ, reason="BN_OPENQMC_TRACES names no folder with openqmc_trace.cpp built twice")
-def test_openqmcs_own_tool_runs_on_it(tmp_path):
+def test_openqmc_trace_tool(tmp_path):
     """The folder contains openqmc_trace.cpp built with OpenQMC's trace as trace_theirs, and with libbn as trace_blue."""
     ndimage, folder = pytest.importorskip("scipy.ndimage"), os.environ["BN_OPENQMC_TRACES"]
     guide = (FOLDER / "README.md").read_text(encoding="utf-8")

@@ -79,7 +79,7 @@ int main() {
 """
 
 
-def test_the_listings_work(static_library, tmp_path):
+def test_listings(static_library, tmp_path):
     assert len(LISTINGS) == 14
     text = "".join(LISTINGS).replace("float split(", "float split_(")
     includes = "#include <bn/bn.hpp>\n#include <cmath>\n"

@@ -37,7 +37,7 @@ def test_no_number_is_drawn_twice(draws, order):
 
 
 @pytest.mark.parametrize("arguments", [["wavefront", "40"], ["domains"], ["wavelengths"]], ids=lambda arguments: arguments[0])
-def test_nothing_differs(draws, arguments):
+def test_comparisons_find_no_differences(draws, arguments):
     """The wavefront integrator draws what a whole path draws, decisions have the domains that the README names, and the wavelengths of
     few samples are equidistant."""
     assert run(draws, *arguments) == "0\n"

@@ -58,7 +58,7 @@ def check(static_library, tmp_path_factory):
     return check
 
 
-def test_the_table_is_what_the_check_prints(check):
+def test_table_matches_the_check_output(check):
     rows = ["| mistake | 1 spp | 4 spp | 16 spp | repeats | shared | first | apart |", "| --- |" + " ---: |" * 7]
     rows += [f"| {name} | {' | '.join(check(mistake)).replace('-0.00', '0.00')} |" for mistake, name in MISTAKES.items()]
     table = GUIDE.split("<!-- table: tests/install/test_porting.py -->\n\n")[1].split("\n\n<!--")[0]
@@ -82,7 +82,7 @@ def test_correct_integrations_are_within_the_limits(check, layout):
 
 
 @pytest.mark.parametrize("mistake", [mistake for mistake in MISTAKES if mistake != "none"])
-def test_the_check_notices(check, mistake):
+def test_check_detects_the_mistake(check, mistake):
     assert any(not least <= float(found) <= most for found, (least, most) in zip(check(mistake, SEED="1"), limits()))
 
 
@@ -119,7 +119,7 @@ int main() {
 """
 
 
-def test_tile(build):
+def test_tile_listing(build):
     """The image contains its numbers."""
     text = listing("porting.md", "tile.hpp")
     for before, after in (
@@ -154,12 +154,12 @@ int main(int, char **arguments) {
 
 
 @pytest.mark.parametrize("right", ["", "22b1211", "2b12121c121221", "221b1d1", "22bb121"])
-def test_an_expected_order(order, right):
+def test_expected_request_orders(order, right):
     run(order, right)
 
 
 @pytest.mark.parametrize("wrong", ["1", "21", "22b2", "22b11", "22b122", "22b121c21", "22c121b"])
-def test_debug_builds_stop_at_another_order(order, wrong):
+def test_debug_builds_abort_on_unexpected_orders(order, wrong):
     with pytest.raises(AssertionError, match="Assertion"):
         run(order, wrong)
 
@@ -195,5 +195,5 @@ int main() {
 """
 
 
-def test_wavefront(build):
+def test_wavefront_listing(build):
     assert run(build(WAVEFRONT, listing("porting.md", "wavefront.hpp"))) == "0\n"

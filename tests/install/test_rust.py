@@ -32,23 +32,23 @@ def cargo(tmp_path_factory):
     return cargo
 
 
-def test_the_crates_own_tests(cargo):
+def test_crate_tests_pass(cargo):
     passed = re.findall(r"test result: ok\. (\d+) passed", cargo("test", "--quiet", "--locked", RUSTFLAGS="-D warnings"))
     assert sum(map(int, passed)) >= 8
 
 
-def test_rust_draws_what_c_draws(cargo):
+def test_rust_draws_match_c(cargo):
     """Its example prints the hash of each path; tests/c/test_draw_hashes.c combines these hashes."""
     printed = cargo("run", "--quiet", "--example", "draws", RUSTFLAGS="-D warnings")
     assert hash_of([int(line.split()[-1], 16) for line in printed.splitlines()]) == table()["paths"]
 
 
-def test_the_version_is_the_librarys():
+def test_version_matches_the_library():
     for file in ("libbn/Cargo.toml", "libbn-sys/Cargo.toml", "Cargo.lock"):
         assert set(re.findall(r'^version = "(\S+)"$', (CRATES / file).read_text(), re.M)) == {VERSION}, file
 
 
-def test_the_readmes_program(cargo, tmp_path):
+def test_readme_program(cargo, tmp_path):
     (text,) = re.findall(r"^```rust\n(.*?)^```", (CRATES / "README.md").read_text(encoding="utf-8"), re.M | re.S)
     (tmp_path / "src").mkdir()
     (tmp_path / "src" / "main.rs").write_text(text)
@@ -58,6 +58,6 @@ def test_the_readmes_program(cargo, tmp_path):
     assert len(printed.splitlines()) == 3
 
 
-def test_a_wrong_folder_is_one_clear_line(cargo, tmp_path):
+def test_error_for_a_folder_without_the_amalgamation(cargo, tmp_path):
     with pytest.raises(AssertionError, match=r"libbn-sys: no bn\.c in BN_AMALGAMATION="):
         cargo("build", "--locked", BN_AMALGAMATION=str(tmp_path), CARGO_TARGET_DIR=str(tmp_path / "target"))

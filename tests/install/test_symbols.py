@@ -23,7 +23,7 @@ def declared() -> set:
     return set(names)
 
 
-def test_shared_library_exports_what_the_headers_declare(shared_library):
+def test_shared_library_exports_match_the_headers(shared_library):
     # Some linkers add their own symbols to every library.
     exported = symbols("-D", "--defined-only", shared_library.library) - {"_init", "_fini"}
     assert exported == declared()
@@ -33,20 +33,20 @@ def test_shared_library_exports_what_the_headers_declare(shared_library):
     assert all(list(map(int, since.split("."))) <= list(map(int, VERSION.split("."))) for since in listed.values())
 
 
-def test_static_library_keeps_to_its_prefix(static_library):
+def test_static_library_symbols_have_the_prefix(static_library):
     external = symbols("-g", "--defined-only", static_library.library)
     assert declared() <= external
     assert [name for name in external if not name.startswith("bn_")] == []
 
 
-def test_library_neither_prints_nor_ends_the_program(shared_library):
+def test_library_neither_prints_nor_exits(shared_library):
     used = symbols("-D", "--undefined-only", shared_library.library)
     forbidden = {"printf", "fprintf", "vfprintf", "puts", "fputs", "putchar", "perror", "exit", "_exit",
                  "abort", "raise", "__printf_chk", "__fprintf_chk", "__assert_fail", "stderr", "stdout"}
     assert used & forbidden == set()
 
 
-def test_soname_has_the_minor_version(shared_library):
+def test_soname_contains_the_minor_version(shared_library):
     major, minor, _ = VERSION.split(".")
     (name,) = re.findall(r"\(SONAME\).*\[(.+?)\]", run("readelf", "-d", shared_library.library))
     assert name == f"libbn.so.{major}" + (f".{minor}" if major == "0" else "")
@@ -68,7 +68,7 @@ int main(void) {
 """
 
 
-def test_a_program_that_draws_has_no_other_data_in_it(static_library, tmp_path):
+def test_program_that_only_draws_links_no_other_data(static_library, tmp_path):
     """The tables for draws, and the 64 x 64 mask that the sampler type MASK uses by default."""
     (tmp_path / "draws.c").write_text(DRAWS)
     static_library.compile(tmp_path / "draws.c", tmp_path / "draws")

@@ -9,7 +9,7 @@ import bluenoise
 
 
 @pytest.mark.parametrize(("seed", "shape"), list(enumerate([(8, 8), (10, 6), (7, 9), (16, 4), (5, 5)])))
-def test_coldest_is_a_minimum(seed, shape):
+def test_cold_annealing_reaches_a_local_minimum(seed, shape):
     """No swap of the type that annealing tries reduces the energy, which is summed anew for each swap. Tori have even, odd and narrow
     extents, so small that windows wrap around them. The test is exact. The weight of a pair of texels is the sum of both blurs' Gaussians
     over the shorter way around the torus, scaled to 32,000 over all pairs of a texel and rounded; it is 0 at exactly half an extent."""
@@ -32,7 +32,7 @@ def test_coldest_is_a_minimum(seed, shape):
 
 
 @pytest.mark.parametrize("channels", [2, 4])
-def test_vectors(channels):
+def test_vector_masks_reduce_the_half_plane_error(channels):
     """Vector masks serve to sample half-planes. The test measures the error of half-plane patterns after a Gaussian blur, over
     directions of the last two channels and over offsets. The mask error of the ranks along a direction is its mean over all offsets."""
     def error(vectors):

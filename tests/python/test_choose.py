@@ -17,7 +17,7 @@ def words(choices):
     return chosen, rest.view(np.uint32)
 
 
-def test_choices_have_the_bits_of_c():
+def test_choices_match_the_c_hash():
     """The choices hashed by tests/c/test_draw_hashes.c."""
     random = random_u64(np.arange(2 * 4096)).reshape(-1, 2)
     i = np.arange(4096)
@@ -32,7 +32,7 @@ def test_choices_have_the_bits_of_c():
     assert hash_of(found) == table()["choices"]
 
 
-def test_finer_digits_of_a_number_are_dropped():
+def test_u_is_truncated_to_24_bits():
     steps = np.array([0, 1, STEPS // 3, STEPS - 1])
     index, rest = bluenoise.choose_u32(STEPS, (steps + 0.9) / STEPS)
     assert index.tolist() == steps.tolist() and (rest < 1).all()

@@ -39,7 +39,7 @@ def texels(name):
     return np.asarray(Image.open(name))
 
 
-def test_mask_as_png_keeps_every_rank(run):
+def test_mask_png_keeps_every_rank(run):
     assert run("mask --size 40x24 --method void-and-cluster --seed 3 --sigma 1.9 -o mask.png") == ([], [])
     picture = Image.open("mask.png")
     assert picture.mode.startswith("I") and picture.size == (40, 24)
@@ -55,13 +55,13 @@ def test_mask_as_png_keeps_every_rank(run):
     ("5x4", lambda: bluenoise.mask((4, 5))), ("5x4x3", lambda: bluenoise.mask((3, 4, 5))),
     ("16x16 --method relax --threads 2", lambda: bluenoise.relax((16, 16), threads=2)),
     ("16x16 --method anneal --sweeps 9 --sigma 1.1", lambda: bluenoise.anneal((16, 16), sweeps=9, sigma=1.1))])
-def test_mask_as_npy(run, arguments, make):
+def test_mask_npy_matches_the_library(run, arguments, make):
     run(f"mask -o mask.npy --size {arguments}")
     np.testing.assert_array_equal(np.load("mask.npy"), make())
 
 
 @needs_package
-def test_mask_by_a_network(run, tmp_path):
+def test_neural_masks(run, tmp_path):
     (tmp_path / "model.onnx").write_bytes(convolution(np.full((2, 3, 3), 0.1)))
     command = "mask --size 20x16 --method neural --model model.onnx --threads 1 --seed 5"
     assert run(f"{command} -o mask.npy") == run(f"{command} -o mask.png") == ([], [])
@@ -74,7 +74,7 @@ def test_mask_by_a_network(run, tmp_path):
     assert files() == ["mask.npy", "model.onnx"]
 
 
-def test_mask_with_more_ranks_than_levels_says_so(run):
+def test_mask_with_more_ranks_than_levels_warns(run):
     out, (said,) = run("mask --size 300x300 -o mask.png")
     assert not out and "90000 ranks" in said and texels("mask.png").max() == 65535
 
@@ -104,7 +104,7 @@ def test_dither(run):
     np.testing.assert_array_equal(texels("o.tif"), bluenoise.dither(picture, 4, mask=bluenoise.mask((16, 16), seed=1), srgb=True))
 
 
-def test_dither_follows_the_orientation_of_a_photograph(run):
+def test_dither_applies_the_exif_orientation(run):
     exif = Image.Exif()
     exif[0x0112] = 6  # a quarter turn
     Image.new("L", (60, 40), 90).save("in.jpg", exif=exif, dpi=(300, 150))
@@ -114,7 +114,7 @@ def test_dither_follows_the_orientation_of_a_photograph(run):
 
 
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])
-def test_sixteen_bits_stay(channels, run, tmp_path):
+def test_dither_keeps_16_bits_alpha_and_gamma(channels, run, tmp_path):
     """A ramp over a few 8-bit steps, in which truncation would show as bands. Alpha and colour metadata are preserved."""
     pytest.importorskip("png")
     ramp = np.round(np.linspace(5140, 6168, 128)).astype(np.uint16)
@@ -146,7 +146,7 @@ def test_transparent_colours_stay_transparent(mode, clear, other, run):
     assert (before == after).all() and (after[:, :8] == 0).all()
 
 
-def test_gamma_stays_or_is_refused(run):
+def test_gamma_is_kept_or_the_format_rejected(run):
     from PIL.PngImagePlugin import PngInfo
 
     chunks = PngInfo()
@@ -169,7 +169,7 @@ def write_tiff(name, bits, photometric, samples):
     Path(name).write_bytes(head + entries + struct.pack("<I3H", 0, bits, bits, bits))
 
 
-def test_pictures_that_would_lose_something_are_refused(run):
+def test_images_that_pillow_would_degrade_are_rejected(run):
     """Files from which Pillow would drop data, and a word of each error message."""
     grey = Image.new("L", (4, 4), 90)
     grey.save("frames.gif", save_all=True, append_images=[Image.new("L", (4, 4), 20)])
@@ -186,7 +186,7 @@ def test_pictures_that_would_lose_something_are_refused(run):
         bluenoise.dither(Image.new("I", (4, 4), 200))
 
 
-def test_messages_about_contents_name_the_file(run):
+def test_content_errors_name_the_file(run):
     np.save("nan.npy", [[0.5, np.nan]])
     np.save("bool.npy", [[True, False]])
     np.save("complex.npy", [[1j, 2]])
@@ -198,7 +198,7 @@ def test_messages_about_contents_name_the_file(run):
             assert name in run(command.format(name), 1)[1][0]
 
 
-def test_two_channel_texture_is_a_two_channel_mask(run):
+def test_two_channel_texture_loads_as_a_two_channel_mask(run):
     """The third channel and alpha are constant. Their ranks would be white noise."""
     ranks = bluenoise.anneal((16, 16), channels=2, sweeps=20)
     texture = np.dstack([_files.quantized(ranks, 8), np.zeros((16, 16)), np.full((16, 16), 255)]).astype(np.uint8)
@@ -263,7 +263,7 @@ def test_two_channel_texture_is_a_two_channel_mask(run):
         (["points", "--count", "2", "--method", "mask", "--mask", "colour.png", "-o", "out.csv"], ["colour.png"]),
     ],
 )
-def test_errors_are_one_line_and_leave_nothing(arguments, words, run):
+def test_errors_print_one_line_and_leave_no_files(arguments, words, run):
     os.mkdir("folder.png")
     Path("broken.png").write_bytes(b"\x89PNG\r\n\x1a\n no more")
     for name, array in (("line", [0, 1, 2]), ("flat", np.zeros((4, 4), int)), ("deep", np.zeros((2, 4, 4), int)),
@@ -300,7 +300,7 @@ def test_errors_are_one_line_and_leave_nothing(arguments, words, run):
         (["paint"], "paint"),
     ],
 )
-def test_wrong_usage(arguments, word, capsys):
+def test_usage_errors(arguments, word, capsys):
     with pytest.raises(SystemExit) as caught:
         main(arguments)
     error = capsys.readouterr().err
@@ -308,7 +308,7 @@ def test_wrong_usage(arguments, word, capsys):
     assert error.count("\n") == 1 or not arguments
 
 
-def test_a_failed_write_leaves_the_old_file(run, monkeypatch):
+def test_failed_write_keeps_the_old_file(run, monkeypatch):
     Path("mask.npy").write_bytes(b"precious")
 
     def fail(file, array):
@@ -320,7 +320,7 @@ def test_a_failed_write_leaves_the_old_file(run, monkeypatch):
     assert Path("mask.npy").read_bytes() == b"precious" and files() == ["mask.npy"]
 
 
-def test_streams(tmp_path):
+def test_standard_streams(tmp_path):
     def run(arguments, data=None):
         command = [sys.executable, "-m", "bluenoise", *arguments.split()]
         done = subprocess.run(command, input=data, capture_output=True, cwd=tmp_path, check=True)
@@ -352,7 +352,7 @@ def test_points(run):
     np.testing.assert_array_equal(np.load("points.npy"), bluenoise.points(40, method="mask", mask=mask))
 
 
-def test_temporary_files_cannot_be_guessed_and_reach_the_disk_before_the_rename(run, monkeypatch):
+def test_temporary_files_are_private_and_synced_before_the_rename(run, monkeypatch):
     folders, steps = [], []
     for call in ("fsync", "replace"):
         monkeypatch.setattr(os, call, lambda *given, call=call, real=getattr(os, call): (steps.append(call), real(*given)))
@@ -370,7 +370,7 @@ def test_temporary_files_cannot_be_guessed_and_reach_the_disk_before_the_rename(
 
 
 @pytest.mark.parametrize("arguments", [("measure", "{}"), ("measure", "m.npy", "{}"), ("mask", "--size", "300", "-o", "{}")])
-def test_no_control_characters_reach_the_terminal(arguments, tmp_path, capsys, monkeypatch):
+def test_control_characters_are_replaced(arguments, tmp_path, capsys, monkeypatch):
     """Neither ASCII nor Latin-1 control characters appear in the output."""
     monkeypatch.chdir(tmp_path)
     name = "a\x1b[31mb\x9bc\n.png"
@@ -383,7 +383,7 @@ def test_no_control_characters_reach_the_terminal(arguments, tmp_path, capsys, m
     assert said.endswith("\n") and said[:-1].isprintable()
 
 
-def test_an_output_that_is_a_link_is_replaced_not_followed(run):
+def test_output_symlinks_are_replaced_not_followed(run):
     Path("victim.npy").write_bytes(b"precious")
     os.symlink("victim.npy", "mask.npy")
     os.symlink("loop.npy", "loop.npy")
@@ -399,7 +399,7 @@ def run_in_shell(command, cwd):
     return subprocess.run(["sh", "-c", command.replace("{}", program)], capture_output=True, text=True, cwd=cwd)
 
 
-def test_closed_streams(tmp_path):
+def test_closed_standard_streams(tmp_path):
     """The command succeeds, or prints one line with the reason."""
     bluenoise.save(tmp_path / "in.npy", bluenoise.mask((8, 8)))
     for close in ("2>&-", ">&-", "<&-", "<&- >&- 2>&-"):

@@ -11,7 +11,7 @@ from bluenoise import dither, mask, to_float
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float16, np.float32, np.float64])
 @pytest.mark.parametrize("shape", [(33, 47), (33, 47, 1), (33, 47, 3), (5, 6, 7)])
-def test_shape_and_type_stay_and_ends_are_exact(dtype, shape):
+def test_shape_and_dtype_are_kept_and_extremes_are_exact(dtype, shape):
     full = np.iinfo(dtype).max if np.issubdtype(dtype, np.integer) else 1
     for value in (0, full):
         out = dither(np.full(shape, value, dtype), 2)
@@ -23,7 +23,7 @@ def test_shape_and_type_stay_and_ends_are_exact(dtype, shape):
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
 @pytest.mark.parametrize("levels", [3, 4, 7, 100, 255])
 @pytest.mark.parametrize("srgb", [False, True])
-def test_means_are_kept_at_levels_that_are_not_evenly_spaced(dtype, levels, srgb):
+def test_mean_is_kept_with_unevenly_spaced_levels(dtype, levels, srgb):
     """With whole copies of a mask of 4,096 ranks, a mean can be off by at most half a rank."""
     def linear(values):
         v = np.asarray(values, float) / np.iinfo(dtype).max
@@ -35,7 +35,7 @@ def test_means_are_kept_at_levels_that_are_not_evenly_spaced(dtype, levels, srgb
         assert len(np.unique(out)) <= 2 and abs(linear(out).mean() - linear(value)) <= gap / 8192 * 1.01 + 1e-7
 
 
-def test_parts_of_a_large_image_join():
+def test_parts_match_the_whole_image():
     image = np.random.default_rng(1).random((700, 3001), np.float32)
     ranks = mask((48, 40), seed=1)
     for options in ({}, {"mask": ranks}, {"mask": to_float(ranks)}, {"mask": ranks, "srgb": True}):
@@ -44,7 +44,7 @@ def test_parts_of_a_large_image_join():
             assert (whole[top:] == dither(image[top:], 4, **options)).all()
 
 
-def test_a_large_image_takes_little_memory():
+def test_large_images_need_little_extra_memory():
     image = np.zeros((2000, 2000, 3), np.uint8)
     tracemalloc.start()
     dither(image)
@@ -54,7 +54,7 @@ def test_a_large_image_takes_little_memory():
 
 
 @pytest.mark.parametrize("dtype", [">u2", ">f4", ">f8", "<u2", np.longdouble])
-def test_the_byte_order_stays(dtype):
+def test_byte_order_is_kept(dtype):
     image = np.linspace(0, 1, 35).reshape(5, 7)
     full = np.iinfo(dtype).max if np.issubdtype(dtype, np.integer) else 1
     given = (image * full).astype(dtype)
@@ -68,7 +68,7 @@ def test_uint8_at_256_levels_is_unchanged():
     assert (dither(image, 256) == image).all()
 
 
-def test_channels_alike_on_request():
+def test_channels_are_identical_without_offsets():
     grey = dither(np.full((64, 64, 3), 0.5), channel_offset=False)
     assert (grey[..., 0] == grey[..., 1]).all() and (grey[..., 0] == grey[..., 2]).all()
     assert (grey[..., 0] == dither(np.full((64, 64), 0.5))).all()
@@ -112,7 +112,7 @@ def test_bad_arguments(image, options, error, words):
 @pytest.mark.parametrize("srgb", [False, True])
 @pytest.mark.parametrize("levels", [2, 5])
 @pytest.mark.parametrize("shape", [(50, 70), (50, 70, 3)])
-def test_values_as_a_mask_are_the_thresholds(shape, levels, srgb):
+def test_float_masks_are_thresholds(shape, levels, srgb):
     ranks = mask((16, 24), seed=1)
     image = np.random.default_rng(0).random(shape, np.float32)
     expected = dither(image, levels, mask=ranks, srgb=srgb)
@@ -124,7 +124,7 @@ def test_values_as_a_mask_are_the_thresholds(shape, levels, srgb):
 
 
 @pytest.mark.parametrize("kind", [np.uint32, np.float32])
-def test_each_channel_with_a_mask_of_its_own(kind):
+def test_each_channel_uses_its_own_mask(kind):
     ranks = bluenoise.anneal((16, 16), channels=3, sweeps=2)
     masks = ranks if kind is np.uint32 else to_float(ranks)
     image = np.random.default_rng(1).random((20, 30, 3))
@@ -134,14 +134,14 @@ def test_each_channel_with_a_mask_of_its_own(kind):
     assert (dither(image[..., :2], 3, mask=masks) == found[..., :2]).all()
 
 
-def test_a_row_is_a_mask():
+def test_one_dimensional_masks():
     row = mask((64,), seed=1)
     image = np.full((3, 100), 0.3)
     assert (dither(image, mask=row) == dither(image, mask=row[None])).all()
     assert (dither(image, mask=to_float(row)) == dither(image, mask=to_float(row)[None])).all()
 
 
-def test_what_numpy_cannot_convert_is_refused_with_a_hint():
+def test_unconvertible_arrays_raise_with_a_hint():
     class Tensor:
         def __array__(self, dtype=None, copy=None):
             raise RuntimeError("this tensor requires grad")
@@ -155,7 +155,7 @@ def test_what_numpy_cannot_convert_is_refused_with_a_hint():
             call()
 
 
-class TestPictures:
+class TestImages:
     Image = pytest.importorskip("PIL.Image")
 
     def picture(self, mode):
@@ -185,11 +185,11 @@ class TestPictures:
         out = dither(picture, 3)
         assert out.mode == result and (np.asarray(out)[..., -1] == alpha).all()
 
-    def test_equals_the_array(self):
+    def test_image_matches_its_array(self):
         picture = self.picture("RGB")
         assert (np.asarray(dither(picture, 4)) == dither(np.asarray(picture), 4)).all()
 
-    def test_sixteen_bits_and_floats(self):
+    def test_16_bit_and_float_images(self):
         ramp = np.linspace(0, 65535, 4096).reshape(64, 64).astype(np.uint16)
         sixteen = dither(self.Image.fromarray(ramp), 2)
         assert sixteen.mode.startswith("I;16")
@@ -198,7 +198,7 @@ class TestPictures:
         floats = dither(self.Image.fromarray((ramp / 65535).astype(np.float32)), 2)
         assert floats.mode == "F" and set(np.unique(np.asarray(floats))) == {0, 1}
 
-    def test_a_mode_that_has_no_grey_scale(self):
+    def test_unsupported_modes(self):
         with pytest.raises(ValueError, match="HSV"):
             dither(self.picture("RGB").convert("HSV"))
         with pytest.raises(ValueError, match="mode"):

@@ -20,7 +20,7 @@ def needs(suffix):
 
 
 @pytest.mark.parametrize("suffix", FORMATS)
-def test_masks_come_back(suffix, tmp_path):
+def test_masks_round_trip(suffix, tmp_path):
     needs(suffix)
     path = tmp_path / f"mask.{suffix}"
     for channels in (1, 2, 3, 4):
@@ -35,13 +35,13 @@ def test_masks_come_back(suffix, tmp_path):
     assert [each.name for each in tmp_path.iterdir()] == [path.name]
 
 
-def test_rows_with_channels_come_back(tmp_path):
+def test_rows_with_channels_round_trip(tmp_path):
     rows = bluenoise.anneal((50,), channels=2, sweeps=2)
     save(tmp_path / "rows.npy", rows)
     assert (load(tmp_path / "rows.npy") == rows).all()
 
 
-def test_only_npy_takes_volumes_and_many_channels(tmp_path):
+def test_only_npy_stores_volumes_and_many_channels(tmp_path):
     for ranks in (mask((3, 8, 8)), np.stack([mask((8, 8), seed=seed) for seed in range(5)])):
         save(tmp_path / "mask.npy", ranks)
         np.testing.assert_array_equal(load(tmp_path / "mask.npy"), ranks)
@@ -51,7 +51,7 @@ def test_only_npy_takes_volumes_and_many_channels(tmp_path):
     assert len(list(tmp_path.iterdir())) == 1
 
 
-def test_textures_of_eight_bits_are_ranked_on_request(tmp_path):
+def test_8_bit_textures_are_ranked_on_request(tmp_path):
     pytest.importorskip("PIL.Image")
     ranks = mask((64, 64), seed=2)
     save(tmp_path / "mask.png", ranks, bits=8)
@@ -91,7 +91,7 @@ def test_bad_files_are_not_loaded(tmp_path):
         load(tmp_path / "other.npy")
 
 
-def test_minus_is_an_ordinary_file_name(tmp_path, monkeypatch):
+def test_hyphen_is_an_ordinary_file_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ValueError, match=".npy"):
         save("-", [[0, 1]])
@@ -117,7 +117,7 @@ def png16(texels, kind):
 
 @pytest.mark.parametrize("channels", [2, 3, 4])
 @pytest.mark.parametrize("kind", [0, 1])
-def test_sixteen_bits_of_several_channels(channels, kind, tmp_path):
+def test_16_bit_pngs_with_multiple_channels(channels, kind, tmp_path):
     pytest.importorskip("PIL.Image")
     texels = np.random.default_rng(1).integers(0, 2**16, (9, 11, channels))
     (tmp_path / "t.png").write_bytes(png16(texels, kind))

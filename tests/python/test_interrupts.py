@@ -14,7 +14,7 @@ from bluenoise import _core
 
 @pytest.mark.parametrize("work", [
     _core.power_spectrum, lambda ranks: _core.mask_error(ranks, 1.0), lambda ranks: bluenoise.mask(ranks.shape)])
-def test_work_is_left_at_once(work):
+def test_signals_interrupt_long_calls(work):
     """Signal handlers run while the library works, so two signals during one call are handled one by one. Otherwise, both would be
     handled after the call. Without an exception, the call returns its result."""
     ranks = white((2048, 2048))
@@ -43,14 +43,14 @@ while True:
 """
 
 
-def test_a_program_that_measures_ends_with_a_traceback():
+def test_interrupted_program_exits_with_a_traceback():
     """When Python exits, none of its threads is still inside the library, where it could abort the process."""
     done = run_python(PROGRAM)
     assert done.stderr.splitlines()[-1] == "KeyboardInterrupt" and "terminate" not in done.stderr
     assert done.returncode == -signal.SIGINT, done.stderr
 
 
-def test_import_leaves_signal_handlers_alone():
+def test_import_keeps_signal_handlers():
     check = ("import signal, sys\nsys.argv = ['bluenoise']\nsignal.signal(signal.SIGINT, print)\n"
              "import bluenoise, bluenoise._cli\nassert signal.getsignal(signal.SIGINT) is print\n")
     assert run_python(check).returncode == 0

@@ -19,7 +19,7 @@ QUICK = {"sweeps": 20}
 
 @pytest.mark.parametrize(("make", "shape"), [(void_and_cluster, (5, 6, 7)), *(
     (make, shape) for make in (void_and_cluster, relax, anneal) for shape in ((1,), (40,), (1, 9), (13, 30)))])
-def test_every_rank_once(make, shape):
+def test_every_rank_occurs_once(make, shape):
     options = QUICK if make is anneal else {}
     ranks = make(shape, seed=3, **options)
     assert ranks.shape == shape and ranks.dtype == np.uint32 and ranks.flags.c_contiguous
@@ -41,14 +41,14 @@ def test_options_reach_the_library(make, name, value):
 
 
 @pytest.mark.parametrize("make", [void_and_cluster, relax, anneal])
-def test_defaults_are_the_librarys(make):
+def test_defaults_match_the_library(make):
     library = getattr(bluenoise._core, make.__name__.title().replace("_", "") + "Options")()
     for name, parameter in inspect.signature(make).parameters.items():
         if hasattr(library, name) and parameter.default is not None:
             assert getattr(library, name) == parameter.default, name
 
 
-def test_anneal_starts_from_ranks_and_leaves_them():
+def test_anneal_uses_but_does_not_modify_start_ranks():
     start = white((16, 16), seed=1)
     kept = start.copy()
     none = anneal((16, 16), sweeps=0, order_ends=False, start_from_ranks=start.astype(np.int64))
@@ -60,7 +60,7 @@ def test_anneal_starts_from_ranks_and_leaves_them():
     assert (vectors == stacked).all()
 
 
-def test_builtin():
+def test_builtin_mask():
     ranks = builtin((64, 64))
     assert is_permutation(ranks) and ranks.dtype == np.uint32
     assert (ranks == builtin((64, 64))).all()
@@ -68,7 +68,7 @@ def test_builtin():
     assert is_permutation(builtin((64, 64)))
 
 
-def test_mask_takes_the_generator_that_the_docs_recommend():
+def test_mask_selects_the_documented_generator():
     for shape in ((64, 48), (100,), (4, 8, 8)):
         assert (mask(shape, seed=2) == void_and_cluster(shape, seed=2)).all()
     large = (513, 512)
@@ -79,7 +79,7 @@ def test_mask_takes_the_generator_that_the_docs_recommend():
 
 @needs_network
 @needs_package
-def test_two_channels_come_from_the_network():
+def test_two_channel_masks_come_from_the_network():
     assert (mask((20, 24), channels=2, seed=2) == neural((20, 24), channels=2, seed=2)).all()
 
 
@@ -184,14 +184,14 @@ def test_bad_out(out, error, words):
 
 
 @pytest.mark.parametrize(("make", "options"), GENERATORS)
-def test_a_mask_that_does_not_fit_in_memory_is_refused_at_once(make, options, monkeypatch):
+def test_masks_too_large_for_memory_are_rejected_immediately(make, options, monkeypatch):
     monkeypatch.setattr(_arguments, "memory", lambda: 1e6)
     monkeypatch.setattr(np, "empty", None)
     with pytest.raises(MemoryError, match=r"\(1000, 1000\).* GB"):
         make((1000, 1000), **options)
 
 
-def test_a_start_of_another_shape_is_refused_before_it_is_read(monkeypatch):
+def test_shape_of_start_ranks_is_checked_before_they_are_read(monkeypatch):
     monkeypatch.setattr(_arguments, "integers", None)
     with pytest.raises(ValueError, match=r"start_from_ranks .*\(16, 16\)"):
         anneal((8, 8), start_from_ranks=np.zeros((16, 16), int))
@@ -222,14 +222,14 @@ def changing(monkeypatch):
         bluenoise.power_spectrum,
     ],
 )
-def test_arrays_that_another_thread_changes_are_copied_before_they_are_checked(call, changing):
+def test_arrays_are_copied_before_they_are_checked(call, changing):
     expected_ranks = changing.copy()
     found = call(changing)
     assert (changing == 2**32 - 1).all()
     np.testing.assert_array_equal(found, call(expected_ranks))
 
 
-def test_an_exception_in_progress_comes_through():
+def test_exceptions_in_progress_callbacks_propagate():
     def fail(fraction):
         raise LookupError("enough")
 
@@ -258,7 +258,7 @@ def test_to_float():
 
 @pytest.mark.parametrize("shape", [(16, 16), (40,)])
 @pytest.mark.parametrize("channels", [2, 4])
-def test_to_float_of_channels_is_that_of_each(shape, channels):
+def test_to_float_converts_each_channel_separately(shape, channels):
     ranks = anneal(shape, channels=channels, **QUICK)
     values = to_float(ranks)
     assert ranks.shape == (channels, *shape) and all(is_permutation(own) for own in ranks)

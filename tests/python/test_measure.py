@@ -11,12 +11,12 @@ from bluenoise import anisotropy, dithering_error, mask, measure, power_spectrum
 SIGMAS = (0.75, 1, 1.5, 2)
 
 
-def test_errors_are_the_librarys():
+def test_measure_reports_the_dithering_errors():
     ranks = mask((17, 40), seed=2)
     assert measure(ranks).dithering_error == {sigma: dithering_error(ranks, sigma) for sigma in SIGMAS}
 
 
-def test_low_frequency_equals_the_referee():
+def test_low_frequency_matches_the_reference():
     ranks = mask((48, 64), seed=3)
     found = measure(ranks).low_frequency
     assert list(found) == sorted(found) and {1 / 16, 1 / 4, 1 / 2} <= set(found)
@@ -28,7 +28,7 @@ def test_low_frequency_equals_the_referee():
 
 
 @pytest.mark.parametrize("shape", [(1, 2), (5, 1), (8, 8), (11, 7), (10, 12), (9, 16), (24, 20)])
-def test_spectra_and_errors_equal_the_referee(shape):
+def test_spectra_and_errors_match_the_reference(shape):
     ranks = white(shape, seed=5)
     power = power_spectrum(ranks)
     np.testing.assert_allclose(power, referee.power_spectrum(ranks), rtol=1e-6, atol=1e-6)
@@ -39,7 +39,7 @@ def test_spectra_and_errors_equal_the_referee(shape):
 
 
 @pytest.mark.parametrize("shape", [(64, 64), (40, 17), (1, 30)])
-def test_radial_power_equals_the_referee(shape):
+def test_radial_power_matches_the_reference(shape):
     ranks = mask(shape, seed=6)
     frequency, radial = radial_power(ranks)
     assert frequency.dtype == radial.dtype == np.float64
@@ -51,14 +51,14 @@ def test_radial_power_equals_the_referee(shape):
     )
 
 
-def test_anisotropy_equals_the_referee():
+def test_anisotropy_matches_the_reference():
     masks = [mask((40, 32), seed=seed) for seed in range(4)]
     assert anisotropy(masks) == pytest.approx(referee.anisotropy(masks), abs=1e-4)
     assert anisotropy(np.stack(masks)) == anisotropy(masks)
     assert measure(masks[0]).anisotropy == pytest.approx(referee.anisotropy(masks[:1]), abs=1e-4)
 
 
-def test_anisotropy_falls_with_the_count_of_masks():
+def test_anisotropy_decreases_with_the_number_of_masks():
     masks = [white((64, 64), seed=seed) for seed in range(16)]
     assert -1.5 < anisotropy(masks[:1]) < 0.5
     assert -13.5 < anisotropy(masks) < -10.5
@@ -67,7 +67,7 @@ def test_anisotropy_falls_with_the_count_of_masks():
     assert anisotropy(oriented) > -3
 
 
-def test_exact_and_other_values():
+def test_exact_requires_distinct_values():
     ranks = mask((32, 32), seed=1)
     figures = measure(ranks)
     assert figures.exact is True
@@ -80,7 +80,7 @@ def test_exact_and_other_values():
     assert measure(np.zeros((8, 8))).exact is False
 
 
-def test_small_masks_have_no_rings():
+def test_anisotropy_of_a_tiny_mask_is_nan():
     figures = measure([[0, 1], [2, 3]])
     assert np.isnan(figures.anisotropy) and figures.exact
     assert np.isfinite(list(figures.dithering_error.values())).all()
@@ -130,7 +130,7 @@ def test_progress():
     assert len(fractions) >= 5 and fractions.count(1) == 1
 
 
-def test_masks_of_every_shape():
+def test_rows_channels_and_volumes():
     row = mask((64,), seed=1)
     assert dithering_error(row) == dithering_error(row[None]) and measure(row).low_frequency == measure(row[None]).low_frequency
     np.testing.assert_array_equal(power_spectrum(row), power_spectrum(row[None]))

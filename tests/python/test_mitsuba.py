@@ -71,7 +71,7 @@ def register_probe():
 
 @pytest.mark.usefixtures("llvm")
 @pytest.mark.parametrize("crop", [None, (5, 3, 64, 32)])
-def test_pixels_of_the_film_have_their_draws(crop):
+def test_film_pixels_match_the_library(crop):
     register_probe()
     width, height = crop[2:] if crop else (64, 32)
     scene = scene_of({"type": "probe", "pair": 3}, 70 if crop else 64, 40 if crop else 32, 1, crop)
@@ -82,14 +82,14 @@ def test_pixels_of_the_film_have_their_draws(crop):
         assert np.array_equal(picture[..., 2], single(x, y, 0, 2, 0, seed))
 
 
-def test_scalar_variants_are_refused():
+def test_scalar_variants_are_rejected():
     mitsuba.set_variant("scalar_rgb")
     with pytest.raises(RuntimeError, match="llvm_ad_rgb, not scalar_rgb"):
         mitsuba.load_dict({"type": "bluenoise"})
 
 
 @pytest.mark.usefixtures("llvm")
-def test_indices_of_every_length_have_their_numbers():
+def test_sample_indices_of_every_bit_length():
     sampler = mitsuba.load_dict({"type": "bluenoise", "seed": 5})
     sampler.seed(0, 1)
     for bits in range(1, 33):
@@ -103,7 +103,7 @@ def test_indices_of_every_length_have_their_numbers():
 
 @pytest.mark.usefixtures("llvm")
 @pytest.mark.parametrize("spp", [16, 600])
-def test_indices_and_draws_of_a_wavefront(spp):
+def test_wavefront_indices_and_draws(spp):
     scene = scene_of({"type": "direct"}, 9, 6, spp)
     sampler = scene.sensors()[0].sampler()
     sampler.set_samples_per_wavefront(spp // 2)
@@ -124,7 +124,7 @@ def test_indices_and_draws_of_a_wavefront(spp):
 
 
 @pytest.mark.usefixtures("llvm")
-def test_borders_are_sampled_too():
+def test_film_border_is_sampled():
     scene = scene_of({"type": "direct"}, 20, 10, 2, (3, 1, 12, 6), True, "gaussian")
     sensor = scene.sensors()[0]
     border = sensor.film().rfilter().border_size()
@@ -139,7 +139,7 @@ def test_borders_are_sampled_too():
 
 @pytest.mark.usefixtures("llvm")
 @pytest.mark.parametrize("recorded", [True, False])
-def test_loops_count_draws(recorded):
+def test_draws_in_loops_are_counted(recorded):
     scene = scene_of({"type": "direct"}, 16, 16, 1)
     sampler = scene.sensors()[0].sampler()
     sampler.seed(0, 256)

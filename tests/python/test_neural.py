@@ -44,7 +44,7 @@ def builtin():
         pytest.skip(f"no network in this build: {error}")
 
 
-def test_window_equals_the_convolved_noise(one):
+def test_window_matches_a_numpy_convolution(one):
     noise = NeuralGenerator.noise(-5 - RADIUS, 7 - RADIUS, 300 + 2 * RADIUS, 40 + 2 * RADIUS, seed=3)
     expected = np.clip(convolve(noise, KERNELS[0]), 0, 1 - 2**-24)
     found = one.window(-5, 7, 300, 40, seed=3)
@@ -101,7 +101,7 @@ def test_providers(one, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def test_vectors(builtin):
+def test_builtin_vector_network(builtin):
     """tests/trainer limits their energy."""
     vectors = NeuralGenerator(channels=2)
     assert (builtin.channels, vectors.channels) == (1, 2)
@@ -154,7 +154,7 @@ def test_bad_arguments(one, call, error, words, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def test_signals_stop_a_large_mask():
+def test_signals_interrupt_large_masks_and_windows():
     """Signal handlers run while the network works, so Ctrl-C stops it: two signals during one call are handled one by one.
     Otherwise, both would be handled after the call."""
     large = NeuralGenerator(ONE, threads=1)
@@ -177,7 +177,7 @@ def test_out(one):
 
 
 @pytest.mark.parametrize("name", ["model", "runtime", "BN_ONNXRUNTIME"])
-def test_a_pipe_is_refused_at_once(name, tmp_path):
+def test_pipes_are_rejected_immediately(name, tmp_path):
     """Opening the pipe would wait for a writer forever, and Ctrl-C could not interrupt it."""
     os.mkfifo(tmp_path / "pipe")
     program = f"import bluenoise; bluenoise.NeuralGenerator({name}={str(tmp_path / 'pipe')!r})"
@@ -188,7 +188,7 @@ def test_a_pipe_is_refused_at_once(name, tmp_path):
     assert "regular file" in last and str(tmp_path / "pipe") in last
 
 
-def test_a_build_without_the_network_says_so(monkeypatch):
+def test_error_in_a_build_without_networks(monkeypatch):
     monkeypatch.delattr(bluenoise._core, "NeuralGenerator")
     _neural.builtin_generator.cache_clear()
     for call in (NeuralGenerator, lambda: NeuralGenerator.noise(0, 0, 1, 1), lambda: bluenoise.neural((16, 16))):
@@ -196,7 +196,7 @@ def test_a_build_without_the_network_says_so(monkeypatch):
             call()
 
 
-def test_without_a_runtime_the_message_says_what_to_do(tmp_path, monkeypatch):
+def test_missing_runtime_error_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setattr(_neural, "_installed_runtime", lambda: None)
     monkeypatch.setenv("BN_ONNXRUNTIME", str(tmp_path / "nowhere.so"))
     with pytest.raises(RuntimeMissingError, match="pip install 'onnxruntime>=1.19'"):
@@ -204,7 +204,7 @@ def test_without_a_runtime_the_message_says_what_to_do(tmp_path, monkeypatch):
 
 
 @needs_package
-def test_finds_the_library_inside_the_installed_package(monkeypatch):
+def test_runtime_is_found_in_the_installed_package(monkeypatch):
     monkeypatch.delenv("BN_ONNXRUNTIME", raising=False)
     path = _neural._installed_runtime()
     assert path is not None and Path(path).is_file() and "onnxruntime" in Path(path).name
@@ -232,7 +232,7 @@ def in_onnxruntime(folder, model, noise):
 @needs_package
 @pytest.mark.parametrize("name", ["neural.onnx", "neural_fast.onnx", "neural_vector.onnx"])
 @pytest.mark.parametrize("shape", [(64, 64), (52, 132)])
-def test_builtin_networks_agree_with_onnxruntime(tmp_path, name, shape):
+def test_builtin_networks_match_onnxruntime(tmp_path, name, shape):
     """Ranks follow the values, except for the first and last ranks, which libbn reorders."""
     model = (Path(__file__).resolve().parents[2] / "libbn/data" / name).read_bytes()
     radius = int(re.search(rb"bn\.receptive_radius\x12.(\d+)", model)[1])
@@ -250,7 +250,7 @@ def test_builtin_networks_agree_with_onnxruntime(tmp_path, name, shape):
         assert values.std() > 0.2 and (np.diff(in_order) > -1e-4).all()
 
 
-def test_builtin_windows_show_one_uniform_plane(builtin):
+def test_builtin_windows_are_consistent_and_uniform(builtin):
     plane = builtin.window(-300, 20, 500, 400, seed=6)
     assert plane.min() >= 0 and plane.max() < 1
     # For 200,000 texels of white noise, the deviation would be below .002 (one false alarm in about 10^4).
@@ -265,7 +265,7 @@ def test_builtin_windows_show_one_uniform_plane(builtin):
 
 @needs_package
 @pytest.mark.parametrize("model", [None, ONE])
-def test_the_listing_of_the_page_on_masks_goes_from_a_model_to_samples(model):
+def test_masks_page_listing(model):
     page = (Path(__file__).resolve().parents[2] / "docs/masks.md").read_text(encoding="utf-8")
     (listing,) = (text for text in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "neural(" in text)
     y, x = np.mgrid[:64, :64]

@@ -50,7 +50,7 @@ WIDE = model(node("Conv", "noise,weights", "mask", dilations=(256, 256)) + tenso
     (ONE + _field(7, CONV), "bad data"),
     (b"GIF89a\0", "bad data"),
 ])
-def test_unusable_models_get_one_line(bytes_, words, capfd):
+def test_unusable_models_raise_without_output(bytes_, words, capfd):
     with pytest.raises(ValueError, match=words):
         NeuralGenerator(bytes_)
     assert capfd.readouterr() == ("", "")
@@ -63,7 +63,7 @@ def test_usable_models():
     assert NeuralGenerator(convolution(np.full((16, 3, 3), 0.1))).channels == 16
 
 
-def test_files(tmp_path):
+def test_model_files(tmp_path):
     path = tmp_path / "a.onnx"
     path.write_bytes(ONE)
     assert NeuralGenerator(path).channels == 1

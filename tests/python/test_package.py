@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "bindings" / "bluenoise"
 
 
-def test_version_is_the_headers():
+def test_version_matches_the_header():
     header = (ROOT / "libbn" / "include" / "bn" / "bn.h").read_text()
     version = ".".join(re.findall(r"^#define BN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", header, re.M))
     assert bluenoise.__version__ == version
@@ -35,13 +35,13 @@ def test_public_names_exist_and_have_docstrings():
         assert getattr(bluenoise.Sampler, name).__doc__
 
 
-def test_examples_in_docstrings_hold():
+def test_docstring_examples():
     for name in ("_choose", "_dither", "_masks", "_path", "_points", "_sampler"):
         failed, tried = doctest.testmod(importlib.import_module(f"bluenoise.{name}"))
         assert failed == 0 < tried, name
 
 
-def test_wheel_has_only_the_package():
+def test_wheel_contains_only_the_package():
     files = importlib.metadata.files("libbn")
     top = {file.parts[0] for file in files if ".." not in file.parts}
     assert {name for name in top if not name.endswith(".dist-info")} == {"bluenoise"}
@@ -50,12 +50,12 @@ def test_wheel_has_only_the_package():
     assert sum(file.suffix in (".so", ".pyd") for file in files) == 1
 
 
-def test_import_pulls_in_numpy_only():
+def test_import_loads_no_optional_packages():
     program = "import sys, bluenoise; print({'scipy', 'PIL', 'matplotlib', 'onnxruntime'} & set(sys.modules))"
     assert run_python(program).stdout == "set()\n"
 
 
-def test_subinterpreters_are_refused():
+def test_subinterpreters_are_rejected():
     program = (
         "try: import _interpreters as i\n"
         "except ImportError: import _xxsubinterpreters as i\n"
@@ -65,7 +65,7 @@ def test_subinterpreters_are_refused():
     assert "cannot be imported in a subinterpreter" in found.stdout + found.stderr
 
 
-def test_mitsuba_says_what_it_needs():
+def test_missing_mitsuba_error_names_the_extra():
     found = run_python("import sys; sys.modules['drjit'] = None; import bluenoise.mitsuba")
     assert "libbn[mitsuba]" in found.stderr.splitlines()[-1]
 
@@ -76,12 +76,12 @@ def read_extension(*command):
     return subprocess.run([*command, bluenoise._core.__file__], capture_output=True, text=True, check=True).stdout
 
 
-def test_extension_exports_only_its_entry():
+def test_extension_exports_only_its_init_function():
     out = read_extension("nm", "-D", "--defined-only")
     assert [line.split()[-1] for line in out.splitlines()] == ["PyInit__core"]
 
 
-def test_extension_needs_only_what_every_linux_has():
+def test_extension_links_only_system_libraries():
     out = read_extension("readelf", "-d")
     needed = set(re.findall(r"\(NEEDED\).*\[(.+?)\]", out))
     system = re.compile(r"(lib(c|m|dl|pthread|stdc\+\+|gcc_s|c\.musl-\w+)|ld-linux[\w-]*)\.so")

@@ -12,7 +12,7 @@ from helpers import refused
 from bluenoise import LoopSampler, PathSampler, Sampler, _path
 
 
-def test_paths_have_the_bits_of_c():
+def test_paths_match_the_c_hash():
     """The paths hashed by tests/c/test_draw_hashes.c, for sixteen pixels and six indices."""
     pixel, index = np.arange(96) // 6, np.tile([0, 1, 5, 255, 256, 70000], 16)
     path = PathSampler(Sampler(seed=1), 3 * pixel - 20, 100 - 37 * pixel, index)
@@ -32,7 +32,7 @@ def test_paths_have_the_bits_of_c():
     assert hash_of(found) == table()["paths"]
 
 
-def test_explicit_counters_are_those_of_the_calls():
+def test_explicit_counters_match_implicit_ones():
     path = PathSampler(Sampler(seed=2), np.arange(4), 7, [[0], [9]])
     ray, counted = path.ray(1), path.ray(1)
     for k in range(6):
@@ -85,7 +85,7 @@ def test_frames_and_samples_differ():
     assert [tuple(row) for row in both] == [tuple(PathSampler(sampler, 5, 6, 1, stream).ray(2).draw()) for stream in (0, 3)]
 
 
-def test_paths_keep_their_pixels():
+def test_paths_copy_their_coordinates():
     x, index = np.arange(5, dtype=np.int32), np.arange(5, dtype=np.uint32)
     path = PathSampler(Sampler(), x, 0, index)
     before = path.ray(1).draw()
@@ -144,7 +144,7 @@ def test_stateful_samplers_cannot_be_copied(copied):
 
 @pytest.mark.parametrize("call", ["next_1d", "next_2d", "next_4d", "next_loop", lambda ray: ray.next_split(2),
                                   lambda ray: ray.next_split_from(0)])
-def test_an_interrupted_draw_is_not_counted(monkeypatch, call):
+def test_interrupted_draws_are_not_counted(monkeypatch, call):
     def draw(ray):
         found = call(ray) if callable(call) else getattr(ray, call)()
         while not isinstance(found, np.ndarray):

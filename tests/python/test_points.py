@@ -44,13 +44,13 @@ def test_no_two_points_are_close(method, least, seed):
 
 
 @pytest.mark.parametrize("method", ["best-candidate", "mask"])
-def test_the_first_points_of_a_set_are_a_set(method):
+def test_smaller_sets_are_prefixes_of_larger_ones(method):
     options = {"mask": bluenoise.mask((40, 50), seed=2)} if method == "mask" else {}
     whole = bluenoise.points(150, method=method, seed=5, **options)
     np.testing.assert_array_equal(bluenoise.points(60, method=method, seed=5, **options), whole[:60])
 
 
-def test_points_of_a_mask_lie_in_its_lowest_texels():
+def test_mask_points_lie_in_the_lowest_ranked_texels():
     mask = white((10, 20), seed=1)
     for jitter in (False, True):
         found = bluenoise.points(30, method="mask", mask=mask, jitter=jitter, seed=1)
@@ -60,7 +60,7 @@ def test_points_of_a_mask_lie_in_its_lowest_texels():
     assert np.allclose(centres * (20, 10) % 1, 0.5)
 
 
-def test_the_best_candidate_is_the_farthest_of_all():
+def test_best_candidates_match_brute_force():
     """The definition, computed without a grid or tree."""
     found = bluenoise.points(150, seed=7, candidates=3)
     sampler = bluenoise.Sampler("white", seed=7)
@@ -96,7 +96,7 @@ def test_bad_arguments(error, message, arguments, options):
 
 
 @pytest.mark.parametrize("method", ["best-candidate", "poisson-disk"])
-def test_without_scipy_the_error_says_what_to_install(method, monkeypatch):
+def test_missing_scipy_error_says_what_to_install(method, monkeypatch):
     real = builtins.__import__
 
     def no_scipy(name, *arguments, **options):

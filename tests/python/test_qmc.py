@@ -7,7 +7,7 @@ from bluenoise import Sampler, domain
 qmc, integrate = (pytest.importorskip(f"scipy.{name}") for name in ("stats.qmc", "integrate"))
 
 
-def test_points_are_the_samples_of_a_pixel():
+def test_points_match_a_pixels_samples():
     sampler = Sampler("blue", seed=4)
     engine = sampler.qmc(6, pixel=(3, -2))
     assert isinstance(engine, qmc.QMCEngine) and engine.d == 6
@@ -42,7 +42,7 @@ def test_scipy_integrates_with_independent_samplers():
     assert all(0 < each.standard_error < 1e-3 and abs(each.integral - 1) < 6 * each.standard_error for each in found)
 
 
-def test_estimates_keep_the_sampler_and_repeat_after_a_reset():
+def test_qmc_quad_keeps_the_sampler_and_repeats_after_a_reset():
     sampler = Sampler("zorder", seed=3, samples_per_pixel=16)
     engine = sampler.qmc(2, pixel=(5, 1))
     child = type(engine)(**engine._init_quad, seed=7)
@@ -52,7 +52,7 @@ def test_estimates_keep_the_sampler_and_repeat_after_a_reset():
     assert first == again
 
 
-def test_integrals_have_no_bias():
+def test_integrals_are_unbiased():
     """Truncation to 24 bits would cause a bias of 6e-8. For this integrand, that is 200 standard errors of 2^16 points."""
     found = integrate.qmc_quad(lambda x: np.exp(x.sum(0)), [0, 0], [1, 1], n_points=2**16, n_estimates=8, qrng=Sampler(seed=1).qmc(2))
     assert abs(found.integral - (np.e - 1) ** 2) < 6 * found.standard_error < 1e-7
@@ -72,6 +72,6 @@ def test_last_index_and_bad_arguments():
         Sampler().qmc(2, pixel=3)
 
 
-def test_repr_says_what_and_where():
+def test_repr_shows_the_sampler_and_index():
     engine = Sampler("sobol", seed=3).qmc(5, pixel=(-1, 2)).fast_forward(7)
     assert repr(engine) == "<Sampler('sobol', seed=3).qmc(5, pixel=(-1, 2)) at index 7>"

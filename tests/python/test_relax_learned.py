@@ -35,7 +35,7 @@ def reference(shape, seed):
 
 
 @pytest.mark.parametrize("shape", [(128, 96), (4, 500), (2, 2)])
-def test_the_mask_is_that_of_the_formula(shape):
+def test_mask_matches_the_formula(shape):
     # A tenth of the ranks at each end are reordered. Rounding moves the others by about a thousandth on average.
     expected, found = (ranks / ranks.size for ranks in (reference(shape, 5), bluenoise.relax(shape, seed=5)))
     middle = abs(expected - 0.5) < 0.38
@@ -47,13 +47,13 @@ def test_the_mask_is_that_of_the_formula(shape):
 
 
 @pytest.mark.slow
-def test_the_header_is_up_to_date():
+def test_header_is_up_to_date():
     text = make_relax.HEADER.read_text(encoding="utf-8")
     assert make_relax.header(SCHEDULE, text) == text, "run libbn/tools/make_relax.py"
 
 
 @pytest.mark.parametrize("group", [[[0, 1]], [[0, 0]], [[0, 1], [1, 0], [0, -1], [-1, 1]]])
-def test_offsets_without_the_symmetries_of_the_square_are_refused(group):
+def test_asymmetric_offsets_are_rejected(group):
     steps = copy.deepcopy(SCHEDULE)
     steps[0]["groups"][0] = group
     with pytest.raises(SystemExit, match="symmetries"):

@@ -16,7 +16,7 @@ EDGE_INDEX = np.array([0, 1, 255, 256, 65535, 65536, 2**31, 2**32 - 1], np.uint3
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_sample_has_shape_range_and_24_bits(kind):
+def test_sample_shape_range_and_precision(kind):
     u = Sampler(kind, seed=7).sample(EDGE_X[:, None], EDGE_X[None, :], EDGE_INDEX[:, None], 5)
     assert u.shape == (8, 8, 4) and u.dtype == np.float32
     assert (u >= 0).all() and (u < 1).all()
@@ -25,7 +25,7 @@ def test_sample_has_shape_range_and_24_bits(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("dims", (1, 2, 3, 4))
-def test_thousands_of_lanes_in_any_layout_equal_a_block(kind, dims):
+def test_samples_in_any_array_layout_match_a_block(kind, dims):
     sampler = Sampler(kind, seed=4)
     domain = bluenoise.domain(9)
     block = sampler.block(-20, -5, 37, 11, 250, 9, domain)[..., :dims]
@@ -40,14 +40,14 @@ def test_thousands_of_lanes_in_any_layout_equal_a_block(kind, dims):
     np.testing.assert_array_equal(shuffled, block.reshape(-1, dims)[order])
 
 
-def test_a_large_block_equals_its_parts():
+def test_large_block_matches_its_rows():
     block = Sampler(seed=4).block(-20, -5, 512, 700, 3, 4)
     for rows in (0, 300, 699):
         np.testing.assert_array_equal(block[rows:rows + 1], Sampler(seed=4).block(-20, rows - 5, 512, 1, 3, 4))
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_pair_is_part_of_the_four(kind):
+def test_pairs_match_four_dimensional_samples(kind):
     sampler = Sampler(kind, seed=9)
     where = np.arange(3000), 3, np.arange(3000) % 300, bluenoise.domain(np.arange(3000) % 5)
     four = sampler.sample(*where)
@@ -59,14 +59,14 @@ def test_a_pair_is_part_of_the_four(kind):
     assert sampler.sample(1, 2, 3, pair=1).shape == (2,)
 
 
-def test_scalars_give_one_sample():
+def test_scalar_arguments():
     u = Sampler().sample(1, 2, 3)
     assert u.shape == (4,)
     np.testing.assert_array_equal(u, Sampler().sample([1], [2], [3])[0])
     np.testing.assert_array_equal(u, Sampler().sample(np.int8(1), np.uint64(2), np.int16(3)))
 
 
-def test_broadcasting_equals_full_arrays():
+def test_broadcasting_matches_full_arrays():
     sampler = Sampler(seed=2)
     x, y = np.arange(5), np.arange(-3, 0)[:, None]
     index = np.arange(4)[:, None, None]
@@ -79,7 +79,7 @@ def test_broadcasting_equals_full_arrays():
     np.testing.assert_array_equal(u[d, i, j, k], sampler.sample(k, j - 3, i, bluenoise.domain(1)))
 
 
-def test_empty_arrays_give_empty_samples():
+def test_empty_arrays():
     assert Sampler().sample([], 0, 0).shape == (0, 4)
     assert Sampler().sample(np.zeros((3, 0), int), 0, 0, dims=2).shape == (3, 0, 2)
     assert Sampler().sample(np.zeros((0, 3), int), 0, 0).shape == (0, 3, 4)
@@ -88,13 +88,13 @@ def test_empty_arrays_give_empty_samples():
 @pytest.mark.parametrize(
     "dtype", ["i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", ">i2", ">u8"]
 )
-def test_every_integer_dtype_is_taken(dtype):
+def test_every_integer_dtype_is_accepted(dtype):
     values = np.arange(100, dtype=dtype)
     expected = Sampler().sample(np.arange(100), np.arange(100), np.arange(100), np.arange(100))
     np.testing.assert_array_equal(Sampler().sample(values, values, values, values), expected)
 
 
-def test_generator_gives_a_seed():
+def test_seed_from_a_generator():
     one, two = (Sampler(seed=np.random.default_rng(5)) for _ in range(2))
     assert one == two and 0 <= one.seed < 2**64 and one.seed != Sampler(seed=5).seed
     generator = np.random.default_rng(5)
@@ -110,7 +110,7 @@ def test_domains():
     assert len(keys) > 4090  # 4,096 hashes of 32 bits: 0.002 collisions expected
 
 
-def test_mask_kind_takes_ranks():
+def test_mask_sampler_accepts_ranks():
     ranks = bluenoise.mask((16, 24), seed=4)
     sampler = Sampler("mask", seed=1, mask=ranks)
     assert not sampler.mask.flags.writeable and sampler.mask.dtype == np.uint32
@@ -145,7 +145,7 @@ def test_equality_and_hash():
     assert Sampler() != "blue"
 
 
-def test_immutable():
+def test_samplers_are_immutable():
     sampler = Sampler()
     for name in ("seed", "type", "mask", "samples_per_pixel", "_seed", "other"):
         with pytest.raises(AttributeError, match=name):
@@ -161,7 +161,7 @@ def test_seed_none_is_random_and_reusable():
     assert (bluenoise.relax((8, 8), seed=None) != bluenoise.relax((8, 8), seed=None)).any()
 
 
-def test_repr_says_what_it_is():
+def test_repr():
     assert repr(Sampler("sobol", seed=3)) == "Sampler('sobol', seed=3)"
     text = repr(Sampler("mask", samples_per_pixel=4, mask=bluenoise.mask((4, 6))))
     assert text == "Sampler('mask', seed=0, samples_per_pixel=4, mask=<4 x 6>)"
@@ -235,7 +235,7 @@ def test_bad_arguments(call, error, words):
         call()
 
 
-def test_what_shaders_read():
+def test_shader_tables_and_seeds():
     words = bluenoise.tables()
     assert words.dtype == np.uint32 and words.shape == (11904,)
     words[:] = 0  # a copy
@@ -247,7 +247,7 @@ def test_what_shaders_read():
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("index_count", [1, 3])
 @pytest.mark.parametrize("dims", [1, 2, 3, 4])
-def test_blocks_of_fewer_dimensions(kind, index_count, dims):
+def test_blocks_with_fewer_dimensions(kind, index_count, dims):
     sampler = Sampler(kind, seed=3)
     whole = sampler.block(-3, 5, 6, 7, 2**32 - 3, index_count, 9)
     found = sampler.block(-3, 5, 6, 7, 2**32 - 3, index_count, 9, dims)
@@ -279,7 +279,7 @@ def test_bad_out():
                 call(out)
 
 
-def test_domains_of_arrays():
+def test_array_domains():
     keys = np.array([[0, 1, 2**32 - 1], [7, 8, 9]])
     found = bluenoise.domain(3, keys, [4, 5, 6])
     assert found.dtype == np.uint32 and found.shape == (2, 3)

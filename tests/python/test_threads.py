@@ -80,7 +80,7 @@ def test_work_releases_the_gil(name, no_forced_switches):
         other.join()
 
 
-def test_threads_agree():
+def test_results_do_not_depend_on_threads():
     sampler = bluenoise.Sampler("blue", seed=6)
     expected = sampler.block(0, 0, 64, 64, 0, 16)
 

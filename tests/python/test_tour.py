@@ -13,7 +13,7 @@ TOUR = Path(__file__).resolve().parents[2] / "docs" / "tour.md"
 NUMBER = r"-?\d+\.\d+(?:e-\d+)?"
 
 
-def test_the_tour_prints_what_it_shows():
+def test_tour_output_matches_the_page():
     pytest.importorskip("scipy")
     if not TOUR.exists():
         pytest.skip("the source distribution has no guides")

@@ -55,7 +55,7 @@ bluenoise.measure(np.zeros((8, 8))).e_3
 
 
 @pytest.mark.slow
-def test_types_are_complete_and_the_type_checker_refuses_wrong_calls(tmp_path):
+def test_type_checker_accepts_valid_and_rejects_invalid_calls(tmp_path):
     api = pytest.importorskip("mypy.api")
     program = tmp_path / "program.py"
     program.write_text(PROGRAM + WRONG)
@@ -67,7 +67,7 @@ def test_types_are_complete_and_the_type_checker_refuses_wrong_calls(tmp_path):
     assert {int(line) for _, line, *_ in errors} == set(range(first, first + WRONG.count("\n") - 1)), out
 
 
-def test_the_signature_names_every_option():
+def test_signature_lists_every_option():
     """Editors and IPython complete names from inspect.signature."""
     parameters = inspect.signature(bluenoise.points).parameters
     assert all(value.kind is not value.VAR_KEYWORD and value.annotation != "Any" for value in parameters.values())

@@ -167,7 +167,7 @@ def package(browser):
 
 @pytest.mark.parametrize("way", ["buffer", "texture", "webgl"])
 @pytest.mark.parametrize("effects", EFFECTS, ids=["no lens", "lens"])
-def test_the_package_draws_the_librarys_numbers(package, asked, effects, way):
+def test_package_draws_match_the_library(package, asked, effects, way):
     table = "{width: bn.TABLE_WIDTH, texels: bn.tableTexels()}"
     given, size = json.dumps(effects), 64 * len(asked)
     if way == "webgl":

@@ -5,13 +5,13 @@ import check_device
 from conftest import need_wgpu
 
 
-def test_every_driver_draws_the_librarys_bits(capsys):
+def test_all_drivers_match_the_library(capsys):
     need_wgpu()
     assert check_device.main() == 0
     assert all(": all bits match the CPU's (hash " in line for line in capsys.readouterr().out.splitlines())
 
 
-def test_one_wrong_bit_and_a_failing_driver_are_seen(cases, capsys, monkeypatch):
+def test_wrong_bits_and_failing_drivers_are_reported(cases, capsys, monkeypatch):
     words = {asked.tobytes(): bytearray(expected.tobytes()) for asked, expected in zip(cases.asked, cases.expected)}
     words[cases.asked[1].tobytes()][5] ^= 1
     drivers = [("one", lambda *_: 1 / 0), ("two", lambda buffers, *_: words[buffers[2]])]

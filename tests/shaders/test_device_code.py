@@ -23,14 +23,14 @@ ATTRIBUTES = [f"-D__{name}__=__attribute__(({name}))" for name in ("host", "devi
     *([f"-D{language}", "-DRUN_ON_HOST", "-D__host__=", "-D__device__=", "-x", "c++", HERE / "draw.cu", "-x", "none"]
       for language in ("__CUDACC__", "__HIPCC__")),
     ["-DMETAL", HERE / "on_host.cpp"], ["-DGLSL", *GLSL_VERSION, HERE / "on_host.cpp"]], ids=["cuda", "hip", "metal", "glsl"])
-def test_every_language_on_the_host(cases, tmp_path, options):
+def test_device_code_on_the_host(cases, tmp_path, options):
     library = ROOT / "build" / "libbn" / "libbn.a"
     run(CXX, "-std=c++17", "-O1", *WARNINGS, "-I", INCLUDE, "-I", HERE, *options, library, "-lm", "-pthread", "-ldl",
         "-o", tmp_path / "draw")
     assert run(tmp_path / "draw", cases.folder).endswith(" 0 wrong words\n")
 
 
-def test_cuda_in_c(tmp_path):
+def test_cuda_header_in_c(tmp_path):
     """Functions that take only words also work in C."""
     compile_text(tmp_path, "words.c", "#include <bn/bn_draw.h>\nvoid draw(const uint32_t *words, bn_uint2 seed, float u[4]) "
                                       "{ bn_draw_blue_4d(words, seed, -1, 2, 3, 4, u); }\n")

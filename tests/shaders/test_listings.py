@@ -99,14 +99,14 @@ def paragraphs(header):
     return code
 
 
-def test_every_header_has_its_listings_here():
+def test_every_header_is_covered():
     tested = {*C_LISTINGS, "bn.hpp", *(f"bn_{name}.{language}" for name in ("draw", "path", "choose")
                                        for language in ("glsl", "hlsl", "metal", "wgsl")), "bn_choose_cdf.wgsl"}
     assert {path.name for path in (INCLUDE / "bn").iterdir()} - tested == {"bn_draw.h", "bn_device.h"}
 
 
 @pytest.mark.parametrize("header", C_LISTINGS)
-def test_listings_of_c_headers(tmp_path, header):
+def test_c_header_listings(tmp_path, header):
     before, parameters = C_LISTINGS[header]
     texts = paragraphs(header)
     if header == "bn.h":  # the only comment with code that is not the first comment
@@ -118,7 +118,7 @@ def test_listings_of_c_headers(tmp_path, header):
     compile_text(tmp_path, "a.c", text, "-Wno-unused", "-Wno-unused-parameter", "-Wno-maybe-uninitialized")
 
 
-def test_listing_of_the_cpp_header(tmp_path):
+def test_cpp_header_listings(tmp_path):
     listings = "\n".join(text for text in paragraphs("bn.hpp") if not text.startswith("// numbers."))
     text = ("#include <bn/bn.hpp>\nenum { KEY_LIGHT = 3 };\n"
             f"void listing(uint64_t seed, int x, int y, unsigned index, unsigned depth) {{\n{listings}\n}}\n")
@@ -145,24 +145,24 @@ def shader_of_listings(language, texture=False):
 
 
 @pytest.mark.parametrize("texture", [False, True])
-def test_listings_of_glsl(tmp_path, texture):
+def test_glsl_header_listings(tmp_path, texture):
     need(GLSLANG, "glslangValidator")
     (tmp_path / "a.comp").write_text(with_texts(shader_of_listings("glsl", texture)))
     run(GLSLANG, tmp_path / "a.comp")
 
 
-def test_listings_of_hlsl(tmp_path):
+def test_hlsl_header_listings(tmp_path):
     compile_hlsl(tmp_path, shader_of_listings("hlsl"))
 
 
-def test_listings_of_metal(tmp_path):
+def test_metal_header_listings(tmp_path):
     first, *texts = [text for name in ("bn_draw", "bn_path", "bn_choose") for text in paragraphs(f"{name}.metal")]
     blocks = "\n".join(f"{{ {text}\n}}" for text in texts)
     compile_metal(tmp_path, f'{first}\n#include "bn_path.metal"\n#include "bn_choose.metal"\n'
                             f"void listing(const uint *bn_words, uint2 seed, uint2 pixel) {{ {NUMBERS}\n{blocks}\n}}\n", "-Wno-unused")
 
 
-def test_listings_of_wgsl():
+def test_wgsl_header_listings():
     names = ("bn_draw", "bn_path", "bn_choose", "bn_choose_cdf")
     texts = [text for name in names for text in paragraphs(f"{name}.wgsl")]
     declared = [text for text in texts if text.startswith("@group")]

@@ -23,12 +23,12 @@ def in_node(expression):
     return json.loads(node("--input-type=module", "-e", code))
 
 
-def test_the_texts_are_up_to_date():
+def test_texts_are_up_to_date():
     pytest.importorskip("bluenoise")
     run(sys.executable, PACKAGE / "make_texts.py", "--check")
 
 
-def test_the_names_are_those_of_the_types():
+def test_exports_match_the_type_declarations():
     declared = re.findall(r"^export (?:function|const) (\w+)", (PACKAGE / "index.d.ts").read_text(), re.M)
     assert in_node("Object.keys(bn)") == sorted(declared)
     effects = (PACKAGE / "index.d.ts").read_text().split("export interface Effects")[1].split("}")[0]
@@ -37,7 +37,7 @@ def test_the_names_are_those_of_the_types():
         assert f"BN_EFFECT_{role.upper()} 9u\n" in in_node(f"bn.glsl({{effects: {{light: 1, {role}: 9}}}})")
 
 
-def test_the_package_is_found_by_its_name(tmp_path):
+def test_package_can_be_imported_by_name(tmp_path):
     description = json.loads((PACKAGE / "package.json").read_text())
     shutil.copytree(PACKAGE, tmp_path / "node_modules" / description["name"])
     (tmp_path / "a.mjs").write_text(f'import {{TABLE_WIDTH}} from "{description["name"]}"; console.log(TABLE_WIDTH);\n')
@@ -48,7 +48,7 @@ def test_the_package_is_found_by_its_name(tmp_path):
     assert description["version"].split(".") == re.findall(r"^#define BN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", header, re.M)
 
 
-def test_the_table_and_seeds_are_the_librarys(cases):
+def test_table_and_seeds_match_the_library(cases):
     words, last = cases.words.tolist(), cases.asked[-1, 0, 10:12].tolist()
     assert in_node("[...bn.tableWords()]") == words
     texels = in_node("[...bn.tableTexels()]")
@@ -59,7 +59,7 @@ def test_the_table_and_seeds_are_the_librarys(cases):
 
 
 @pytest.mark.parametrize("language", ["glsl", "wgsl"])
-def test_the_seed_is_0_until_it_is_set(language):
+def test_default_seed_is_0(language):
     words = ", ".join(f"0x{word:08x}u" for word in in_node("[...bn.seedWords()]"))
     assert f"({words}); /* seed 0 */" in in_node(f"bn.{language}()")
 
@@ -73,18 +73,18 @@ def test_the_seed_is_0_until_it_is_set(language):
     ("bn.wgsl({table: 'sampler'})", 'table is "sampler", not "buffer" or "texture"'),
     ("bn.wgsl({binding: -1})", "binding is -1, not an integer from 0"),
     ("bn.glsl({table: 'texture'})", 'no option "table"; there are effects')])
-def test_mistakes_are_one_clear_line(call, message):
+def test_error_messages(call, message):
     assert message in in_node(f"(() => {{ try {{ {call}; }} catch (error) {{ return error.message; }} }})()")
 
 
 @pytest.mark.parametrize("version", ["300 es", "330"])
-def test_the_glsl_is_valid(version, tmp_path):
+def test_glsl_is_valid(version, tmp_path):
     need(GLSLANG, "glslangValidator")
     (tmp_path / "a.frag").write_text(f"#version {version}\n{in_node('bn.glsl()')}{GLSL}")
     run(GLSLANG, tmp_path / "a.frag")
 
 
-def test_the_readmes_examples(tmp_path):
+def test_readme_examples(tmp_path):
     page = (PACKAGE / "README.md").read_text(encoding="utf-8")
     shutil.copytree(PACKAGE, tmp_path / "node_modules" / "libbn")
     for name in ("glsl", "wgsl"):

@@ -67,7 +67,7 @@ def test_glsl(cases, tmp_path):
 
 @pytest.mark.parametrize(("name", "version"), [
     ("draw.comp", "430"), ("draw.comp", "310 es"), ("draw.frag", "330"), ("draw.frag", "300 es")])
-def test_versions_of_glsl(name, version, tmp_path):
+def test_glsl_versions(name, version, tmp_path):
     need(GLSLANG, "glslangValidator")
     source = re.sub("^#version .*", f"#version {version}", (HERE / name).read_text())
     (tmp_path / name).write_text(with_texts(source))

@@ -7,7 +7,7 @@ import sys
 from conftest import ROOT
 
 
-def test_the_committed_files_are_up_to_date():
+def test_committed_files_are_up_to_date():
     tool = ROOT / "libbn" / "tools" / "make_wgsl.py"
     done = subprocess.run([sys.executable, tool, "--check"], stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 0, done.stderr

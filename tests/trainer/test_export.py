@@ -93,7 +93,7 @@ def test_torch_and_onnx_runtime_agree(small, shape):
     assert np.abs(values - model(noise).numpy()).max() < 1e-4
 
 
-def test_export_is_checked_and_complete(exported):
+def test_export_is_complete_and_mismatches_are_rejected(exported):
     model, path, done = exported
     data = path.read_bytes()
     assert hashlib.sha256(data).hexdigest() == done["sha256"] and len(data) == done["bytes"]
@@ -108,7 +108,7 @@ def test_export_is_checked_and_complete(exported):
         check(small_model(3 - model.channels), data)
 
 
-def test_a_failed_export_leaves_nothing(small, tmp_path, monkeypatch):
+def test_failed_export_keeps_the_old_file(small, tmp_path, monkeypatch):
     model, data = small
     monkeypatch.setattr("bn_trainer.export.onnx_bytes", lambda _: data)
 
@@ -126,7 +126,7 @@ def test_a_failed_export_leaves_nothing(small, tmp_path, monkeypatch):
 
 
 @pytest.mark.skipif(not hasattr(bluenoise._core, "NeuralGenerator"), reason="a build of the package with BN_NEURAL=OFF")
-def test_the_library_reads_the_file(exported):
+def test_libbn_reads_the_exported_model(exported):
     model, path, _ = exported
     generator = bluenoise.NeuralGenerator(path, threads=1)
     assert generator.channels == model.channels
@@ -173,7 +173,7 @@ def test_builtin_models_match_their_checksums(name):
 
 
 @pytest.mark.parametrize("name", BUILTIN)
-def test_builtin_models_keep_their_quality(name):
+def test_builtin_models_meet_their_error_limits(name):
     network, radius = builtin(name)
     assert radius <= 64
     figures = evaluate.errors(network, radius, 64, 64, 20).mean(0)
@@ -182,7 +182,7 @@ def test_builtin_models_keep_their_quality(name):
         assert limit is None or found <= limit, (key, found)
 
 
-def test_the_builtin_vectors_keep_their_energy():
+def test_builtin_vector_model_meets_its_energy_limit():
     network, radius = builtin("neural_vector.onnx")
     energy = evaluate.energies(network, radius, 64, 20).mean()
     assert energy <= limits()["neural_vector.onnx"]["energy"], energy
@@ -197,7 +197,7 @@ def test_builtin_models_have_no_fixed_pattern(name):
     assert worst < 4.5
 
 
-def test_a_schedule_holds_the_steps():
+def test_schedule_contains_the_steps():
     model = Relaxation([2, 5])
     with torch.no_grad():
         model.load_vector(model.vector() + torch.cat([torch.full_like(p.reshape(-1), 0.1 if "sharpness" not in name else 0)

@@ -20,7 +20,7 @@ def error(values, *sigmas):
 
 
 @pytest.mark.parametrize("make", [None, bluenoise.void_and_cluster])
-def test_error_equals_the_librarys(make):
+def test_error_matches_the_library(make):
     made, values = uniform((64, 64), 5, make)
     figures = bluenoise.measure(made)
     # 64 levels against all of them.
@@ -28,7 +28,7 @@ def test_error_equals_the_librarys(make):
         assert closed**0.5 == pytest.approx(figures.dithering_error[sigma], rel=0.02)
 
 
-def test_several_sigmas_and_masks_are_as_one_at_a_time():
+def test_batched_errors_match_single_errors():
     sigmas, images = (1.5, 0.75, 1.0), [uniform((20, 28), seed, bluenoise.void_and_cluster)[1] for seed in (1, 2)]
     # In float32, as in training.
     both = DitheringError(20, 28, list(sigmas))(torch.from_numpy(np.stack(images)).float())
@@ -37,7 +37,7 @@ def test_several_sigmas_and_masks_are_as_one_at_a_time():
     np.testing.assert_allclose(both.numpy(), alone, rtol=1e-3)
 
 
-def test_energy_of_all_pairs():
+def test_energy_matches_brute_force():
     height, width = 13, 14
     values = torch.rand(1, 2, height, width, dtype=torch.float64, generator=torch.Generator().manual_seed(1))
     flat, place = values[0].reshape(2, -1).numpy(), np.indices((height, width)).reshape(2, -1)
@@ -48,7 +48,7 @@ def test_energy_of_all_pairs():
     assert VectorEnergy()(values).tolist() == pytest.approx([energy], rel=1e-9)
 
 
-def test_energy_ranks_vector_masks():
+def test_energy_is_lower_for_better_vector_masks():
     white = np.stack([uniform((64, 64), seed)[1] for seed in (1, 2)])
     blue = np.stack([uniform((64, 64), seed, bluenoise.void_and_cluster)[1] for seed in (1, 2)])
     _, joint = uniform((64, 64), 1, bluenoise.anneal, channels=2, sweeps=20)
@@ -71,7 +71,7 @@ def direction(masks):
     return np.mean(parts)
 
 
-def test_direction_by_its_definition():
+def test_direction_loss_matches_its_definition():
     white = np.random.default_rng(3).random((2, 64, 64))
     rings, f = [], np.fft.fftfreq(64)
     for low in np.arange(8) / 32 + 0.25:  # more power along the rows, in one ring at a time
@@ -84,7 +84,7 @@ def test_direction_by_its_definition():
     assert float(Direction(64)(torch.from_numpy(blue).float())) < 0.01
 
 
-def test_ranks_are_exact_and_ties_are_in_order():
+def test_ranks_are_exact_and_ties_keep_their_order():
     values = torch.randint(0, 40, (2, 2, 9, 11), generator=torch.Generator().manual_seed(2)).float()
     made = ranks(values)
     assert made.shape == values.shape and made.dtype == values.dtype

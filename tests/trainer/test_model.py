@@ -50,7 +50,7 @@ def step_by_hand(step, values):
 @CHANNELS
 @pytest.mark.parametrize(("reach", "scale"), [(1, 3.0), (5, 20.0), (25, 1e4)])
 @pytest.mark.parametrize("beyond", [0, 1, -1])
-def test_a_step_by_hand(channels, reach, scale, beyond):
+def test_step_matches_the_formula(channels, reach, scale, beyond):
     step = Step(reach, sigma=0.8, scale=scale, keep=0.3).requires_grad_(False)
     generator = torch.Generator().manual_seed(reach)
     for parameter in (step.inner, step.outer, step.surround, step.sharpness, step.sharpness_slope):
@@ -64,7 +64,7 @@ def test_a_step_by_hand(channels, reach, scale, beyond):
 
 @CHANNELS
 @pytest.mark.parametrize("shape", [(16, 16), (64, 64), (17, 31), (40, 24), (5, 3)])
-def test_padded_once_or_at_every_step(channels, shape):
+def test_padding_once_matches_padding_at_every_step(channels, shape):
     model = network(channels)
     assert model.receptive_radius == 2 + 3 + 1
     noise = rand(2, 1, *shape)
@@ -74,7 +74,7 @@ def test_padded_once_or_at_every_step(channels, shape):
 
 
 @CHANNELS
-def test_radius_is_tight(channels):
+def test_receptive_radius_is_tight(channels):
     model = network(channels)
     # Differences this small are not limited, so every step passes them on.
     noise, n = 0.5 + 1e-8 * rand(1, 1, 20, 20), 10
@@ -88,7 +88,7 @@ def test_radius_is_tight(channels):
 @pytest.mark.parametrize("change", [
     *(lambda t, shift=shift: t.roll(shift, (2, 3)) for shift in ((1, 0), (0, 7), (13, 5))),
     lambda t: t.flip(2), lambda t: t.flip(3), lambda t: t.transpose(2, 3)])
-def test_changes_of_the_torus_change_the_values_alike(channels, change):
+def test_network_commutes_with_shifts_and_symmetries(channels, change):
     """Shifts and the eight symmetries."""
     model, noise = network(channels), rand(1, 1, 33, 20)
     assert same(model.torus(change(noise)), change(model.torus(noise)))
@@ -112,7 +112,7 @@ def test_all_parameters_are_in_the_vector(channels):
 
 
 @CHANNELS
-def test_calibrated_values_deviate_as_uniform_ones(channels):
+def test_calibrated_values_have_the_variance_of_uniform_values(channels):
     model = network(channels)
     for seed in (0, 7):
         assert float((model.torus(rand(4, 1, 64, 64, seed=seed)) - 0.5).square().mean()) == pytest.approx(1 / 12, rel=0.03)

@@ -16,7 +16,7 @@ import bluenoise
 TINY = paper.PaperConfig(size=8, hidden=20, batch=16, inputs=160, epochs=8, rate=5e-3, seed=3)
 
 
-def test_spectrum_is_the_whole_transform():
+def test_spectrum_matches_the_fft():
     for size in (2, 5, 8):
         masks = torch.from_numpy(np.random.default_rng(1).random((2, size, size), dtype=np.float32))
         assert torch.allclose(paper.spectrum(masks), torch.fft.fft2(masks).abs(), atol=1e-4)
@@ -53,7 +53,7 @@ def test_histogram_loss_by_hand():
     assert torch.allclose(masks.grad[0], torch.tensor([[0.5 - 1 / 3, 1 / 3 - 0.2], [-0.1, 0]]) * 2 / 4, atol=1e-6)
 
 
-def test_white_noise_depends_on_its_index_alone():
+def test_white_noise_depends_only_on_seed_and_index():
     many = paper.white_noise(16, 5, range(100))
     assert torch.equal(many[40:42], paper.white_noise(16, 5, [40, 41]))
     assert not torch.equal(many[40], paper.white_noise(16, 6, [40])[0])
@@ -73,7 +73,7 @@ def test_training_lowers_the_loss(tmp_path):
     assert np.array_equal(paper.generate(again.model, [5], 8), paper.generate(run.model, [5], 8))
 
 
-def test_runs_are_not_mixed_up(tmp_path):
+def test_foreign_checkpoints_are_rejected(tmp_path):
     (tmp_path / "checkpoint.pt").write_bytes(b"something else")
     with pytest.raises(TrainerError, match="another --folder"):
         paper.train(TINY, tmp_path)
@@ -110,21 +110,21 @@ def test_wronski_masks_do_not_depend_on_each_other():
     assert np.allclose(together[1], wronski.optimise(16, [5], 10)[0], atol=1e-4)
 
 
-def test_threshold_error_is_the_librarys():
+def test_threshold_error_matches_the_library():
     ranks = bluenoise.mask((32, 32), seed=1)
     values = table.ranks_of(ranks[None].astype(np.float32))[0]
     for sigma in (1, 1.5):
         assert table.threshold_error(values, sigma) == pytest.approx(bluenoise.dithering_error(ranks, sigma), rel=1e-3)
 
 
-def test_dithering_error_of_a_grey_picture_by_hand():
+def test_dithering_error_of_a_grey_image_by_hand():
     grey = np.full((pictures.PICTURE_SIZE,) * 2, 0.5, np.float32)
     chequer = np.float32([[[0.25, 0.75], [0.75, 0.25]]])  # a texel is white where 0.5 + threshold >= 1
     assert pictures.dithering_errors(chequer, grey, [0.01])[0, 0] == pytest.approx(0.5)
     assert pictures.dithering_errors(chequer, grey, [3.0])[0, 0] < 1e-3
 
 
-def test_pictures(tmp_path):
+def test_input_images(tmp_path):
     for picture in pictures.synthetic_pictures().values():
         assert picture.shape == (256, 256) and picture.dtype == np.float32
         assert picture.min() >= 0 and picture.max() <= 1

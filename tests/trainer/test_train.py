@@ -85,7 +85,7 @@ def search_of(n=8, **changes):
 
 
 @pytest.mark.parametrize("population", [12, 13])
-def test_the_search_learns_which_changes_belong_together(population):
+def test_search_learns_correlated_directions(population):
     """A quadratic a million times as steep in some directions as in others, along no axis."""
     turn = torch.linalg.qr(torch.randn(8, 8, dtype=torch.float64, generator=torch.Generator().manual_seed(1)))[0]
     steepness = torch.logspace(0, 6, 8, dtype=torch.float64)
@@ -104,7 +104,7 @@ def test_search_tolerates_noise():
     assert float((search.mean - TARGET).square().mean()) < 0.1**2
 
 
-def test_a_restored_search_goes_on_exactly():
+def test_restored_search_continues_identically():
     search, other = search_of(), search_of(step=0.2)
     for _ in range(5):
         search.learn((search.candidates() - TARGET).square().sum(1))
@@ -125,7 +125,7 @@ def test_a_restored_search_goes_on_exactly():
 
 
 @pytest.mark.parametrize("channels", [1, 2])
-def test_the_error_falls(tmp_path, channels):
+def test_training_reduces_the_error(tmp_path, channels):
     changes = {"channels": 2, "energy": 1.0} if channels == 2 else {}
     path = tiny(tmp_path, reaches="[2, 4]", size=24, population=12, **changes)
     trainer = Trainer(load(path, Config), torch.device("cpu"))
@@ -146,7 +146,7 @@ def test_the_error_falls(tmp_path, channels):
         assert math.isnan(before[2]) and math.isnan(after[2])
 
 
-def test_the_loss_is_what_the_configuration_says(tmp_path):
+def test_loss_follows_the_configuration(tmp_path):
     batch = noise(1, 2, (2, 1, 16, 16))
 
     def loss(**changes):
@@ -184,7 +184,7 @@ def test_resume_is_exact(tmp_path):
     assert run(None, parts, "--resume") == 0 and log_of(parts) == log_of(whole)
 
 
-def test_noise_depends_on_seed_and_iteration_alone():
+def test_noise_depends_only_on_seed_and_iteration():
     assert torch.equal(noise(3, 8, (2, 5)), noise(3, 8, (2, 5)))
     assert not torch.equal(noise(3, 8, (2, 5)), noise(3, 9, (2, 5)))
     assert not torch.equal(noise(3, 8, (2, 5)), noise(4, 8, (2, 5)))
@@ -211,13 +211,13 @@ def test_noise_depends_on_seed_and_iteration_alone():
         ({"check_every": "8 ="}, "is not valid TOML"),
     ],
 )
-def test_hostile_configurations(tmp_path, capsys, changes, message):
+def test_invalid_configurations_fail_with_one_line(tmp_path, capsys, changes, message):
     path = tiny(tmp_path, **changes)
     refuse(capsys, ["train", "--config", path, "--folder", tmp_path / "run"], message, "tiny.toml")
     assert not (tmp_path / "run").exists()
 
 
-def test_bad_checkpoints_are_one_line(tmp_path, capsys):
+def test_bad_checkpoints_fail_with_one_line(tmp_path, capsys):
     path = tiny(tmp_path, iterations=1)
     assert run(path, tmp_path / "run") == 0
     good = load_checkpoint(tmp_path / "run" / "checkpoint.pt")
@@ -246,7 +246,7 @@ def test_bad_checkpoints_are_one_line(tmp_path, capsys):
     assert not (tmp_path / "x.onnx").exists()
 
 
-def test_other_mistakes_are_one_line(tmp_path, capsys):
+def test_other_errors_print_one_line(tmp_path, capsys):
     path = tiny(tmp_path, iterations=1)
     folder = tmp_path / "run"
     assert run(path, folder) == 0

@@ -47,11 +47,11 @@ def check_right(page):
     assert page.happened("Runtime.exceptionThrown") == []
 
 
-def test_all_bits_are_the_cpus(page):
+def test_all_bits_match_the_cpu(page):
     check_right(page)
 
 
-def test_a_time_is_the_least_of_three_runs_that_take_30_ms(page):
+def test_time_is_the_minimum_of_three_runs_of_at_least_30_ms(page):
     lines(page)
     page.value("(clock => { performance.now = () => clock; window.wait = ms => { clock += ms; }; })(0)")
     took = page.value("(async (calls, slow) => [await timed(async n => { calls.push(n); wait(n * 10 + slow.pop()); }), calls])"
@@ -59,7 +59,7 @@ def test_a_time_is_the_least_of_three_runs_that_take_30_ms(page):
     assert took == [pytest.approx(1e6 * 10 / (8 * 2**20)), [1, 1, 2, 4, 4, 4]]
 
 
-def test_the_cpus_draws_are_the_librarys(page):
+def test_cpu_draws_match_the_library(page):
     lines(page)
     every = "(words => Array.from({length: 4000}, (_, k) => words[4 * 997 * (k >> 2) + (k & 3)]))"
     words = np.array(page.value(f"{every}(drawOnCpu())"), np.uint32)
@@ -70,7 +70,7 @@ def test_the_cpus_draws_are_the_librarys(page):
     assert len(np.unique(index)) > 900 and len(np.unique(domain)) > 500
 
 
-def test_one_wrong_bit_is_seen(page):
+def test_single_wrong_bit_is_reported(page):
     lines(page)
     page.value("nanoseconds = async () => 1.5, 0")
     page.value("(element('report').value = '', words => { words[4 * 1030 + 2] ^= 1 << 9; return check(words); })(drawOnCpu())")
@@ -78,7 +78,7 @@ def test_one_wrong_bit_is_seen(page):
         assert kind == "verdict wrong" and "first in pixel 6, 1, index" in text and "dimension 2;" in text
 
 
-def test_missing_interface_has_no_verdict(page):
+def test_missing_api_has_no_verdict(page):
     assert page.value("verdict('WebGPU', null, [])[0]") == "nothing"
 
 
@@ -90,12 +90,12 @@ def port():
         server.shutdown()
 
 
-def test_all_bits_are_the_cpus_from_a_server(browser, port):
+def test_all_bits_match_the_cpu_from_a_server(browser, port):
     open_check(browser, f"http://127.0.0.1:{port}/check.html", "async () => 1.5")
     check_right(browser)
 
 
-def test_a_server_without_https_has_webgl_and_a_report_to_copy(browser, port):
+def test_insecure_server_runs_webgl_and_copies_the_report(browser, port):
     open_check(browser, f"http://0.0.0.0:{port}/check.html", "async () => 1.5")  # 127.0.0.1 would be trusted
     found = lines(browser)
     assert found["webgpu"] == ["verdict nothing", "WebGPU: not in this browser, or only over HTTPS or from disk."]

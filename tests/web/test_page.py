@@ -39,12 +39,12 @@ def one_sample(browser, run):
     return np.array(sums).reshape(3, height, width, 4)[..., :3]
 
 
-def test_the_seed_is_that_of_the_library():
+def test_seed_matches_the_library():
     words = re.search(r"^const BN_SEED = \[(\w+), (\w+)\]", (WEB / "shaders.js").read_text(encoding="utf-8"), re.M).groups()
     assert [int(word, 16) for word in words] == list(bluenoise.Sampler(seed=1).seed_words())
 
 
-def test_nothing_is_loaded_from_elsewhere():
+def test_no_external_resources_are_loaded():
     """Not even in code that no test runs."""
     for path in (path for path in WEB.iterdir() if path.is_file()):
         text = path.read_text(encoding="utf-8")
@@ -52,7 +52,7 @@ def test_nothing_is_loaded_from_elsewhere():
         assert not re.search(r"(?:src|href)=\"(?!data:,|(?:package/)?\w+\.(?:js|css|html)\")", text), path
 
 
-def test_blue_has_the_least_error_after_a_blur(small):
+def test_blue_has_the_lowest_error_after_a_blur(small):
     """At one sample per pixel, as displayed; error is what differs from the mean of all such pictures. Shows also that all
     samplers see one scene: their means agree. The runs are fixed; over others the ratio is 0.83 +- 0.03."""
     pictures = np.array([one_sample(small, run) for run in range(6)]).swapaxes(0, 1)
@@ -65,7 +65,7 @@ def test_blue_has_the_least_error_after_a_blur(small):
     assert blue < 0.92 * min(white, sobol), (white, sobol, blue)
 
 
-def test_the_line_moves_by_keys_and_pointer(small):
+def test_divider_moves_by_keys_and_pointer(small):
     # The colour of a canvas pixel, which has to be read in the frame that draws it.
     show = ("(place => { frame(); const p = new Uint8Array(4); tracer.gl.readPixels(Math.floor(tracer.width * enlarged * place),"
             " 9, 1, 1, tracer.gl.RGBA, tracer.gl.UNSIGNED_BYTE, p); return Array.from(p.slice(0, 3)); })")
@@ -91,7 +91,7 @@ def test_the_line_moves_by_keys_and_pointer(small):
     assert abs(handle + 1 - stage - 0.75 * box[2]) < 1
 
 
-def test_a_paused_page_shows_a_picture(small):
+def test_paused_page_shows_an_image(small):
     small.value("limitTo(16)")
     small.value("(element('restart').click(), frame(), element('pause').click())")
     count = small.value("(frame(), frame(), tracer.count)")
@@ -108,7 +108,7 @@ def show_rows(browser):
                          " tracer.gl.readPixels(0, 0, w, 8, tracer.gl.RGBA, tracer.gl.UNSIGNED_BYTE, p); return Array.from(p).join(); })()")
 
 
-def test_each_count_from_1_to_16_is_a_step(small):
+def test_controls_step_through_sample_counts(small):
     """Forwards by button, backwards by the slider: the same counts are the same pictures."""
     small.value("limitTo(1)")
     small.wait("errors.done")
@@ -130,7 +130,7 @@ def test_each_count_from_1_to_16_is_a_step(small):
     small.wait("(frame(), tracer.count) === 16 && element('shown').textContent === '16'")
 
 
-def test_the_errors_of_all_counts_are_measured_and_plotted(small):
+def test_errors_are_measured_and_plotted_for_all_sample_counts(small):
     """Against the pictures themselves: what differs from the mean of pictures with other random numbers. Over six runs each, which
     are fixed, the two estimates differ by 1 to 5%."""
     small.value("(element('restart').click(), limitTo(3))")
@@ -181,7 +181,7 @@ def frames_of(browser, mode, count, kinds=("blue",)):
     return [np.array(browser.value(f"Array.from(tracer.read('{kind}'))")).reshape(height, width, 4)[..., :3] for kind in kinds]
 
 
-def test_a_moving_average_is_the_mean_of_few_frames_and_then_forgets(small):
+def test_moving_average_starts_as_the_mean_and_then_decays(small):
     one, two = (frames_of(small, "sum", count)[0] for count in (1, 2))
     assert np.allclose(frames_of(small, "average", 1)[0], one, rtol=1e-6)
     # Also the surface of a pixel may change with the place in it; where it does not, two frames count alike.
@@ -193,7 +193,7 @@ def test_a_moving_average_is_the_mean_of_few_frames_and_then_forgets(small):
     assert errors[1] < 0.9 * errors[0] and errors[0] < 0.05, errors
 
 
-def test_the_page_survives_the_loss_of_its_device(small):
+def test_page_recovers_from_a_lost_context(small):
     small.value("(gl => { window.device = gl.getExtension('WEBGL_lose_context'); device.loseContext(); })(tracer.gl)")
     small.wait("tracer === null")
     small.value("(frame(), request(), device.restoreContext())")
@@ -203,7 +203,7 @@ def test_the_page_survives_the_loss_of_its_device(small):
 
 
 @pytest.mark.parametrize(("width", "ratio", "dark"), [(390, 3, False), (1280, 1, True)])
-def test_the_page_fits(browser, width, ratio, dark):
+def test_page_fits_the_window(browser, width, ratio, dark):
     open_page(browser, width, 844, ratio=ratio, dark=dark)
     # Numbers of their widths in place of errors, which take long to measure.
     browser.value("errors.restart(null), document.querySelectorAll('#values dd').forEach(e => { e.textContent = '0.0300'; })")
@@ -227,7 +227,7 @@ def test_the_page_fits(browser, width, ratio, dark):
     assert loaded and all(url.startswith(WEB.as_uri()) for url in loaded)
 
 
-def test_a_browser_without_webgl_says_so(browser):
+def test_page_reports_missing_webgl(browser):
     added = browser.call("Page.addScriptToEvaluateOnNewDocument", source="HTMLCanvasElement.prototype.getContext = () => null;")
     try:
         browser.open(PAGE, 390, 844)

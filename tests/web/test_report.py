@@ -28,7 +28,7 @@ STEP = "document.querySelector('[data-step=\"{}\"]')"
 
 
 @pytest.mark.parametrize("width, height", [(1280, 800), (390, 844)])
-def test_nothing_is_wider_than_the_window(browser, address, width, height):
+def test_page_fits_the_window(browser, address, width, height):
     browser.open(address, width, height, ratio=2 if width < 500 else 1)
     browser.value("document.querySelectorAll('details').forEach(e => e.open = true)")
     assert browser.value("document.documentElement.scrollWidth") == width
@@ -36,7 +36,7 @@ def test_nothing_is_wider_than_the_window(browser, address, width, height):
     assert browser.happened("Runtime.exceptionThrown") == []
 
 
-def test_steps_change_pictures_errors_and_notes(browser, address):
+def test_steps_change_images_errors_and_notes(browser, address):
     browser.open(address, 1280, 800)
     seen = []
     for _ in range(2):

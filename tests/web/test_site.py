@@ -33,7 +33,7 @@ BOX = "(e => { const b = e.getBoundingClientRect(); return [b.left, b.top, b.rig
 
 
 @pytest.mark.parametrize(("width", "beside"), [(1280, True), (390, False)])
-def test_the_site_opens_with_the_live_page_beside_the_text(browser, site, width, beside):
+def test_home_page_shows_the_live_page_at_the_top(browser, site, width, beside):
     browser.open((site / "index.html").as_uri(), width, 844)
     # The frame is as high as the live page says.
     browser.wait("document.querySelector('.live iframe').style.height !== ''")
