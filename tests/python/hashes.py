@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The hashes of tests/c/draw_hashes.txt, computed in the same way as in tests/c/test_draw_hashes.c."""
+"""Reads tests/c/draw_hashes.txt and computes hashes as tests/c/test_draw_hashes.c does."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ TABLE = Path(__file__).resolve().parents[1] / "c" / "draw_hashes.txt"
 
 
 def table():
-    """{name: hash}"""
+    """Returns {name: hash}."""
     rows = (line.split() for line in TABLE.read_text().splitlines()[1:])
     return {name: int(digits, 16) for name, digits in rows}
 
@@ -26,7 +26,7 @@ def random_u64(counter):
 
 
 def hash_of(words):
-    """FNV-1a over the bytes of 32-bit words, lowest byte first."""
+    """The FNV-1a hash of 32-bit little-endian words."""
     digest = 0xCBF29CE484222325
     for byte in np.asarray(words, "<u4").tobytes():
         digest = (digest ^ byte) * 0x100000001B3 & (2**64 - 1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Errors, signals and progress of library calls, Python programs, and marks for what may be missing."""
+"""Checks for errors, signals and progress callbacks, a runner for Python programs, and marks for optional dependencies."""
 
 import contextlib
 import importlib.util
@@ -13,15 +13,15 @@ import pytest
 import bluenoise
 
 HAS_PACKAGE = importlib.util.find_spec("onnxruntime") is not None
-needs_package = pytest.mark.skipif(not HAS_PACKAGE, reason="no package onnxruntime")
-needs_network = pytest.mark.skipif(not hasattr(bluenoise._core, "NeuralGenerator"), reason="a build with BN_NEURAL=OFF")
+needs_package = pytest.mark.skipif(not HAS_PACKAGE, reason="the onnxruntime package is not installed")
+needs_network = pytest.mark.skipif(not hasattr(bluenoise._core, "NeuralGenerator"), reason="built with BN_NEURAL=OFF")
 needs_runtime = pytest.mark.skipif(not HAS_PACKAGE and not os.environ.get("BN_ONNXRUNTIME"),
                                    reason="no ONNX Runtime: pip install onnxruntime, or set BN_ONNXRUNTIME")
 
 
 @contextlib.contextmanager
 def refused(error, words):
-    """The block raises this error, whose message contains the words."""
+    """Checks that the block raises this error and that its message contains all words."""
     with pytest.raises(error) as caught:
         yield
     assert all(word in str(caught.value) for word in words), str(caught.value)
@@ -32,7 +32,7 @@ def run_python(program, **options):
 
 
 def progress_of(call, cancel_at):
-    """Calls the function with a progress callback, and again with one that cancels. Returns the result and the reported fractions."""
+    """Calls the function twice: once recording its progress, and once cancelling it. Returns the result and the recorded fractions."""
     fractions = []
     found = call(fractions.append)
     assert fractions == sorted(fractions) and fractions[-1] == 1
@@ -42,7 +42,7 @@ def progress_of(call, cancel_at):
 
 
 def assert_interrupted(call, signals):
-    """Signal handlers run one after another during a call, and the call ends when the last handler raises."""
+    """Checks that a call runs its signal handlers as each signal arrives, and that it ends when the last handler raises."""
     handled = []
 
     def handle(*_):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes ONNX models. Field numbers are those of onnx.proto."""
+"""Writes ONNX models. The field numbers are taken from onnx.proto."""
 
 import numpy as np
 
@@ -34,7 +34,7 @@ def node(operator, inputs, outputs, **attributes):
 
 
 def tensor(name, extents, data):
-    """A float tensor with any extents."""
+    """A float tensor of shape `extents`."""
     return _field(5, b"".join(_field(1, extent) for extent in extents) + _field(2, 1) + _field(8, name) + _field(9, data))
 
 
@@ -45,7 +45,7 @@ def model(graph, inputs=value("noise", 11), outputs=value("mask", 12), **metadat
 
 
 def convolution(kernels, **metadata):
-    """The bytes of a model that convolves the noise with kernels, float32 of shape (channels, 2r + 1, 2r + 1)."""
+    """The bytes of a model that convolves the noise with float32 kernels of shape (channels, 2r + 1, 2r + 1)."""
     kernels = np.asarray(kernels, "<f4")
     channels, height, width = kernels.shape
     graph = node("Conv", "noise,weights", "mask") + tensor("weights", (channels, 1, height, width), kernels.tobytes())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures in plain NumPy, written from their definitions, to check the package's measures."""
+"""Reference implementations of the package's measures in plain NumPy, written from their definitions."""
 
 import math
 
@@ -7,12 +7,12 @@ import numpy as np
 
 
 def white(shape, seed=0):
-    """Ranks in random order."""
+    """A white-noise mask: ranks in random order."""
     return np.random.default_rng(seed).permutation(math.prod(shape)).astype(np.uint32).reshape(shape)
 
 
 def transform(values):
-    """The transform as sums of cosines and sines."""
+    """The 2-D discrete Fourier transform, computed from its definition."""
     height, width = values.shape
     fy = np.exp(-2j * np.pi * np.outer(np.arange(height), np.arange(height)) / height)
     fx = np.exp(-2j * np.pi * np.outer(np.arange(width), np.arange(width)) / width)
@@ -20,13 +20,13 @@ def transform(values):
 
 
 def power_spectrum(values):
-    """Power divided by variance; frequency 0 is 0."""
+    """The power spectrum, normalised by the variance. The value at frequency 0 is 0."""
     centred = values - values.mean()
     return np.abs(transform(centred)) ** 2 / np.sum(centred**2)
 
 
 def mask_error(ranks, sigma):
-    """The RMS error of thresholded patterns over 64 levels after a Gaussian blur, computed with its transfer function."""
+    """The RMS error over 64 grey levels of patterns thresholded with the mask and blurred in the frequency domain by a Gaussian."""
     f = np.fft.fftfreq(ranks.shape[0])[:, None] ** 2 + np.fft.fftfreq(ranks.shape[1])[None, :] ** 2
     levels = (np.arange(64) + 0.5) / 64
     patterns = [((ranks + 0.5) / ranks.size < level) - level for level in levels]
@@ -34,7 +34,7 @@ def mask_error(ranks, sigma):
 
 
 def rings(shape):
-    """Flat positions, one array per ring of width 1 / max(shape), without frequency 0."""
+    """Maps each ring of width 1 / max(shape) to the flat indices of its frequencies, excluding frequency 0."""
     fy, fx = (np.minimum(np.arange(extent), extent - np.arange(extent)) / extent for extent in shape)
     ring = (np.hypot(fy[:, None], fx) * max(shape) + 0.5).astype(int).ravel()
     return {number: np.flatnonzero(ring == number) for number in np.unique(ring[ring > 0])}

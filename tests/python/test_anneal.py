@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Annealing: once it is cold, no swap reduces the energy, and vectors are blue in every direction."""
+"""Annealing ends in a local minimum of its energy, and vector masks are blue in every direction."""
 
 import numpy as np
 import pytest
@@ -10,9 +10,9 @@ import bluenoise
 
 @pytest.mark.parametrize(("seed", "shape"), list(enumerate([(8, 8), (10, 6), (7, 9), (16, 4), (5, 5)])))
 def test_cold_annealing_reaches_a_local_minimum(seed, shape):
-    """No swap of the type that annealing tries reduces the energy, which is summed anew for each swap. Tori have even, odd and narrow
-    extents, so small that windows wrap around them. The test is exact. The weight of a pair of texels is the sum of both blurs' Gaussians
-    over the shorter way around the torus, scaled to 32,000 over all pairs of a texel and rounded; it is 0 at exactly half an extent."""
+    """After annealing to almost zero temperature, none of the swaps that annealing tries reduces the energy. The test uses exact integer
+    arithmetic on tori so small that the Gaussian window wraps around. A pair's weight is the sum of both Gaussians at the toroidal
+    distance. Each texel's weights are scaled to a sum of 32,000 and rounded; a pair exactly half an extent apart has weight 0."""
     options = bluenoise._core.AnnealOptions()
     ranks = bluenoise.anneal(shape, seed=seed, sweeps=4000, start_temperature=1e-2, end_temperature=1e-12, order_ends=False)
     r, count = ranks.ravel().astype(np.int64), ranks.size
@@ -33,8 +33,8 @@ def test_cold_annealing_reaches_a_local_minimum(seed, shape):
 
 @pytest.mark.parametrize("channels", [2, 4])
 def test_vector_masks_reduce_the_half_plane_error(channels):
-    """Vector masks serve to sample half-planes. The test measures the error of half-plane patterns after a Gaussian blur, over
-    directions of the last two channels and over offsets. The mask error of the ranks along a direction is its mean over all offsets."""
+    """Measures the error of half-plane patterns after a Gaussian blur, averaged over directions of the last two channels and over all
+    offsets. For one direction, the average over offsets is the mask error of the ranks along that direction."""
     def error(vectors):
         found = []
         for angle in np.pi * np.arange(12) / 12 + 0.1:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Choices on arrays are bit-identical to bn_choose.h, whose own tests check the choices. Error messages state name and value."""
+"""Array choices are bit-identical to those of bn_choose.h, which tests/c checks. Error messages state the argument's name and value."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def words(choices):
 
 
 def test_choices_match_the_c_hash():
-    """The choices hashed by tests/c/test_draw_hashes.c."""
+    """Repeats the choices that tests/c/test_draw_hashes.c hashes."""
     random = random_u64(np.arange(2 * 4096)).reshape(-1, 2)
     i = np.arange(4096)
     u = np.where(i % 16 > 1, random[:, 0] >> np.uint64(40), i % 16 * (STEPS - 1)) / STEPS

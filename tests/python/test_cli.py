@@ -21,7 +21,7 @@ Image = pytest.importorskip("PIL.Image")
 
 @pytest.fixture
 def run(tmp_path, monkeypatch, capsys):
-    """run(command, status=0) runs the command in an empty folder, and returns its lines on standard output and standard error."""
+    """run(command, status=0) runs the command in an empty folder and returns the lines it prints to standard output and standard error."""
     def run(command, status=0):
         assert main(command.split() if isinstance(command, str) else command) == status
         captured = capsys.readouterr()
@@ -115,7 +115,7 @@ def test_dither_applies_the_exif_orientation(run):
 
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])
 def test_dither_keeps_16_bits_alpha_and_gamma(channels, run, tmp_path):
-    """A ramp over a few 8-bit steps, in which truncation would show as bands. Alpha and colour metadata are preserved."""
+    """The ramp spans only a few 8-bit steps, so truncation to 8 bits would cause banding. Alpha and colour metadata are preserved."""
     pytest.importorskip("png")
     ramp = np.round(np.linspace(5140, 6168, 128)).astype(np.uint16)
     texels = np.repeat(np.tile(ramp, (128, 1))[..., None], channels, 2)
@@ -159,10 +159,10 @@ def test_gamma_is_kept_or_the_format_rejected(run):
 
 
 def write_tiff(name, bits, photometric, samples):
-    """A black picture of 4 x 4 pixels in 12 or 16 bits, which Pillow does not write."""
+    """Writes a black 4 x 4 image with 12 or 16 bits per sample, which Pillow cannot write."""
     data = bytes(16 * samples * bits // 8)
     tags = {256: 4, 257: 4, 258: bits, 259: 1, 262: photometric, 273: 8, 277: samples, 278: 4, 279: len(data)}
-    several = 8 + len(data) + 2 + 12 * len(tags) + 4  # the place of the bits of several samples
+    several = 8 + len(data) + 2 + 12 * len(tags) + 4  # offset of the bit depths if there are multiple samples
     entries = b"".join(struct.pack("<HHII", tag, 3, samples if tag == 258 else 1, several if tag == 258 and samples > 1 else value)
                        for tag, value in tags.items())
     head = struct.pack("<2sHI", b"II", 42, 8 + len(data)) + data + struct.pack("<H", len(tags))
@@ -170,7 +170,7 @@ def write_tiff(name, bits, photometric, samples):
 
 
 def test_images_that_pillow_would_degrade_are_rejected(run):
-    """Files from which Pillow would drop data, and a word of each error message."""
+    """Pillow would silently drop data from these files."""
     grey = Image.new("L", (4, 4), 90)
     grey.save("frames.gif", save_all=True, append_images=[Image.new("L", (4, 4), 20)])
     Path("deep.ppm").write_bytes(b"P6 2 2 65535\n" + bytes(24))
@@ -199,7 +199,7 @@ def test_content_errors_name_the_file(run):
 
 
 def test_two_channel_texture_loads_as_a_two_channel_mask(run):
-    """The third channel and alpha are constant. Their ranks would be white noise."""
+    """The third channel and alpha are constant, so ranking them would produce white noise. They are ignored."""
     ranks = bluenoise.anneal((16, 16), channels=2, sweeps=20)
     texture = np.dstack([_files.quantized(ranks, 8), np.zeros((16, 16)), np.full((16, 16), 255)]).astype(np.uint8)
     Image.fromarray(texture).save("rg.png")
@@ -360,7 +360,7 @@ def test_temporary_files_are_private_and_synced_before_the_rename(run, monkeypat
 
     def record(path, array):
         folders.append(path.parent)
-        assert path.parent.stat().st_mode & 0o077 == 0, "others could put a link there"
+        assert path.parent.stat().st_mode & 0o077 == 0, "other users could put a link there"
         save(path, array)
 
     monkeypatch.setattr(_files, "save_array", record)
@@ -371,7 +371,7 @@ def test_temporary_files_are_private_and_synced_before_the_rename(run, monkeypat
 
 @pytest.mark.parametrize("arguments", [("measure", "{}"), ("measure", "m.npy", "{}"), ("mask", "--size", "300", "-o", "{}")])
 def test_control_characters_are_replaced(arguments, tmp_path, capsys, monkeypatch):
-    """Neither ASCII nor Latin-1 control characters appear in the output."""
+    """Both ASCII and Latin-1 control characters are replaced in error messages."""
     monkeypatch.chdir(tmp_path)
     name = "a\x1b[31mb\x9bc\n.png"
     try:
@@ -394,13 +394,13 @@ def test_output_symlinks_are_replaced_not_followed(run):
 
 
 def run_in_shell(command, cwd):
-    """Runs a command in which {} stands for the program."""
+    """Runs a shell command in which {} stands for the program."""
     program = f"'{sys.executable}' -m bluenoise"
     return subprocess.run(["sh", "-c", command.replace("{}", program)], capture_output=True, text=True, cwd=cwd)
 
 
 def test_closed_standard_streams(tmp_path):
-    """The command succeeds, or prints one line with the reason."""
+    """If a standard stream is closed, the command succeeds or prints the reason on one line."""
     bluenoise.save(tmp_path / "in.npy", bluenoise.mask((8, 8)))
     for close in ("2>&-", ">&-", "<&-", "<&- >&- 2>&-"):
         done = run_in_shell("{} mask --size 8 -o out.npy " + close, tmp_path)
@@ -425,7 +425,7 @@ def test_full_output_device_is_an_error(command, tmp_path):
 
 @pytest.mark.parametrize("name", ["mask.npy", "mask.png", "mask.exr", "points.npy", "points.csv"])
 def test_full_disk_error_names_the_file(name, tmp_path):
-    """Exceeding a file size limit fails in the same way, but with another message."""
+    """A file size limit stands in for a full disk: writes fail in the same way, but with a different message."""
     if name == "mask.exr":
         pytest.importorskip("OpenEXR")
     (tmp_path / name).write_bytes(b"precious")

@@ -24,7 +24,7 @@ def test_shape_and_dtype_are_kept_and_extremes_are_exact(dtype, shape):
 @pytest.mark.parametrize("levels", [3, 4, 7, 100, 255])
 @pytest.mark.parametrize("srgb", [False, True])
 def test_mean_is_kept_with_unevenly_spaced_levels(dtype, levels, srgb):
-    """With whole copies of a mask of 4,096 ranks, a mean can be off by at most half a rank."""
+    """The image covers a mask of 4,096 ranks exactly, so its mean can be off by at most half a rank."""
     def linear(values):
         v = np.asarray(values, float) / np.iinfo(dtype).max
         return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4) if srgb else v
@@ -40,7 +40,7 @@ def test_parts_match_the_whole_image():
     ranks = mask((48, 40), seed=1)
     for options in ({}, {"mask": ranks}, {"mask": to_float(ranks)}, {"mask": ranks, "srgb": True}):
         whole = dither(image, 4, **options)
-        for top in (0, 192, 384):  # a multiple of 48 and 64
+        for top in (0, 192, 384):  # multiples of both mask heights, 48 and 64
             assert (whole[top:] == dither(image[top:], 4, **options)).all()
 
 
@@ -50,7 +50,7 @@ def test_large_images_need_little_extra_memory():
     dither(image)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert peak < 9 * image.size  # 12 bytes per pixel including the image itself, and buffers of constant size
+    assert peak < 9 * image.size  # 12 bytes per pixel, including the image, plus buffers of constant size
 
 
 @pytest.mark.parametrize("dtype", [">u2", ">f4", ">f8", "<u2", np.longdouble])

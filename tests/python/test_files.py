@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""save() and load(): masks survive a round trip, and unsupported input is rejected."""
+"""Masks survive a round trip through save() and load(), which reject unsupported input."""
 
 import struct
 import zlib
@@ -60,7 +60,7 @@ def test_8_bit_textures_are_ranked_on_request(tmp_path):
     found = load(tmp_path / "mask.png", rank=True)
     assert (found // 16 == ranks // 16).all() and np.array_equal(np.sort(found, axis=None), np.arange(4096))
     np.testing.assert_array_equal(load(tmp_path / "mask.png", rank=True), found)
-    tied = found[ranks // 16 == 7]  # neither in order nor in reverse
+    tied = found[ranks // 16 == 7]  # ties are broken randomly, neither in order nor in reverse
     assert 3 < (np.diff(tied.astype(int)) > 0).sum() < 12
     assert bluenoise.dithering_error(found) == pytest.approx(bluenoise.dithering_error(ranks), rel=0.02)
 
@@ -100,7 +100,7 @@ def test_hyphen_is_an_ordinary_file_name(tmp_path, monkeypatch):
 
 
 def png16(texels, kind):
-    """A PNG of 16-bit values in two chunks. Rows use filter 0, or filter 1, which stores differences from the previous texel."""
+    """A 16-bit PNG with two data chunks. Rows use filter type 0 (none) or 1 (differences from the previous texel)."""
     height, width, channels = texels.shape
     data = np.frombuffer(texels.astype(">u2").tobytes(), np.uint8).reshape(height, -1)
     rows = np.insert(data, 0, kind, axis=1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C: the caller does not have to wait until the work is done, and the process ends properly whatever its threads are doing."""
+"""Ctrl-C interrupts long calls, and the process exits cleanly whatever its threads are doing."""
 
 import signal
 
@@ -15,8 +15,8 @@ from bluenoise import _core
 @pytest.mark.parametrize("work", [
     _core.power_spectrum, lambda ranks: _core.mask_error(ranks, 1.0), lambda ranks: bluenoise.mask(ranks.shape)])
 def test_signals_interrupt_long_calls(work):
-    """Signal handlers run while the library works, so two signals during one call are handled one by one. Otherwise, both would be
-    handled after the call. Without an exception, the call returns its result."""
+    """Signal handlers run during a call, so two signals are handled separately. If handlers ran only after the call, both signals would
+    be handled together. A call that is not interrupted returns its result."""
     ranks = white((2048, 2048))
     assert_interrupted(lambda: work(ranks), signals=2)
     small = ranks[:200, :200].argsort(axis=None).reshape(200, 200).astype(np.uint32)
@@ -31,7 +31,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 class Late:
-    def __del__(self, sleep=time.sleep):  # when Python exits and denies its lock to every thread that requests it
+    def __del__(self, sleep=time.sleep):  # when Python exits and no longer grants the GIL to threads
         sleep(1.5)
 
 
@@ -44,7 +44,7 @@ while True:
 
 
 def test_interrupted_program_exits_with_a_traceback():
-    """When Python exits, none of its threads is still inside the library, where it could abort the process."""
+    """No thread is still inside the library when Python exits; a thread inside it could abort the process."""
     done = run_python(PROGRAM)
     assert done.stderr.splitlines()[-1] == "KeyboardInterrupt" and "terminate" not in done.stderr
     assert done.returncode == -signal.SIGINT, done.stderr

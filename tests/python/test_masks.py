@@ -36,7 +36,7 @@ def test_every_rank_occurs_once(make, shape):
 def test_options_reach_the_library(make, name, value):
     options = {**(QUICK if make is anneal else {}), **({"channels": 2} if name == "value_sigma" else {})}
     differ = (make((24, 24), **options) != make((24, 24), **{**options, name: value})).mean()
-    # The seed breaks ties at all ranks, not only at the ends, and thus determines the whole pattern.
+    # The seed breaks ties at all ranks, not only at the first and last ones, so it determines the whole pattern.
     assert differ > (0.95 if name == "seed" else 0)
 
 
@@ -93,7 +93,7 @@ def test_two_channel_masks_come_from_the_network():
         (mask, (2, 2, 2, 2), {}, ValueError, ["shape", "(2, 2, 2, 2)"]),
         (mask, "88", {}, TypeError, ["shape", "'88'"]),
         (mask, None, {}, TypeError, ["shape", "None"]),
-        # The command reads 64 as a square; NumPy reads it as a row.
+        # On the command line, 64 means a square; in NumPy, it means a row.
         *((mask, number, {}, TypeError, ["(64, 64) is a square, (64,) a row"]) for number in (64, np.int64(64))),
         (mask, (2**32, 1), {}, MemoryError, ["shape", str(2**32), "2**31 - 1"]),
         (mask, memoryview(np.zeros((2, 2), int)), {}, TypeError, ["shape", "memory"]),
@@ -199,7 +199,7 @@ def test_shape_of_start_ranks_is_checked_before_they_are_read(monkeypatch):
 
 @pytest.fixture
 def changing(monkeypatch):
-    """Another thread changes the ranks while they are checked."""
+    """Ranks that change while they are being checked, as if another thread wrote to them."""
     ranks = mask((16, 16), seed=1)
     check = _arguments.is_permutation
 

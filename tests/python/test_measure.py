@@ -23,7 +23,7 @@ def test_low_frequency_matches_the_reference():
     for level, power in found.items():
         assert power == pytest.approx(referee.low_frequency(ranks, level), rel=1e-9)
     of_white = measure(white((128, 128), seed=1)).low_frequency
-    assert all(0.8 < power < 1.2 for power in of_white.values())  # about 400 frequencies or more each
+    assert all(0.8 < power < 1.2 for power in of_white.values())  # each is a mean over about 400 or more frequencies
     assert all(power < 0.5 for power in found.values())
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Mitsuba sampler: results bit-identical to the library, correct pixel coordinates, recorded loops."""
+"""The Mitsuba sampler is bit-identical to the library, uses the correct pixel coordinates and works in recorded loops."""
 
 import functools
 
@@ -17,7 +17,7 @@ SAMPLER = bluenoise.Sampler("blue", seed=5)
 
 @functools.cache
 def finds_llvm():
-    """Tried in a process of its own, because LLVM kills it if it is too old."""
+    """Tries LLVM in a separate process, because a version that is too old aborts the process."""
     return run_python("import mitsuba; mitsuba.set_variant('llvm_ad_rgb'); "
                       "print(mitsuba.render(mitsuba.load_dict(mitsuba.cornell_box()), spp=1))").returncode == 0
 
@@ -43,19 +43,19 @@ def scene_of(integrator, width, height, spp, crop=None, border=False, filter="bo
 
 
 def own(x, y, index, pair, frame=0):
-    """The two-dimensional draw `pair`, computed in NumPy."""
+    """The two-dimensional draw number `pair` of each path, from the Python package."""
     ray = bluenoise.PathSampler(SAMPLER, x, y, index, frame).ray(pair // 2)
     return ray.draw_end_light() if pair % 2 else ray.draw_direction()
 
 
 def single(x, y, index, ray, k, frame=0):
-    """The ray's single number k."""
+    """Single number `k` of a ray, from the Python package."""
     ray = bluenoise.PathSampler(SAMPLER, x, y, index, frame).ray(ray)
     return [ray.next_1d() for _ in range(k + 1)][k]
 
 
 def register_probe():
-    """An integrator whose radiance is (a 2-D draw, a 1-D draw)."""
+    """Registers an integrator that returns the numbers of a 2-D draw and a 1-D draw as radiance."""
     class Probe(mitsuba.SamplingIntegrator):
         def __init__(self, props):
             mitsuba.SamplingIntegrator.__init__(self, props)
@@ -114,7 +114,7 @@ def test_wavefront_indices_and_draws(spp):
     for first in (0, spp // 2):
         index = first + lane % (spp // 2)
         for pair in range(12):
-            # Six single numbers are drawn before a direction, and one after it.
+            # Each ray draws six single numbers before its direction and one after it.
             numbers = 6 if pair % 2 == 0 else 1
             for k in range(numbers):
                 expected = single(x, y, index, pair // 2, k if pair % 2 == 0 else 6)
@@ -154,7 +154,7 @@ def test_draws_in_loops_are_counted(recorded):
             labels=("i", "a", "b", "sampler"))
     count = (np.arange(256) % 5).reshape(16, 16)
     pairs = sum(np.where(k < count, own(x, y, 0, 1 + k)[..., 1], 0) for k in range(4))
-    # After pairs 1 to 4: the second pair of ray 0, both pairs of ray 1, and the first pair of ray 2.
+    # Pairs 1 to 4 are the second pair of ray 0, both pairs of ray 1 and the first pair of ray 2. A single number follows each.
     singles = sum(np.where(k < count, single(x, y, 0, (k + 2) // 2, k % 2), 0) for k in range(4))
     assert np.allclose(np.array(state[1]).reshape(16, 16), pairs, atol=1e-6)
     assert np.allclose(np.array(state[2]).reshape(16, 16), singles, atol=1e-6)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Networks in the real ONNX Runtime: a convolution checked with NumPy, the built-in network, errors."""
+"""Runs networks in the real ONNX Runtime: a convolution, which NumPy repeats; the built-in networks; and invalid input."""
 
 import os
 import pickle
@@ -26,7 +26,7 @@ TWO = convolution(KERNELS)
 
 
 def convolve(noise, kernel):
-    """The valid part of a convolution, in double precision."""
+    """The valid part of a cross-correlation, in double precision."""
     windows = np.lib.stride_tricks.sliding_window_view(noise, kernel.shape)
     return np.einsum("yxij,ij->yx", windows, kernel.astype(float))
 
@@ -82,7 +82,7 @@ def test_seeds_threads_and_paths(one, tmp_path):
 
 
 def test_providers(one, capfd):
-    """The CPU is the default. On a GPU, values differ only by rounding; without a GPU, there is an error."""
+    """The default provider is the CPU. On a GPU, values differ only by rounding; without a GPU, an error is raised."""
     expected = one.window(3, 4, 300, 200, seed=5)
     same = NeuralGenerator(ONE, provider="cpu")
     assert "provider='cpu'" in repr(same) and repr(pickle.loads(pickle.dumps(same))) == repr(same)
@@ -102,7 +102,7 @@ def test_providers(one, capfd):
 
 
 def test_builtin_vector_network(builtin):
-    """tests/trainer limits their energy."""
+    """tests/trainer checks the energy of its masks."""
     vectors = NeuralGenerator(channels=2)
     assert (builtin.channels, vectors.channels) == (1, 2)
     assert "channels=2" in repr(vectors) and pickle.loads(pickle.dumps(vectors)).channels == 2
@@ -155,8 +155,8 @@ def test_bad_arguments(one, call, error, words, capfd):
 
 
 def test_signals_interrupt_large_masks_and_windows():
-    """Signal handlers run while the network works, so Ctrl-C stops it: two signals during one call are handled one by one.
-    Otherwise, both would be handled after the call."""
+    """Signal handlers run while the network runs, so signals during one call are handled separately and Ctrl-C stops it. If handlers ran
+    only after the call, all signals would be handled together."""
     large = NeuralGenerator(ONE, threads=1)
     assert_interrupted(lambda: large.mask((6000, 6000)), signals=3)
     assert_interrupted(lambda: large.window(0, 0, 6000, 6000), signals=3)
@@ -178,7 +178,7 @@ def test_out(one):
 
 @pytest.mark.parametrize("name", ["model", "runtime", "BN_ONNXRUNTIME"])
 def test_pipes_are_rejected_immediately(name, tmp_path):
-    """Opening the pipe would wait for a writer forever, and Ctrl-C could not interrupt it."""
+    """Opening a pipe would wait for a writer forever, and Ctrl-C could not interrupt the wait."""
     os.mkfifo(tmp_path / "pipe")
     program = f"import bluenoise; bluenoise.NeuralGenerator({name}={str(tmp_path / 'pipe')!r})"
     environment = dict(os.environ)
@@ -215,7 +215,7 @@ def test_runtime_is_found_in_the_installed_package(monkeypatch):
 
 
 def in_onnxruntime(folder, model, noise):
-    """The output (channels, height, width) of the package onnxruntime for noise, computed in a separate process."""
+    """Runs the model on the noise with the onnxruntime package in a separate process. Returns an array (channels, height, width)."""
     program = (
         "import sys, numpy as np, onnxruntime\n"
         "session = onnxruntime.InferenceSession(sys.stdin.buffer.read())\n"
@@ -233,7 +233,7 @@ def in_onnxruntime(folder, model, noise):
 @pytest.mark.parametrize("name", ["neural.onnx", "neural_fast.onnx", "neural_vector.onnx"])
 @pytest.mark.parametrize("shape", [(64, 64), (52, 132)])
 def test_builtin_networks_match_onnxruntime(tmp_path, name, shape):
-    """Ranks follow the values, except for the first and last ranks, which libbn reorders."""
+    """Ranks are ordered by the network's values, except for the first and last ranks, which libbn reorders."""
     model = (Path(__file__).resolve().parents[2] / "libbn/data" / name).read_bytes()
     radius = int(re.search(rb"bn\.receptive_radius\x12.(\d+)", model)[1])
     noise = np.pad(NeuralGenerator.noise(0, 0, shape[1], shape[0], seed=9), radius, mode="wrap")
@@ -242,7 +242,7 @@ def test_builtin_networks_match_onnxruntime(tmp_path, name, shape):
     assert len(channels) == len(masks) == (2 if "vector" in name else 1)
     for values, ranks in zip(channels, masks):
         in_order = values.ravel()[np.argsort(ranks.ravel())]
-        # libbn reorders these: their points are at least 3.5 texels apart on average.
+        # libbn reorders the ranks whose points are at least 3.5 texels apart on average.
         points = 0 if "vector" in name else int(values.size / 3.5**2)
         for end in (in_order[:points], in_order[values.size - points :]):
             assert points == 0 or (np.diff(end) < -1e-3).any()
@@ -253,7 +253,7 @@ def test_builtin_networks_match_onnxruntime(tmp_path, name, shape):
 def test_builtin_windows_are_consistent_and_uniform(builtin):
     plane = builtin.window(-300, 20, 500, 400, seed=6)
     assert plane.min() >= 0 and plane.max() < 1
-    # For 200,000 texels of white noise, the deviation would be below .002 (one false alarm in about 10^4).
+    # For 200,000 texels of white noise, the deviation exceeds .002 with a probability of about 10^-4.
     counts = np.histogram(plane, bins=64, range=(0, 1))[0] / plane.size
     assert abs(np.cumsum(counts) - np.arange(1, 65) / 64).max() < 0.01
     for x0, y0 in ((-300, 20), (-157, 91), (-42, 300)):
@@ -273,5 +273,5 @@ def test_masks_page_listing(model):
     exec(listing, space)
     first = space["u"][..., 0]
     assert (np.argsort(first, axis=None, kind="stable") != np.arange(4096)).any()
-    # The first number of each pixel is its rank, scrambled by a key that all pixels share.
+    # Each pixel's first number is its rank, scrambled with a key that all pixels share.
     assert len(np.unique((first * 4096).astype(int))) == 4096

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Models that ONNX Runtime rejects, and models that it runs but libbn cannot use, because their metadata is wrong."""
+"""Models that ONNX Runtime rejects, and models it can run but libbn cannot use because their metadata or shapes are wrong."""
 
 import os
 
@@ -21,7 +21,7 @@ def quantiles(values):
     return ",".join(map(str, values))
 
 
-# Valid and invalid values of the metadata entries. A convolution with the wide radius reads every 256th texel.
+# Valid and invalid values of metadata entries, and a model with the largest radius: its dilated convolution reads every 256th texel.
 GOOD = {"align": [1, 64], "sparse_spacing": [1, 10000], "quantiles": [quantiles(range(-1000, 64000, 1000))]}
 BAD = {"version": ["", "1.0"], "align": [0, 65, ""], "sparse_spacing": [0, 10001, 3.5],
        "receptive_radius": [257, -1, " 1", 2**32 + 1, "", 2],  # the model's actual radius is not 2

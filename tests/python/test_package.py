@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The installed package: version, names, types, files, no unneeded imports."""
+"""The installed package: its version, public names, type stubs, files and imports."""
 
 import doctest
 import importlib

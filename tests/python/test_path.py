@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Paths on arrays are bit-identical to bn_path.h, whose own tests check the layout. Error messages state name and value."""
+"""Array paths are bit-identical to those of bn_path.h, which tests/c checks. Error messages state the argument's name and value."""
 
 import copy
 import pickle
@@ -13,7 +13,7 @@ from bluenoise import LoopSampler, PathSampler, Sampler, _path
 
 
 def test_paths_match_the_c_hash():
-    """The paths hashed by tests/c/test_draw_hashes.c, for sixteen pixels and six indices."""
+    """Repeats the paths that tests/c/test_draw_hashes.c hashes, for sixteen pixels and six indices."""
     pixel, index = np.arange(96) // 6, np.tile([0, 1, 5, 255, 256, 70000], 16)
     path = PathSampler(Sampler(seed=1), 3 * pixel - 20, 100 - 37 * pixel, index)
     found = np.zeros(96, np.uint32)
@@ -42,7 +42,7 @@ def test_explicit_counters_match_implicit_ones():
         np.testing.assert_array_equal(ray.draw_split(k, 3)[k].ray(0).draw(), counted.next_split(3)[k].ray(0).draw())
         np.testing.assert_array_equal(ray.draw_loop(k).next_1d(), counted.next_loop().next_1d())
         assert (ray.draw_loop(k).next_1d() != ray.draw_split(k, 3)[0].ray(0).draw()[..., 0]).all()
-    np.testing.assert_array_equal(ray.next_1d(), ray.draw_1d(0))  # explicit counters count nothing
+    np.testing.assert_array_equal(ray.next_1d(), ray.draw_1d(0))  # explicit counters do not advance the implicit ones
 
 
 def test_shapes_broadcast():
@@ -61,7 +61,7 @@ def test_shapes_broadcast():
     assert len(each) == 2
     np.testing.assert_array_equal(branches.ray(0).draw(), each)
     assert path.first_light(4, np.arange(4)[:, None, None, None]).shape == (4, 3, 4, 5, 2)
-    # Paths at different rays draw the same numbers together as each path does alone.
+    # An array of paths at different rays draws the same numbers as each path does alone.
     number = np.arange(3)[:, None, None]
     mixed = path.ray(number)
     assert mixed.shape == (3, 4, 5)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Point sets: evenly spread, reproducible, and toroidal where documented."""
+"""Point sets are evenly spread, reproducible, and toroidal where documented."""
 
 import builtins
 
@@ -16,7 +16,7 @@ METHODS = list(_points.METHODS)
 
 
 def closest(points, toroidal):
-    """The distance of the closest pair, in units of the spacing of a square lattice."""
+    """The smallest distance between two points, divided by the spacing of a square lattice with as many points."""
     apart = np.abs(points[:, None] - points)
     if toroidal:
         apart = np.minimum(apart, 1 - apart)
@@ -36,7 +36,7 @@ def test_points_have_shape_and_range(method, n):
         assert not np.array_equal(found, bluenoise.points(n, method=method, seed=4))
 
 
-# White noise has 0.03 for 256 points; the limits are half the values for seeds 0 to 9.
+# White noise reaches 0.03 with 256 points. The limits are half the values measured for seeds 0 to 9.
 @pytest.mark.parametrize("method, least", [("best-candidate", 0.35), ("poisson-disk", 0.39), ("mask", 0.2)])
 @pytest.mark.parametrize("seed", range(3))
 def test_no_two_points_are_close(method, least, seed):
@@ -61,7 +61,7 @@ def test_mask_points_lie_in_the_lowest_ranked_texels():
 
 
 def test_best_candidates_match_brute_force():
-    """The definition, computed without a grid or tree."""
+    """Repeats the definition without a grid or tree."""
     found = bluenoise.points(150, seed=7, candidates=3)
     sampler = bluenoise.Sampler("white", seed=7)
     for k in range(1, 150):

@@ -53,7 +53,7 @@ def test_qmc_quad_keeps_the_sampler_and_repeats_after_a_reset():
 
 
 def test_integrals_are_unbiased():
-    """Truncation to 24 bits would cause a bias of 6e-8. For this integrand, that is 200 standard errors of 2^16 points."""
+    """Truncation to 24 bits would cause a bias of 6e-8, which is 200 standard errors for this integrand and 2^16 points."""
     found = integrate.qmc_quad(lambda x: np.exp(x.sum(0)), [0, 0], [1, 1], n_points=2**16, n_estimates=8, qrng=Sampler(seed=1).qmc(2))
     assert abs(found.integral - (np.e - 1) ** 2) < 6 * found.standard_error < 1e-7
     assert (abs(Sampler(seed=2).qmc(4).random(2**16).mean(0) - 0.5) < 1e-9).all()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Relaxation computes the formula in libbn/tools/make_relax.py, and the integers of its learned schedule are up to date."""
+"""Relaxation follows the formula in libbn/tools/make_relax.py, and the header with its learned schedule is up to date."""
 
 import copy
 import importlib.util
@@ -20,7 +20,7 @@ spec.loader.exec_module(make_relax)
 
 
 def reference(shape, seed):
-    """The mask in double precision, before its ends are reordered."""
+    """The mask in double precision, before the first and last ranks are reordered."""
     texels = np.arange(1, np.prod(shape) + 1, dtype=np.uint64).reshape(shape)
     v = 8 * ((mix64(np.uint64(seed) ^ mix64(texels)) >> np.uint64(48)) / 2**16 - 0.5)
     for step in SCHEDULE:
@@ -36,12 +36,12 @@ def reference(shape, seed):
 
 @pytest.mark.parametrize("shape", [(128, 96), (4, 500), (2, 2)])
 def test_mask_matches_the_formula(shape):
-    # A tenth of the ranks at each end are reordered. Rounding moves the others by about a thousandth on average.
+    # The first and last tenth of the ranks are reordered. Rounding changes the other ranks by about a thousandth on average.
     expected, found = (ranks / ranks.size for ranks in (reference(shape, 5), bluenoise.relax(shape, seed=5)))
     middle = abs(expected - 0.5) < 0.38
     different = np.abs(expected - found)
     assert different[middle].mean() < 0.002
-    # Border rows and columns, whose neighbours lie across the torus, are as good as all others.
+    # Border rows and columns, whose neighbours lie on the opposite side of the torus, are as accurate as the others.
     for edge in (slice(0, 3), slice(-3, None)):
         assert different[edge][middle[edge]].mean() < 0.004 and different[:, edge][middle[:, edge]].mean() < 0.004
 

@@ -10,7 +10,7 @@ import bluenoise
 from bluenoise import Sampler
 
 KINDS = ("blue", "sobol", "white", "zorder", "mask")
-# Identical pixels or shifted ranges, at the limits of every argument.
+# Coordinates and indices at the limits of their ranges.
 EDGE_X = np.array([-(2**31), -65537, -1, 0, 1, 127, 128, 2**31 - 1], np.int32)
 EDGE_INDEX = np.array([0, 1, 255, 256, 65535, 65536, 2**31, 2**32 - 1], np.uint32)
 
@@ -30,7 +30,7 @@ def test_samples_in_any_array_layout_match_a_block(kind, dims):
     domain = bluenoise.domain(9)
     block = sampler.block(-20, -5, 37, 11, 250, 9, domain)[..., :dims]
     for grid in (np.mgrid, np.ogrid):
-        y, x, index = grid[-5:6, -20:17, 250:259]  # 3663 lanes: several parts, the last one short
+        y, x, index = grid[-5:6, -20:17, 250:259]  # 3663 lanes, processed in multiple parts of which the last is shorter
         np.testing.assert_array_equal(sampler.sample(x, y, index, domain, dims), block)
     transposed = sampler.sample(x.T, y.T, index.T, domain, dims)
     np.testing.assert_array_equal(transposed, block.transpose(2, 1, 0, 3))
@@ -107,7 +107,7 @@ def test_domains():
     assert bluenoise.domain(1, 2) != bluenoise.domain(2, 1)
     assert bluenoise.domain(np.uint32(7)) == bluenoise.domain(7)
     keys = {bluenoise.domain(a, b) for a in range(64) for b in range(64)}
-    assert len(keys) > 4090  # 4,096 hashes of 32 bits: 0.002 collisions expected
+    assert len(keys) > 4090  # 0.002 collisions are expected among 4,096 32-bit hashes
 
 
 def test_mask_sampler_accepts_ranks():
@@ -115,13 +115,13 @@ def test_mask_sampler_accepts_ranks():
     sampler = Sampler("mask", seed=1, mask=ranks)
     assert not sampler.mask.flags.writeable and sampler.mask.dtype == np.uint32
     expected = sampler.block(0, 0, 24, 16, 0, 2)
-    # The first samples are the toroidal mask, except for digits finer than its 384 ranks.
+    # At index 0, samples repeat the toroidal mask, except for bits finer than its 384 ranks.
     first, next_tile = expected[:, :, 0], sampler.block(24, -16, 24, 16, 0, 1)[:, :, 0]
     assert (np.floor(first * 512) == np.floor(next_tile * 512)).all()
     given = ranks.astype(np.int64).tolist()
     again = Sampler("mask", seed=1, mask=given)
     np.testing.assert_array_equal(again.block(0, 0, 24, 16, 0, 2), expected)
-    ranks[:] = 0  # a copy was taken
+    ranks[:] = 0  # the sampler has copied them
     np.testing.assert_array_equal(sampler.block(0, 0, 24, 16, 0, 2), expected)
 
 
@@ -291,7 +291,7 @@ def test_array_domains():
 
 @pytest.mark.parametrize("type", ["blue", "sobol", "white", "zorder"])
 def test_every_sample_of_a_block_is_written(type):
-    """Blocks of one sample, row or column, written to arrays that contain other data."""
+    """Blocks of a single sample, row or column overwrite all earlier contents of `out`."""
     sampler = Sampler(type, seed=3, samples_per_pixel=4 if type == "zorder" else 0)
     for width, height, count in ((1, 1, 1), (1, 5, 1), (5, 1, 1), (3, 2, 1), (1, 1, 3)):
         out = np.full((height, width, count, 4), 7, np.float32)

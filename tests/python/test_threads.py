@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""C code releases the GIL, and results do not depend on threads."""
+"""The extension releases the GIL, and results do not depend on threads."""
 
 import sys
 import threading
@@ -18,14 +18,14 @@ from bluenoise import _core as core
 
 @pytest.fixture
 def no_forced_switches():
-    """Another thread gets the GIL only if the running thread releases it."""
+    """Ensures that another thread gets the GIL only if the running thread releases it."""
     before = sys.getswitchinterval()
     sys.setswitchinterval(1000.0)
     yield
     sys.setswitchinterval(before)
 
 
-# Call only functions of the extension, because NumPy also releases the GIL.
+# These call only functions of the extension, because NumPy also releases the GIL.
 RANKS = white((256, 256))
 X = np.arange(2**18, dtype=np.int32)
 INDEX = np.zeros(2**18, np.uint32)
@@ -55,8 +55,8 @@ if HAS_PACKAGE:
 
 @pytest.mark.parametrize("name", sorted(WORK))
 def test_work_releases_the_gil(name, no_forced_switches):
-    """Another thread counts and yields; its count increases during a call only if that call releases the GIL. Calls are
-    repeated because a busy machine may not schedule the other thread during one of them."""
+    """A second thread increments a counter. The counter increases during a call only if the call releases the GIL. The call is
+    repeated because a busy machine may not schedule the second thread in time."""
     ticks = 0
     stop = False
 

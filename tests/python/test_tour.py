@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The blocks of docs/tour.md run in order and print the output below them."""
+"""The code blocks of docs/tour.md run in order and print the output shown below them."""
 
 import contextlib
 import io

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The types that editors and type checkers see: literals for names, typed options and results."""
+"""The type annotations that editors and type checkers use: literal types for names, typed options and typed results."""
 
 import inspect
 import typing
@@ -68,7 +68,7 @@ def test_type_checker_accepts_valid_and_rejects_invalid_calls(tmp_path):
 
 
 def test_signature_lists_every_option():
-    """Editors and IPython complete names from inspect.signature."""
+    """Editors and IPython complete option names from inspect.signature."""
     parameters = inspect.signature(bluenoise.points).parameters
     assert all(value.kind is not value.VAR_KEYWORD and value.annotation != "Any" for value in parameters.values())
     for options in _points.METHODS.values():

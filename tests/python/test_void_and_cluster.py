@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The phases of void-and-cluster, checked rank by rank with a Gaussian computed here: the initial pattern is stable, its ranks descend
-from the tightest cluster, each later rank fills the largest void, and the ranks at both ends are evenly spread."""
+"""The phases of void-and-cluster, checked rank by rank with an independently computed Gaussian: the initial pattern is stable, its ranks
+descend from the tightest cluster, each later rank fills the largest void, and the first and last ranks are evenly spread."""
 
 import numpy as np
 import pytest
@@ -11,14 +11,14 @@ TIE = 1e-4  # the library breaks ties with noise of 2^-16 times the kernel's cen
 
 
 def squares(shape):
-    """Squared distances on the torus from the first texel."""
+    """Squared toroidal distances from the first texel."""
     y, x = (np.minimum(np.arange(extent), extent - np.arange(extent)) for extent in shape)
     return y[:, None] ** 2 + x[None, :] ** 2
 
 
 def evenness(apart, texels, shape):
-    """The smallest distance between two texels, relative to their spacing (the square root of the area per texel). A square grid has 1, and
-    a triangular grid has 1.07."""
+    """The smallest distance between two texels, relative to their mean spacing (the square root of the area per texel). The result is 1
+    for a square grid and 1.07 for a triangular grid."""
     y, x = np.divmod(texels, shape[1])
     square = apart[y[:, None] - y, x[:, None] - x]
     return np.sqrt(square[np.triu_indices(len(texels), 1)].min() * len(texels) / apart.size)
@@ -35,12 +35,12 @@ def test_phases(shape, sigma, fraction, seed):
     def around(texel):
         return np.roll(kernel, divmod(texel, shape[1]), (0, 1)).ravel()
 
-    # At both ends, texels are too far apart for this Gaussian, and other rules determine their order.
+    # The first and last texels are too far apart for this Gaussian, so other rules determine their order.
     initial = int(at.size * fraction)
     sparse = min(int(at.size * (0.45 / sigma) ** 2), initial)
     energy = np.zeros(at.size)
     for rank, texel in enumerate(at[:at.size - sparse]):
-        if rank == initial:  # the tightest cluster, once removed, leaves the largest void
+        if rank == initial:  # removing the tightest cluster leaves the largest void
             cluster = at[energy[at[:initial]].argmax()]
             assert ((energy - around(cluster))[at[initial:]] >= energy[cluster] - 1 - TIE).all()
         if rank >= initial:
