@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Used by every C test. CHECK() counts and prints failures, and check_result() returns the exit status. */
+ * Shared by all C tests. CHECK() counts and prints failures; check_result() returns the exit status. */
 #ifndef BN_TESTS_CHECK_H
 #define BN_TESTS_CHECK_H
 
@@ -16,7 +16,7 @@ static int check_count;
         }                                                                                          \
     } while (0)
 
-/* The exit status of the program: 0 if there was at least one check and none failed. */
+/* Returns the program's exit status: 0 if there was at least one check and none failed. */
 static inline int check_result(void) {
     printf("%d checks, %d failed\n", check_count, check_failures);
     return check_failures == 0 && check_count > 0 ? 0 : 1;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * A fake ONNX Runtime, loaded in place of the real library. It computes one known function, counts
- * its objects, and fails or lacks functions as a test requests. */
+ * A fake ONNX Runtime, which tests load in place of the real library. It computes a known function and
+ * counts its objects. Tests can make calls fail and features disappear. */
 #define _GNU_SOURCE
 #include "fake_onnxruntime.h"
 #include "../../libbn/src/neural/onnxruntime_api.h"
@@ -48,7 +48,7 @@ struct bn_ort_cuda_options {
     int precise;
 };
 
-/* Every object is a block of memory, so that sanitizers find leaks. */
+/* Allocates every object separately, so that sanitizers detect leaks. */
 static void *make(size_t size) {
     pthread_mutex_lock(&mutex);
     ++state.living;
@@ -63,7 +63,7 @@ static void forget(void *object) {
     free(object);
 }
 
-/* Counts a call that can fail. Returns a status if this is the call to fail. */
+/* Counts a call that can fail. Returns an error status if this is the call that should fail. */
 static bn_ort_status *called(void) {
     pthread_mutex_lock(&mutex);
     const int fails = ++state.calls == state.fail_at;
@@ -128,7 +128,7 @@ static bn_ort_status *append_cuda(bn_ort_session_options *options,
     return called();
 }
 
-/* A string that the caller frees; NULL for NULL. */
+/* Copies a string, which the caller must free. The copy of NULL is NULL. */
 static bn_ort_status *give_text(const char *text, char **copy) {
     bn_ort_status *status = called();
     *copy = NULL;
@@ -250,7 +250,7 @@ static bn_ort_status *create_tensor(const bn_ort_memory_info *memory, void *data
     return status;
 }
 
-/* Waits until two threads are in this function at once, for at most ten seconds. */
+/* If the test requests it, waits up to ten seconds for two threads to be in this function at once. */
 static void meet(void) {
     struct timespec until;
     clock_gettime(CLOCK_REALTIME, &until);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Shared by the tests of masks. */
+ * Shared by the mask tests. */
 #ifndef BN_TESTS_MASKS_H
 #define BN_TESTS_MASKS_H
 
@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A small generator of test data (Marsaglia, "Xorshift RNGs", 2003). */
+/* A small generator for test data (Marsaglia, "Xorshift RNGs", 2003). */
 static inline uint32_t next_random(uint32_t *state) {
     *state ^= *state << 13;
     *state ^= *state >> 17;
@@ -55,7 +55,7 @@ static inline double error_of(const uint32_t *ranks, uint32_t width, uint32_t he
     return error;
 }
 
-/* A progress callback that cancels at a given call. It counts calls, calls with 0, and decreases. */
+/* A progress callback that can cancel. It counts all calls, calls with fraction 0, and wrong fractions. */
 typedef struct watch {
     int cancel_at; /* 0: never */
     int calls, at_zero, backwards;
@@ -70,7 +70,7 @@ static inline int32_t watch_progress(void *user, double fraction) {
     return ++w->calls == w->cancel_at;
 }
 
-/* The number of texels that have changed since they were filled with bytes 0x5a. */
+/* Counts the texels that have changed since their bytes were set to 0x5a. */
 static inline size_t count_touched(const uint32_t *ranks, size_t count) {
     size_t touched = 0;
     for (size_t i = 0; i < count; ++i) touched += ranks[i] != 0x5a5a5a5au;

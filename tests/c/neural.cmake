@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# The tests of the network, for builds that have one.
+# Neural mask tests, included if BN_NEURAL is on.
 
-# Takes the place of ONNX Runtime in tests, under two names.
+# The fake ONNX Runtime, built under two names.
 if(UNIX AND NOT APPLE)
     foreach(name fake_onnxruntime fake_other)
         add_library(${name} MODULE fake_onnxruntime.c)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Shared by the network tests: the fake runtime that is built next to them, and functions that open a
- * model in it. */
+ * Shared by the network tests. Locates the fake runtime, which is built next to them, and opens models
+ * in it. */
 #ifndef BN_TESTS_NEURAL_H
 #define BN_TESTS_NEURAL_H
 
@@ -14,7 +14,7 @@
 
 #define FAKE_RUNTIME BN_FAKE_DIR "/libfake_onnxruntime.so"
 
-/* The state of a fake runtime, whose library stays loaded. */
+/* The state of a fake runtime. Its library stays loaded. */
 static inline fake_state *fake_state_of(const char *library) {
     void *handle = dlopen(library, RTLD_NOW | RTLD_LOCAL);
     void *symbol = handle != NULL ? dlsym(handle, "fake_get_state") : NULL;
@@ -34,7 +34,7 @@ static inline fake_state *fake_reset(void) {
 
 static const fake_model plain = {.radius = 1, .align = 1, .channels = 1};
 
-/* Options for a model in the fake runtime. */
+/* Options for opening a model in the fake runtime. */
 static inline bn_neural_options fake_options(const fake_model *model) {
     bn_neural_options options = bn_neural_options_default();
     options.model = model;

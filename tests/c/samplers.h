@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Makes samplers for tests, where a failure ends the program, draws points and checks whether they
- * are a net. */
+ * Creates samplers, draws points and checks whether they form a net. If a sampler cannot be created, the
+ * program exits. */
 #ifndef BN_TESTS_SAMPLERS_H
 #define BN_TESTS_SAMPLERS_H
 
@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TYPES = 5 }; /* sampler types, from BN_SAMPLER_BLUE = 0 */
+enum { TYPES = 5 }; /* number of sampler types, starting at BN_SAMPLER_BLUE = 0 */
 
 static inline bn_sampler make_sampler(int32_t type, uint32_t samples_per_pixel, uint64_t seed) {
     bn_sampler sampler;
@@ -25,7 +25,7 @@ static inline bn_sampler make_sampler(int32_t type, uint32_t samples_per_pixel, 
 
 enum { MOST_POINTS = 4096 };
 
-/* Draws 2^k samples from `first` on of each pixel in the square of 2^s x 2^s pixels at (x, y). */
+/* Draws 2^k samples, starting at index `first`, of each pixel in a square of 2^s x 2^s pixels at (x, y). */
 static inline void draw_points(uint32_t points[][4], const bn_sampler *sampler, int32_t x,
                                int32_t y, int s, int k, uint32_t first, uint32_t domain) {
     const int32_t side = 1 << s;
@@ -37,8 +37,8 @@ static inline void draw_points(uint32_t points[][4], const bn_sampler *sampler, 
     }
 }
 
-/* Whether each box with the given numbers of binary digits along each axis, m in total, contains one of
- * the 2^m points (at most 4096). */
+/* Whether each elementary box contains one of the 2^m points (at most 4096). Along axis d, a box is
+ * identified by digits[d] binary digits, which add up to m. */
 static inline int one_in_each_box(uint32_t points[][4], const int digits[4], int m) {
     static unsigned char seen[MOST_POINTS];
     memset(seen, 0, (size_t)1 << m);
@@ -52,7 +52,7 @@ static inline int one_in_each_box(uint32_t points[][4], const int digits[4], int
     return 1;
 }
 
-/* Whether 2^m points are a (0,m,2)-net in base 2 in both pairs. */
+/* Whether the 2^m points form a (0,m,2)-net in base 2 in each pair of dimensions. */
 static inline int are_nets_in_pairs(uint32_t points[][4], int m) {
     for (int a = 0; a <= m; ++a) {
         if (!one_in_each_box(points, (const int[4]){a, m - a, 0, 0}, m)) return 0;
@@ -61,8 +61,8 @@ static inline int are_nets_in_pairs(uint32_t points[][4], int m) {
     return 1;
 }
 
-/* Whether 4^m points are a (0,m,4)-net in base 4: each box of volume 4^-m whose sides are powers of 1/4
- * contains one. */
+/* Whether the 4^m points form a (0,m,4)-net in base 4: each box of volume 4^-m whose side lengths are
+ * powers of 1/4 contains one point. */
 static inline int are_net_in_four(uint32_t points[][4], int m) {
     for (int a = 0; a <= m; ++a) {
         for (int b = 0; a + b <= m; ++b) {

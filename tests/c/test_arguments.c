@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * All functions treat arguments alike: the same mistake gives the same result everywhere. */
+ * Arguments are checked consistently: every function returns the same error for the same mistake. */
 #include "check.h"
 #include "masks.h"
 #include <bn/bn.h>
@@ -15,7 +15,7 @@ static uint32_t ranks[LARGE];
 static float values[MOST], outputs[LARGE];
 static double error;
 
-/* The functions that generate a mask, and those that read one. */
+/* The functions that generate a mask, followed by those that read one. */
 enum { VOID_AND_CLUSTER, RELAX, ANNEAL, ANNEAL_FROM, ERROR, SPECTRUM, DITHER, SAMPLER };
 enum { FUNCTIONS = SAMPLER + 1, FIRST_THAT_READS = ANNEAL_FROM };
 
@@ -68,14 +68,14 @@ static void test_extents(void) {
         {8, 0, 0, BN_ERROR_INVALID_ARGUMENT},
         {0, 0, 0, BN_ERROR_INVALID_ARGUMENT},
         {UINT32_MAX, 0, 0, BN_ERROR_INVALID_ARGUMENT},
-        {32768, 65536, 64, BN_ERROR_OUT_OF_MEMORY}, /* 2^31, one more than allowed */
+        {32768, 65536, 64, BN_ERROR_OUT_OF_MEMORY}, /* 2^31 texels, one more than allowed */
         {65536, 65536, 64, BN_ERROR_OUT_OF_MEMORY}, /* overflows to 0 in 32 bits */
         {UINT32_MAX, UINT32_MAX, 1, BN_ERROR_OUT_OF_MEMORY},
         {1u << 31, 1u << 31, 0, BN_ERROR_OUT_OF_MEMORY},
         {8, 8, 63, BN_ERROR_SIZE_MISMATCH},
         {8, 8, 65, BN_ERROR_SIZE_MISMATCH},
         {8, 8, 0, BN_ERROR_SIZE_MISMATCH},
-        {46340, 46340, 64, BN_ERROR_SIZE_MISMATCH}, /* the last square below 2^31 */
+        {46340, 46340, 64, BN_ERROR_SIZE_MISMATCH}, /* the largest square below 2^31 texels */
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
         for (int function = 0; function < FUNCTIONS; ++function) {
@@ -92,7 +92,7 @@ static void test_extents(void) {
     }
 }
 
-static void test_masks(void) {
+static void test_invalid_masks(void) {
     for (int function = 0; function < FUNCTIONS; ++function) {
         CHECK(call(function, NULL, 8, 8, 64) == BN_ERROR_INVALID_ARGUMENT);
         if (function < FIRST_THAT_READS) continue;
@@ -105,7 +105,7 @@ static void test_masks(void) {
     }
 }
 
-/* A numeric option of void-and-cluster or annealing. */
+/* Calls void-and-cluster or annealing with one changed numeric option. */
 static bn_result call_with(int function, size_t option, double number) {
     bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
     bn_anneal_options a = bn_anneal_options_default();
@@ -116,8 +116,8 @@ static bn_result call_with(int function, size_t option, double number) {
                               : bn_void_and_cluster(&v, &mask, NULL, NULL);
 }
 
-/* Values just outside their ranges (the tests of each generator cover the ends themselves), and NaN. */
-static void test_numbers(void) {
+/* Options outside their ranges, infinities and NaNs are rejected. Other tests cover values at the limits. */
+static void test_numeric_options(void) {
     static const double bad[] = {NAN, -NAN, INFINITY, -INFINITY, -1, -DBL_MIN};
     static const struct {
         int function;
@@ -157,7 +157,7 @@ static void test_numbers(void) {
 }
 
 /* Every function rejects mask shapes that it does not support. */
-static void test_shapes(void) {
+static void test_unsupported_shapes(void) {
     static const struct {
         uint32_t rank_bits, width, depth, channels;
         unsigned good; /* bit f: accepted by function f */
@@ -190,7 +190,7 @@ static void test_shapes(void) {
     CHECK(bn_anneal(&from, &mask, NULL, NULL) == BN_ERROR_BAD_DATA && ranks[31] == 16);
 }
 
-/* 16-bit masks have the same ranks as 32-bit masks, and nothing is written past their end. */
+/* 16-bit masks contain the same ranks as 32-bit masks, and nothing is written past their end. */
 static void test_rank_bits(void) {
     for (int function = VOID_AND_CLUSTER; function <= ANNEAL_FROM; ++function) {
         const uint32_t channels = function >= ANNEAL ? 2 : 1, count = 16 * channels;
@@ -208,7 +208,7 @@ static void test_rank_bits(void) {
     }
 }
 
-static void test_strings(void) {
+static void test_result_and_version_strings(void) {
     for (bn_result a = -2; a < 12; ++a) {
         CHECK(bn_result_string(a) != NULL && bn_result_string(a)[0] != '\0');
         for (bn_result b = 0; b < a && a <= BN_ERROR_CANCELLED; ++b) {
@@ -221,7 +221,7 @@ static void test_strings(void) {
     CHECK(strcmp(version, bn_version_string()) == 0);
 }
 
-/* Every struct_size except the structure's own is rejected, including one that ends inside an option. A larger
+/* A struct_size smaller than the structure is rejected, including one that ends inside an option. A larger
  * struct_size is accepted if the additional bytes are zero. */
 #define CHECK_SIZES(type, options_default, call)                                                   \
     do {                                                                                           \
@@ -262,15 +262,15 @@ static void test_struct_sizes(void) {
 #endif
 }
 
-/* Progress never decreases, is reported often, and can cancel at any call, which keeps the outputs. */
+/* Progress never decreases and is reported often. Any call can cancel, which leaves the outputs unchanged. */
 static void test_progress(void) {
     static const struct {
         int function;
         uint32_t width, height, channels;
         int least_calls;
     } cases[] = {{VOID_AND_CLUSTER, 128, 120, 1, 3},
-                 {RELAX, 128, 120, 1, 20}, /* one call for each of the steps */
-                 {RELAX, 512, 512, 1, 24}, /* reorders many first and last ranks */
+                 {RELAX, 128, 120, 1, 20}, /* one call per relaxation step */
+                 {RELAX, 512, 512, 1, 24}, /* many first and last ranks to reorder */
                  {ANNEAL, 128, 120, 1, 3},
                  {ANNEAL, 128, 60, 2, 3},
                  {ERROR, 128, 120, 1, 3},
@@ -296,7 +296,7 @@ static void test_progress(void) {
     }
 }
 
-/* far_sigma and far_weight apply to one channel, and far_sigma only with a weight. */
+/* far_sigma is checked only if it is used: with one channel and a nonzero far_weight. */
 static void test_unused_far_sigma(void) {
     static uint32_t mask[2 * 64];
     bn_anneal_options o = bn_anneal_options_default();
@@ -311,11 +311,11 @@ static void test_unused_far_sigma(void) {
 
 int main(void) {
     test_extents();
-    test_masks();
-    test_numbers();
-    test_shapes();
+    test_invalid_masks();
+    test_numeric_options();
+    test_unsupported_shapes();
     test_rank_bits();
-    test_strings();
+    test_result_and_version_strings();
     test_progress();
     test_unused_far_sigma();
     test_struct_sizes();

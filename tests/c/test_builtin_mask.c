@@ -15,7 +15,7 @@ int main(void) {
         ++found;
         CHECK(mask.rank_bits == 16 && mask.width == size && mask.height == size);
         CHECK(mask.depth == 1 && mask.channels == 1);
-        /* Rejects ranks that are not a permutation. */
+        /* This call fails if the ranks are not a permutation. */
         CHECK(bn_mask_error(&mask, 1, &error, NULL, NULL) == BN_SUCCESS);
     }
     CHECK(found >= 2);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Choices and their remainders, over every possible draw: probabilities, limits, and how evenly the
- * remainders fill [0, 1). */
+ * Choices over every possible draw: the probability of each item, the exact limits between items, and how
+ * evenly the remainders fill [0, 1). */
 #include "check.h"
 #include <bn/bn_choose.h>
 #include <math.h>
@@ -17,11 +17,11 @@ static int is_draw(float u) {
     return u >= 0.0f && u < 1.0f && u * STEPS == floorf(u * STEPS);
 }
 
-/* One item: the draws that choose it, and how many of their remainders are below each threshold. */
+/* An item's statistics: how many draws choose it, and how many remainders are below each threshold. */
 typedef struct item {
     uint32_t count, below[THRESHOLDS];
     float last;
-    int bad; /* remainders that are not draws, or not in order */
+    int bad; /* remainders that are not valid draws or not in ascending order */
 } item;
 
 static void item_add(item *it, float left) {
@@ -31,7 +31,7 @@ static void item_add(item *it, float left) {
     for (int t = 0; t < THRESHOLDS; ++t) it->below[t] += left < ((float)t + 0.5f) / THRESHOLDS;
 }
 
-/* The centres of equal parts of [0, 1) are even to within half a part. */
+/* The number of remainders below each threshold deviates from uniform by at most `slack`. */
 static void check_even(const item *it, double slack) {
     CHECK(it->bad == 0);
     for (int t = 0; t < THRESHOLDS; ++t) {
@@ -55,7 +55,8 @@ static void test_probability(float p) {
     check_even(&items[1], 0.5);
 }
 
-/* On both sides of a limit, the remainders lie in the last and in the first part of their items. */
+/* Tests the last draw below a limit and the first draw above it. Their remainders are the largest and
+ * smallest of their items. */
 static void check_limit(uint32_t limit, float p) {
     const uint32_t width[2] = {limit, STEPS - limit};
     for (uint32_t side = 0; side < 2; ++side) {
@@ -74,7 +75,7 @@ static void test_limits(void) {
         random = random * 1664525u + 1013904223u;
         const uint32_t limit = i < 300 ? i : i < 600 ? STEPS - (i - 300) : random >> 8;
         check_limit(limit, draw(limit));
-        /* Only probabilities below 1/2 lie between two multiples of 2^-24. They are rounded up. */
+        /* Only probabilities below 1/2 can lie between multiples of 2^-24. They are rounded up. */
         if (limit > 0 && limit < STEPS / 2) check_limit(limit + 1, nextafterf(draw(limit), 1.0f));
         if (limit > 1 && limit <= STEPS / 2) check_limit(limit, nextafterf(draw(limit), 0.0f));
     }
@@ -92,7 +93,7 @@ static void test_count(uint32_t count) {
             chosen >= count || chosen < last || chosen > last + 1 || (step == 0 && chosen != 0);
         if (chosen >= count) break;
         last = chosen;
-        /* Choice and remainder together give the centre of the step. */
+        /* Together, the choice and its remainder give the centre of the step. */
         wrong += fabs((chosen + (double)u) / count - (step + 0.5) / STEPS) > 1.0 / STEPS / count;
         item_add(&items[chosen], u);
     }
@@ -106,9 +107,9 @@ static void test_count(uint32_t count) {
     free(items);
 }
 
-/* Tables of weights with any sum. The choice is always the first item whose limit is above u times the
- * sum; if the sum is a power of two, it is the same as with probabilities. */
-static void test_sums(void) {
+/* Tables of cumulative weights with any sum. The choice is the first item whose limit exceeds u times the
+ * sum. If the sum is a power of two, the results match those for a table of probabilities. */
+static void test_cumulative_tables(void) {
     static const float sums[] = {1.0f, 1e-30f};
     enum { COUNT = 9 };
     static const float shares[COUNT] = {0.0f, 0.125f,     0.3f, 0.3f, 0.3f + 6e-8f,
@@ -161,16 +162,16 @@ static void test_bad_arguments(void) {
     CHECK(bn_choose_cdf(NULL, 0, &u) == 0 && u == 0.5f + 1.0f / STEPS);
     u = 0.5f + 1.0f / STEPS;
     CHECK(bn_choose_u32(1, &u) == 0 && u == 0.5f + 1.0f / STEPS);
-    u = draw(3) / 4; /* finer digits than a draw has */
+    u = draw(3) / 4; /* more than 24 bits */
     CHECK(bn_choose(1.0f, &u) == 1 && u == 0.0f);
 
     static const float strange[][2] = {{0.5f, 0.0f}, {0.5f, -2.0f}, {0.5f, NAN}, {0.5f, 1e38f}};
-    for (int i = 0; i < 4; ++i) { /* sums that are treated as 1 */
+    for (int i = 0; i < 4; ++i) { /* invalid sums are treated as 1 */
         u = 0.25f;
         CHECK(bn_choose_cdf(strange[i], 2, &u) == 0 && u == 0.5f + 1.0f / STEPS);
     }
 
-    /* With any table, the result is an item and the remainder a draw. */
+    /* For any table, the result is an item of the table and the remainder is a valid draw. */
     float table[9];
     uint32_t random = 7;
     int wrong = 0;
@@ -190,7 +191,7 @@ int main(void) {
     test_count(7);
     test_count(1000);
     test_limits();
-    test_sums();
+    test_cumulative_tables();
     test_bad_arguments();
     return check_result();
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Dithering: the formula, exact 0 and 1, independent channels, linear light, bad input. */
+ * Dithering: its formula, exact values 0 and 1, independent channels, linear light, invalid input. */
 #include "check.h"
 #include "masks.h"
 #include <math.h>
@@ -8,9 +8,9 @@ static double light(double v) {
     return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
 }
 
-/* Every texel of three channels, with and without sRGB, with a mask of odd extents, out of place and in
- * place. The values cover all brightnesses, both ends and, densely, the knee of the curve. Texels so
- * close to the next level that rounding may decide are left out; there are almost none. */
+/* Checks every texel of a three-channel image with and without sRGB, out of place and in place. The mask
+ * has odd extents. The values cover the whole range, both limits and, densely, the knee of the sRGB curve.
+ * The few texels so close to a threshold that rounding may decide are skipped. */
 static void test_formula(void) {
     enum { width = 251, height = 97, channels = 3, mask_width = 7, mask_height = 5 };
     enum { texels = mask_width * mask_height, count = width * height * channels };
@@ -34,7 +34,7 @@ static void test_formula(void) {
         int wrong = 0, left_out = 0;
         for (int i = 0; i < count; ++i) {
             const int channel = i % channels, x = i / channels % width, y = i / channels / width;
-            /* The plastic number's sequence, along both axes of the mask. */
+            /* Channel offsets follow the R2 sequence along both axes of the mask. */
             const double along[2] = {channel * 0.7548776662466927, channel * 0.5698402909980532};
             int shift[2] = {0, 0};
             if (options.channel_offset) {
@@ -61,9 +61,9 @@ static void test_formula(void) {
     }
 }
 
-/* With offsets, the channels of a flat colour are uncorrelated. Their covariance over 4096 independent
- * texels would have a standard deviation of 0.25 / 64; a limit of six deviations has a false-alarm rate
- * below 1e-8 in each of 3 pairs. Without offsets, the channels are identical. */
+/* With offsets, the dithered channels of a flat colour are uncorrelated. For 4096 independent texels, the
+ * standard deviation of their covariance is 0.25 / 64; a limit of six deviations has a false-alarm rate
+ * below 1e-8 for each of the 3 pairs. Without offsets, the channels are identical. */
 static void test_channels(void) {
     enum { size = 64 };
     static float image[size * size * 3], out[size * size * 3];
@@ -82,7 +82,7 @@ static void test_channels(void) {
     for (int i = 0; i < size * size; ++i) CHECK(out[3 * i] == out[3 * i + 2]);
 }
 
-/* test_arguments.c tests bad masks, NaN and counts. */
+/* test_arguments.c tests invalid masks and NaNs. */
 static void test_bad_input(void) {
     float image[6] = {0, 0.5f, 1, 2, -1, 0.25f}, out[6] = {7, 7, 7, 7, 7, 7};
     bn_dither_options options = bn_dither_options_default();

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Detects a change of any bit of any draw, choice or path: hashes of 4,096 draws of every type, at
- * ordinary and extreme arguments, must match draw_hashes.txt. --print prints that file. The test is
- * built with the library's functions, and with the inline functions with SSE2, without SSE2 and with
- * -ffast-math. The Python and Rust tests compare with the same file. */
+ * Detects changes to draws, choices and paths: hashes of 4,096 draws per sampler type, at ordinary and
+ * extreme arguments, must match draw_hashes.txt. --print prints the new contents of that file. The test is
+ * built once with the library's functions, and with the inline functions once with SSE2, once without SSE2
+ * and once with -ffast-math. The Python and Rust tests compare with the same file. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_choose.h>
@@ -24,7 +24,7 @@ static uint64_t random_u64(uint64_t counter) {
     return v ^ (v >> 31);
 }
 
-/* FNV-1a over the bytes of a word, lowest byte first. */
+/* Adds the bytes of a word to an FNV-1a hash, lowest byte first. */
 static uint64_t add(uint64_t hash, uint32_t word) {
     for (int i = 0; i < 4; ++i) hash = (hash ^ (word >> 8 * i & 255u)) * 0x100000001b3u;
     return hash;
@@ -46,13 +46,13 @@ static uint32_t sample_index(uint64_t random) {
     return choices[random & 3u];
 }
 
-/* Every fourth domain is an arbitrary number; the others are children. */
+/* One in four domains is an arbitrary number; the others are children. */
 static uint32_t sample_domain(uint64_t random) {
     uint32_t v = (uint32_t)(random >> 32);
     return (random & 3u) == 0 ? v : bn_domain_child(v & 1023u, (uint32_t)random >> 2 & 15u);
 }
 
-/* The inline draws, or the library's draws. */
+/* Selects the library's draws or the inline draws. */
 #ifdef BN_TEST_LIBRARY
 #define DRAW(name) bn_sample_##name
 #else
@@ -110,7 +110,7 @@ static uint64_t add_choices(uint64_t hash, float probability, uint32_t count, co
     return add(hash, bits_of(left));
 }
 
-/* Choices with draws and probabilities. */
+/* Choices with valid draws, probabilities, counts and tables. */
 static uint64_t hash_choices(void) {
     static const float limits[8] = {0.0f, 0.125f, 0.125f, 0.25f, 0.3125f, 0.75f, 0.875f, 1.0f};
     static const float sums[4] = {1.0f, 3.0f, 0.75f, 1e10f};
@@ -126,7 +126,7 @@ static uint64_t hash_choices(void) {
     return hash;
 }
 
-/* Choices with special values and arbitrary bits. */
+/* Choices with special values and arbitrary bits as arguments. */
 static uint64_t hash_strange_choices(void) {
     static const float special[] = {NAN, INFINITY, -INFINITY, -0.0f, 1.0f, -1.0f, 1e-40f, 2.0f};
     uint64_t hash = 0xcbf29ce484222325u;
@@ -175,7 +175,7 @@ static void add_ray(uint32_t *hash, const bn_sampler *sampler, const bn_path *pa
     add_float(hash, bn_ray_next_1d(sampler, &keyed));
 }
 
-/* A hash of the first eight rays for each of 96 paths. */
+/* Combines one hash for each of 96 paths, which covers the path's first eight rays. */
 static uint64_t hash_paths(void) {
     static const uint32_t indices[] = {0, 1, 5, 255, 256, 70000};
     const bn_sampler sampler = bn_sampler_make(1);
@@ -191,7 +191,7 @@ static uint64_t hash_paths(void) {
     return hash;
 }
 
-/* The lines of the file. */
+/* Writes the lines of draw_hashes.txt that contain hashes. Returns how many there are. */
 static int print_rows(char rows[ROWS][LINE]) {
     static const struct {
         const char *name;
@@ -253,8 +253,8 @@ int main(int argc, char **argv) {
     fclose(file);
     if (changed > 0) {
         printf(
-            "Draws have changed. If that is meant, raise BN_DRAW_TABLE_VERSION in bn_draw.h, say "
-            "so in CHANGELOG.md,\nbuild, and run: %s --print > %s\n",
+            "Draws have changed. If this is intended, increase BN_DRAW_TABLE_VERSION in bn_draw.h, "
+            "mention it in CHANGELOG.md,\nbuild, and run: %s --print > %s\n",
             argv[0], table_path);
     }
     return check_result();

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Draws, masks, ranks and dithering are bit-identical if the host has set another rounding mode,
- * flush-to-zero, denormals-are-zero or traps, and the library restores the host's settings. */
+ * Draws, masks, ranks and dithering do not depend on the host's rounding mode, flush-to-zero,
+ * denormals-are-zero or floating-point traps. The library restores the host's settings. */
 #include "check.h"
 #include "masks.h"
 #include "samplers.h"
@@ -18,7 +18,7 @@ static uint64_t mixed(uint64_t hash, const void *data, size_t size) {
     return hash;
 }
 
-/* Hashes of the results of every computation. */
+/* One hash per sampler type and per computation. */
 enum { VOID_AND_CLUSTER = TYPES, RELAX, ANNEAL, VECTORS, RANKS, DITHER, RESULTS };
 
 static void compute(uint64_t hash[RESULTS]) {
@@ -71,7 +71,7 @@ static void compute(uint64_t hash[RESULTS]) {
         hash[channels == 1 ? ANNEAL : VECTORS] = mixed(0, ranks, count * sizeof *ranks);
     }
 
-    /* Values that directed rounding would move across a threshold, and subnormal values. */
+    /* Subnormal values, and values that directed rounding would move across a threshold. */
     for (uint32_t i = 0; i < MANY; ++i) {
         const uint32_t bits = (i % 64 * 0x200000u + i / 64) ^ (i & 1) << 31;
         memcpy(&many_values[i], &bits, sizeof bits);
@@ -84,7 +84,7 @@ static void compute(uint64_t hash[RESULTS]) {
             hash[RANKS] = mixed(hash[RANKS], &value, sizeof value);
         }
     }
-    /* (2 i + 1) / (2 TEXELS): often exactly on a threshold. */
+    /* The values (2 i + 1) / (2 TEXELS) often lie exactly on a threshold. */
     for (uint32_t i = 0; i < TEXELS; ++i) image[i] = bn_rank_to_float(i, TEXELS);
     fill_white(ranks, TEXELS, 7);
     for (uint32_t levels = 2; levels <= 256; levels += 127) {
@@ -141,7 +141,7 @@ int main(void) {
     CHECK(_MM_GET_FLUSH_ZERO_MODE() == _MM_FLUSH_ZERO_ON);
     CHECK(_MM_GET_DENORMALS_ZERO_MODE() == _MM_DENORMALS_ZERO_ON);
     _mm_setcsr(before);
-    /* A host that traps on inexact results, which occur everywhere and would end the program. */
+    /* The host traps on inexact results, which occur everywhere. A trap would end the program. */
     bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
     uint32_t ranks[64];
     const bn_mask mask = bn_mask_u32(ranks, 8, 8);

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Numbers at which arithmetic goes wrong: every float that a draw can be, extreme extents and sigmas. */
+ * Hard cases for the arithmetic: every float a draw can return, and extreme extents and sigmas. */
 #include "check.h"
 #include "masks.h"
 #include <bn/bn_draw.h>
 #include <float.h>
 #include <math.h>
 
-/* The conversion drops the lowest 8 bits, so testing all 2^24 results with these bits clear and set
- * covers all 2^32 inputs. Each result is a multiple of 2^-24, greater than the last, and below 1. */
+/* The conversion drops the lowest 8 bits, so all 2^32 inputs are covered by testing each result with these
+ * bits clear and set. The results are the multiples of 2^-24 in [0, 1), in ascending order. */
 static void test_every_float(void) {
     uint32_t wrong = 0;
     for (uint32_t i = 0; i < 1u << 24; ++i) {
@@ -32,13 +32,13 @@ static void check_error(const uint32_t *ranks, uint32_t width, uint32_t height) 
 enum { MOST = 70 * 66 };
 static uint32_t made[2][4 * MOST];
 
-/* Two masks made with the same arguments. */
+/* Checks two masks generated with the same arguments. */
 static void check_made(size_t texels, uint32_t channels) {
     CHECK(memcmp(made[0], made[1], texels * channels * sizeof *made[0]) == 0);
     for (uint32_t c = 0; c < channels; ++c) CHECK(is_permutation(made[0] + c * texels, texels));
 }
 
-/* Generates and measures masks with tiny, narrow and odd extents, at the ends of every generator's range. */
+/* Generates and measures masks with tiny, narrow and odd extents, at the limits of the generators' options. */
 static void test_extents(void) {
     static const uint32_t extents[][3] = {
         {1, 1, 1},  {2, 1, 1},   {1, 3, 1},   {1, 1, 5}, {2, 2, 2},    {7, 1, 1},   {100, 1, 1},

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Masks and windows from networks, in a fake ONNX Runtime that computes a known function: noise,
- * tiles, wrapping, threads, CUDA, every failing call, unusable libraries. tests/python uses the real
- * runtime, and also tests the metadata of models. */
+ * Neural masks and windows, computed in a fake ONNX Runtime: noise, tiles, wrapping, threads, CUDA,
+ * failing calls and unusable libraries. tests/python uses the real runtime and also tests the metadata of
+ * models. */
 #define _DEFAULT_SOURCE
 #include "check.h"
 #include "masks.h"
@@ -47,7 +47,7 @@ static void test_noise(void) {
         if (i >= width) down += v * (noise[i - width] - 0.5);
         between_seeds += v * (other[i] - 0.5);
     }
-    /* Five standard deviations each: a false alarm in about 10^6 for all five together. */
+    /* The limits are five standard deviations: the five checks raise about one false alarm in 10^6 runs. */
     const double bound = 5 / sqrt((double)count);
     CHECK(fabs(sum / count) * sqrt(12) < bound);
     CHECK(fabs(squares / count * 12 - 1) < bound);
@@ -55,7 +55,7 @@ static void test_noise(void) {
     CHECK(fabs(down / count * 12) < bound);
     CHECK(fabs(between_seeds / count * 12) < bound);
     CHECK(noise[2 * width + 9] == noise_of(2, 7, 3));
-    /* The noise is bit-identical everywhere; the trainer relies on this. */
+    /* The noise is the same on every machine. The trainer relies on this. */
     CHECK(noise_of(0, 0, 0) == 0x1p-24f * 3407499);
     CHECK(noise_of(-1, 1, 7) == 0x1p-24f * 2805431);
     CHECK(noise_of(-FARTHEST, FARTHEST - 1, UINT64_MAX) == 0x1p-24f * 11651764);
@@ -79,7 +79,7 @@ static int64_t wrapped(int64_t v, uint32_t period) {
     return remainder < 0 ? remainder + period : remainder;
 }
 
-/* The output of the fake network at a texel; extents of 0 mean no wrapping. */
+/* The expected output of the fake network at a texel. If an extent is 0, the noise does not wrap. */
 static float expected_at(uint32_t channel, int64_t x, int64_t y, int64_t radius, uint64_t seed,
                          uint32_t width, uint32_t height) {
     float corner[3];
@@ -128,12 +128,12 @@ static void test_windows(void) {
     }
 }
 
-/* With a sparse spacing of s texels, the first and the last count / s^2 ranks of each channel are
- * reordered; the ranks between them stay. */
+/* With a sparse spacing of s texels, the first and last count / s^2 ranks of each channel are reordered.
+ * All other ranks stay the same. */
 static void test_sparse_spacing(void) {
     enum { extent = 64, count = extent * extent, points = count / 16 };
     static uint32_t ranks[4][2 * count];
-    static const int spacings[4] = {0, 10000, 400, 400}; /* 10000: too sparse for this mask */
+    static const int spacings[4] = {0, 10000, 400, 400}; /* 10000 is too sparse for this mask */
     for (int i = 0; i < 4; ++i) {
         const fake_model model = {.align = 1, .radius = 1, .spacing = spacings[i], .channels = 2};
         bn_neural *neural;
@@ -192,7 +192,7 @@ static void test_threads_are_used(void) {
     bn_neural *neural;
     fake_state *state = fake_reset();
     CHECK(open_model(&plain, NULL, FAKE_RUNTIME, 2, &neural) == BN_SUCCESS);
-    CHECK(state->telemetry_disabled == 0); /* because this program had already loaded it */
+    CHECK(state->telemetry_disabled == 0); /* because this program had already loaded the runtime */
     CHECK(state->spinning == 0 && state->log_level == 4 && state->asked_version == 21);
     state->most_running = 0;
     state->meet = 1;
@@ -211,7 +211,7 @@ static void test_threads_are_used(void) {
 
 typedef struct watcher {
     pthread_t thread;
-    int calls, stop_at, bad; /* stop_at: the call to cancel at; 0: none */
+    int calls, stop_at, bad; /* stop_at: the call that cancels; 0: none */
     double last;
 } watcher;
 
@@ -222,7 +222,7 @@ static int32_t watch_thread(void *user, double fraction) {
     return ++w->calls == w->stop_at;
 }
 
-/* A mask or a window stops at the call that cancels. Other threads finish the tiles they have begun. */
+/* Cancelling stops a mask or window. Other threads finish the tiles they have begun. */
 static void test_progress(void) {
     enum { width = 1100, height = 900, count = width * height };
     static uint32_t ranks[count];
@@ -242,7 +242,7 @@ static void test_progress(void) {
         const bn_result result = window ? bn_neural_window(neural, 5, 6, width, height, 1, values,
                                                            count, watch_thread, &w)
                                         : bn_neural_mask(neural, &mask, 1, watch_thread, &w);
-        /* Other threads may have finished everything before the calling thread asks again. */
+        /* Other threads may finish everything before the calling thread reports progress again. */
         const int stopped = stop_at > 0 && w.calls == stop_at;
         CHECK(result == (stopped ? BN_ERROR_CANCELLED : BN_SUCCESS) && w.bad == 0);
         CHECK(stop_at == 0 ? state->runs >= 12 && (threads > 1 || w.last > 0)
@@ -257,7 +257,7 @@ static void test_progress(void) {
 
 /* ---- GPU */
 
-/* All sessions are confined to the GPU; there are fewer tiles, with the same values. */
+/* CUDA sessions never fall back to the CPU. They use fewer tiles and compute the same values. */
 static void test_cuda(void) {
     enum { width = 700, height = 450, count = width * height };
     static float values[2][count];
@@ -282,7 +282,7 @@ static void test_cuda(void) {
     }
 }
 
-/* Without CUDA or without a GPU, opening fails. The status shows whether the model is to blame. */
+/* Opening a model fails without CUDA or a GPU. The error code shows whether the model is at fault. */
 static void test_missing_gpu(void) {
     bn_neural *neural;
     for (int code = 0; code <= 11; ++code) {
@@ -355,8 +355,8 @@ static void test_arguments(void) {
     bn_neural_close(neural);
 }
 
-/* Every call to the runtime that can fail does so once. No failure leaks memory, damages the output, or
- * moves a network from the GPU to the CPU. */
+/* Makes every runtime call that can fail do so once. No failure leaks memory, changes the output or moves a
+ * network from the GPU to the CPU. */
 static void test_failing_calls(const char *provider) {
     enum { extent = 40, count = extent * extent };
     static uint32_t ranks[count];
@@ -383,7 +383,7 @@ static void test_failing_calls(const char *provider) {
         bad_data += result == BN_ERROR_BAD_DATA;
         CHECK(result == BN_ERROR_RUNTIME || result == (cuda ? BN_SUCCESS : BN_ERROR_BAD_DATA));
     }
-    /* On the CPU, a failure to create the session or to try the model is blamed on the model. */
+    /* On the CPU, failing to create the session or to try the model counts as bad data. */
     CHECK(runtime > (cuda ? 15 : 6) && bad_data == (cuda ? 0 : 4));
     fake_reset();
 }
@@ -406,7 +406,7 @@ static void test_values_that_are_not_finite(void) {
         CHECK(mask_of(neural, extent, extent, 0, ranks) == BN_ERROR_BAD_DATA);
         CHECK(window_of(neural, 0, 0, extent, extent, 0, values, count) == BN_ERROR_BAD_DATA);
         CHECK(ranks[0] == 0 && ranks[1] == 0);
-        /* Outside [0, 1) but finite: windows clamp. */
+        /* Windows clamp finite values to [0, 1). */
         state->spoil_with = i == 0 ? 3.0f : i == 1 ? -0.25f : 1.0f;
         CHECK(window_of(neural, 0, 0, extent, extent, 0, values, count) == BN_SUCCESS);
         CHECK(values[count - 1] == (i == 1 ? 0 : 1 - 0x1p-24f));
@@ -418,7 +418,7 @@ static void test_values_that_are_not_finite(void) {
 }
 
 static void test_unusable_libraries(void) {
-    /* The C library is not an ONNX Runtime: it lacks the entry point. */
+    /* libc.so.6 can be loaded but lacks ONNX Runtime's entry point. */
     static const char *const libraries[] = {"/there/is/no/such/library.so", __FILE__, "libc.so.6",
                                             "/"};
     static const fake_state lacking[] = {
@@ -447,7 +447,7 @@ static void test_unusable_libraries(void) {
     CHECK(open_model(&plain, NULL, NULL, 1, &neural) == BN_SUCCESS);
     bn_neural_close(neural);
     unsetenv("BN_ONNXRUNTIME");
-    /* If libbn itself loads the runtime, it turns telemetry off. */
+    /* libbn disables telemetry if it loads the runtime itself. */
     unsetenv("ORT_DISABLE_TELEMETRY");
     CHECK(open_model(&plain, NULL, BN_FAKE_DIR "/libfake_other.so", 1, &neural) == BN_SUCCESS);
     state = fake_state_of(BN_FAKE_DIR "/libfake_other.so");

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * A program with elevated privileges ignores BN_ONNXRUNTIME.
  *
- * Needs root: copies itself to a set-user-ID file of another user, and runs the copy with the variable
- * set to the test's library, which must not be loaded. For any other user, the test is skipped (77). */
+ * The test copies itself to a set-user-ID file owned by another user and runs the copy with the variable
+ * set to the fake runtime, which must not be loaded. The test requires root and is skipped (77) otherwise. */
 #define _DEFAULT_SOURCE
 #include "check.h"
 #include "neural.h"
@@ -14,7 +14,7 @@
 
 enum { OTHER_USER = 65534, LOADED = 10, NOT_LOADED = 11, SAME_RIGHTS = 12 };
 
-/* Opens a network as any program would. Returns whether the test's library was loaded for it. */
+/* Opens a network as any program would. Returns whether this loaded the fake runtime. */
 static int child(int expects_more_rights) {
     bn_neural *neural;
     if (expects_more_rights && getuid() == geteuid()) return SAME_RIGHTS;
@@ -40,7 +40,7 @@ int main(int argc, char **argv) {
     if (argc > 1) return child(strcmp(argv[1], "more") == 0);
     CHECK(run(argv[0], "same", NULL) == LOADED);
     if (geteuid() != 0) {
-        printf("not root: a set-user-ID copy cannot be made\n");
+        printf("skipped: creating a set-user-ID copy requires root\n");
         return check_result() == 0 ? 77 : 1;
     }
     CHECK(run("cp", argv[0], copy) == 0 && chown(copy, OTHER_USER, OTHER_USER) == 0 &&
@@ -48,7 +48,7 @@ int main(int argc, char **argv) {
     const int found = run(copy, "more", NULL);
     remove(copy);
     if (found == SAME_RIGHTS || found == 1) {
-        printf("the file system does not allow set-user-ID programs\n");
+        printf("skipped: the file system does not allow set-user-ID programs\n");
         return check_result() == 0 ? 77 : 1;
     }
     CHECK(found == NOT_LOADED);

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Every allocation of the library fails once. The call then returns OUT_OF_MEMORY, leaves its outputs
- * unchanged and frees all memory. The linker (--wrap) replaces malloc and free with the functions
- * below, which requires the static library. The test must not call anything else that allocates. */
+ * Makes each of the library's allocations fail once. The call must then return BN_ERROR_OUT_OF_MEMORY,
+ * leave its outputs unchanged and free all memory. The linker option --wrap, which requires the static
+ * library, replaces malloc and free with the functions below. The test must not call anything else that
+ * allocates. */
 #include "check.h"
 #include "masks.h"
 #ifndef BN_NO_NEURAL
@@ -43,10 +44,10 @@ void *__wrap_realloc(void *memory, size_t size) {
 }
 
 enum {
-    NO_MORE = 99 /* not a result of the library */,
+    NO_MORE = 99 /* not a bn_result */,
     SIZE = 24,
     TEXELS = SIZE * SIZE,
-    MANY = 70000 /* values that bn_ranks_from_values() divides into buckets */
+    MANY = 70000 /* enough values for bn_ranks_from_values() to use buckets */
 };
 static uint32_t ranks[MANY], mask[TEXELS];
 static float values[TEXELS], many_values[MANY], power[TEXELS];
@@ -140,7 +141,7 @@ int main(void) {
             for (size_t i = 0; i < TEXELS; ++i) touched += memcmp(&power[i], &ranks[i], 4) != 0;
             CHECK(touched == 0);
         }
-        /* The call succeeded because none of its allocations failed, and there was at least one. */
+        /* The last call made fewer than fail_at allocations and succeeded. Earlier calls failed. */
         CHECK(failures > 0 && calls == fail_at - 1);
     }
     return check_result();

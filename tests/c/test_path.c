@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * bn_path.h: random paths with any number of rays, further numbers, nested splits and loops. No two
- * decisions share a number, and none depends on the draws of earlier rays. */
+ * Draws random paths through bn_path.h, including additional numbers, nested splits and loops. No two
+ * decisions share a number, and no ray's numbers depend on earlier rays' draws. */
 #include <bn/bn_path.h>
 #include <math.h>
 #include <stdlib.h>
@@ -19,7 +19,7 @@ static uint32_t random_below(uint32_t limit) {
     return (v >> 22 ^ v) % limit;
 }
 
-/* The numbers of one path, in the order of its decisions. */
+/* One path's numbers in the order of its decisions, for each of PLACES pixels. */
 static float numbers[PLACES][MOST_NUMBERS];
 static int count;
 
@@ -27,7 +27,7 @@ static void put(int place, const float *u, int n) {
     for (int i = 0; i < n && count < MOST_NUMBERS; ++i) numbers[place][count++] = u[i];
 }
 
-/* Draws a random path and its branches, determined by random_state. */
+/* Draws a path and its branches. random_state determines their structure. */
 static void draw_path(const bn_sampler *sampler, bn_path path, uint32_t lights, int place,
                       int level) {
     const uint32_t rays = 1 + random_below(level > 0 ? 4 : MOST_RAYS);
@@ -96,7 +96,7 @@ static int compare(const void *a, const void *b) {
     return memcmp(a, b, PLACES * sizeof(float));
 }
 
-/* Decisions that share a number do so in all pixels. By chance, 24 bits may be identical, but not 96. */
+/* Counts decisions that share a number in all pixels. By chance, 24 bits may be identical, but not 96. */
 static int shared(void) {
     static float rows[MOST_NUMBERS][PLACES];
     int equal = 0;
@@ -125,7 +125,7 @@ static void no_two_decisions_share_a_number(int32_t type) {
     CHECK(most > 2000);
 }
 
-/* Pixels that drew different counts at one ray are in step again at the next. */
+/* However many numbers a path draws at one ray, its next ray draws the same numbers. */
 static void rays_do_not_depend_on_earlier_draws(void) {
     const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 3);
     const bn_path path = bn_path_start(4, 5, 6, 0);
@@ -143,12 +143,12 @@ static void rays_do_not_depend_on_earlier_draws(void) {
         CHECK(pair[0] == u[0] && pair[1] == u[1]);
         bn_ray_draw_end_light(&sampler, &plain, pair);
         CHECK(pair[0] == u[2] && pair[1] == u[3]);
-        /* Single numbers do not affect pairs. */
+        /* Drawing single numbers does not affect pairs. */
         for (int i = 0; i < 5; ++i) (void)bn_ray_next_1d(&sampler, &other);
         bn_ray_next_2d(&sampler, &plain, u);
         bn_ray_next_2d(&sampler, &other, v);
         CHECK(u[0] == v[0] && u[1] == v[1]);
-        /* They do not affect children, either. */
+        /* It does not affect children, either. */
         const bn_ray part = bn_ray_child(&plain, 12), same = bn_ray_child(&other, 12);
         const bn_ray next = bn_ray_child(&plain, 13);
         bn_ray_draw(&sampler, &part, u);
@@ -157,8 +157,8 @@ static void rays_do_not_depend_on_earlier_draws(void) {
     }
 }
 
-/* The branches of a split with a fixed count form one sequence over all samples of the pixel. */
-static void a_split_is_one_sequence(void) {
+/* With a fixed branch count, the branches of all samples in a pixel form one sequence. */
+static void split_branches_form_one_sequence(void) {
     const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 5);
     for (uint32_t index = 0; index < 8; ++index) {
         const bn_path path = bn_path_start(17, 18, index, 0);
@@ -191,6 +191,6 @@ int main(void) {
     CHECK(sizeof(bn_path) == 16);
     for (int32_t type = 0; type < TYPES; ++type) no_two_decisions_share_a_number(type);
     rays_do_not_depend_on_earlier_draws();
-    a_split_is_one_sequence();
+    split_branches_form_one_sequence();
     return check_result();
 }

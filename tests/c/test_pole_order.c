@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The guarantees of BLUE's pole order: the first 2^k samples of every aligned square of 2^s x 2^s
- * pixels are a (0, k + 2 s, 2)-net in base 2 in both pairs, for each of the four domains of a family,
- * counted from draws; and the nets within a pixel, at all sample counts. */
+ * The guarantees of BLUE's pole order. In every aligned square of 2^s x 2^s pixels, the first 2^k samples
+ * of each pixel form a (0, k + 2 s, 2)-net in base 2 in both pairs, for each of a family's four domains.
+ * Within a pixel, the samples form nets at all sample counts. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_draw.h>
@@ -12,15 +12,15 @@ enum { MEMBERS = 4, TILE = 64 };
 
 static uint32_t points[MOST_POINTS][4];
 
-/* Whether the first 2^k samples of each pixel in the square of 2^s x 2^s pixels at (x, y) are nets. */
+/* Whether the first 2^k samples of all pixels in a square of 2^s x 2^s pixels at (x, y) form nets. */
 static int block_is_net(const bn_sampler *sampler, int32_t x, int32_t y, int s, int k,
                         uint32_t domain) {
     draw_points(points, sampler, x, y, s, k, 0, domain);
     return are_nets_in_pairs(points, k + 2 * s);
 }
 
-/* The origin of the aligned squares of 2^s pixels. The alignment of the next smaller squares leaves four
- * candidates; only one of them makes the first samples of several squares nets. */
+/* Finds the origin of the aligned squares of 2^s x 2^s pixels. The alignment of the next smaller squares
+ * leaves four candidates. With only one of them, the first samples of multiple squares form nets. */
 static void find_alignment(const bn_sampler *sampler, int s, uint32_t domain, int32_t corner[2]) {
     enum { BLOCKS = 8 };
     const int32_t side = 1 << s;
@@ -68,12 +68,12 @@ static void test_nets(void) {
     }
 }
 
-/* ---- All bits of an index: nets at sample counts too large to draw, by linear algebra */
+/* ---- Nets at sample counts too large to draw, checked by linear algebra over the bits of an index */
 
 enum { BITS = 32 };
 
-/* The vector that bit k of an index adds to the four coordinates of a pixel's samples, mixed with
- * vectors of lower bits. The mixing does not change the rank of the first k + 1 vectors. */
+/* column[k] is the vector that bit k of an index adds to a sample's four coordinates, mixed with the vectors
+ * of lower bits. The mixing does not change the rank of the first k + 1 vectors. */
 typedef struct matrices {
     uint32_t column[BITS][4];
 } matrices;
@@ -89,11 +89,11 @@ static matrices matrices_of(const bn_sampler *s, int32_t x, int32_t y, uint32_t 
     return m;
 }
 
-/* Whether the first digits[d] digits of each coordinate d, `bits` in total, are independent functions of
- * the first `bits` bits of an index. If so, each box with these numbers of digits contains one of the
- * first 2^bits samples. */
+/* Whether the first digits[d] digits of each coordinate d, `bits` in total, are linearly independent
+ * functions of the lowest `bits` bits of an index. If so, each box with these numbers of digits contains one
+ * of the first 2^bits samples. */
 static int is_net(const matrices *m, const int digits[4], int bits) {
-    uint32_t rows[BITS]; /* one for each column, which is eliminated from left to right */
+    uint32_t rows[BITS]; /* one per column; Gaussian elimination proceeds from the first */
     for (int k = 0; k < bits; ++k) {
         uint64_t packed = 0;
         int at = 0;
@@ -113,7 +113,7 @@ static int is_net(const matrices *m, const int digits[4], int bits) {
     return 1;
 }
 
-/* Every power of two up to 2^32 in both pairs, and every power of four in all dimensions. */
+/* Tests all powers of two up to 2^32 in both pairs, and all powers of four in four dimensions. */
 static void test_nets_of_all_counts(const bn_sampler *s) {
     for (uint32_t member = 0; member < MEMBERS; ++member) {
         const uint32_t domain = bn_domain_child(5, member);
@@ -142,8 +142,8 @@ static void test_nets_of_all_counts(const bn_sampler *s) {
     }
 }
 
-/* The tables match the data file and have the symbols that bn_draw.h links to. */
-static void test_words(void) {
+/* The tables match the data file and are available under the symbol names used in bn_draw.h. */
+static void test_tables(void) {
     size_t count = 0;
     uint32_t version = 0;
     const uint32_t *words = bn_tables(&count, &version);
@@ -171,6 +171,6 @@ int main(void) {
     const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, 3);
     test_nets();
     test_nets_of_all_counts(&s);
-    test_words();
+    test_tables();
     return check_result();
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Ranks from values, and values from ranks. */
+ * Converts values to ranks and ranks to values. */
 #include "check.h"
 #include "masks.h"
 #include <math.h>
@@ -18,7 +18,7 @@ static int are_ranks(const float *values, size_t count, const uint32_t *ranks) {
     return wrong == 0;
 }
 
-/* Arbitrary floats, few of them distinct, so that there are ties. */
+/* Arbitrary floats, and floats with few distinct values so that many are tied. */
 static void test_many_values(void) {
     static const size_t counts[] = {1, 2, 2047, 2049, 1 << 20};
     enum { most = 1 << 20 };
@@ -64,7 +64,7 @@ static void test_to_float(void) {
             if (i == 0) rank = (uint32_t)(counts[c] - 1);
             float value = bn_rank_to_float(rank, counts[c]);
             double exact = (rank + 0.5) / (double)counts[c];
-            /* Rounded down to a float, and never 1. */
+            /* The exact value is rounded down to a float and never becomes 1. */
             CHECK(value >= 0 && value < 1 && (double)value <= exact);
             CHECK((double)nextafterf(value, 2) > exact || value == 1 - 0x1p-24f);
         }

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Relaxation is bit-identical for any number of threads and has no fixed pattern. test_hard_numbers.c tests
- * extents, and tests/python/test_relax_learned.py compares with the formula. */
+ * Relaxation does not depend on the number of threads and has no fixed pattern. test_hard_numbers.c tests
+ * extents, and tests/python/test_relax_learned.py tests the formula. */
 #include "check.h"
 #include "masks.h"
 #include <math.h>
 
-/* The height is prime, so that threads never get the same number of rows. */
+/* The height is prime, so threads process different numbers of rows. */
 static void test_threads(void) {
     enum { width = 200, height = 307, count = width * height };
     uint32_t *ranks = malloc(count * sizeof *ranks);
@@ -21,8 +21,8 @@ static void test_threads(void) {
     free(ranks);
 }
 
-/* Over seeds, the ranks of a texel are as uniform as independent ranks. For a chi-squared statistic of
- * 1,024 terms, 30% is six standard deviations. */
+/* Over many seeds, each texel's ranks are as uniform as independent random ranks. The limit of 30% is six
+ * standard deviations of a chi-squared statistic with 1,024 terms. */
 static void test_no_fixed_pattern(void) {
     enum { size = 32, count = size * size, seeds = 100 };
     static uint32_t ranks[count];

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Samplers and their draws: initialisation, ranges, determinism, block and inline forms, nets.
- * tests/quality measures how blue and how independent the samples are. */
+ * Samplers: initialisation, ranges, agreement of all draw functions, nets. tests/quality measures how blue
+ * and how independent the samples are. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_draw.h>
@@ -20,8 +20,8 @@ static int equal(const bn_sampler *a, const bn_sampler *b) {
     return memcmp(u, v, sizeof u) == 0;
 }
 
-/* If initialisation fails, the old sampler is unchanged. */
-static void test_making(void) {
+/* A failed initialisation leaves the sampler unchanged. */
+static void test_initialisation(void) {
     bn_sampler sampler = bn_sampler_make(99);
     const bn_sampler before = sampler, blue = bn_sampler_make(5);
     const bn_result invalid = BN_ERROR_INVALID_ARGUMENT;
@@ -32,7 +32,7 @@ static void test_making(void) {
         if (type < 0 || type >= TYPES) CHECK(bn_sampler_init(&sampler, type, 5) == invalid);
     }
     CHECK(bn_sampler_init_mask(&sampler, NULL, 0) == invalid);
-    ranks[0] = 6; /* test_arguments.c tests other masks */
+    ranks[0] = 6; /* test_arguments.c tests other invalid masks */
     CHECK(bn_sampler_init_mask(&sampler, &mask, 0) == BN_ERROR_BAD_DATA);
     ranks[0] = 3;
     CHECK(memcmp(&sampler, &before, sizeof sampler) == 0);
@@ -57,9 +57,9 @@ static void test_making(void) {
     CHECK(bn_sampler_init(&sampler, BN_SAMPLER_MASK, 5) == BN_SUCCESS && equal(&sampler, &wide));
 }
 
-/* All forms of a draw agree, at ordinary and at extreme arguments. test_draw_hashes.c compares the bits
- * of the inline form. */
-static void test_forms(void) {
+/* All draw functions return the same numbers at ordinary and extreme arguments. test_draw_hashes.c tests the
+ * bits of the inline functions. */
+static void test_draw_functions(void) {
     static const int32_t coordinates[] = {0, 1, -1, 127, 128, 4095, 4096, INT32_MAX, INT32_MIN};
     static const uint32_t indices[] = {0, 1, 2, 255, 256, 257, 65535, 65536, 1u << 31, UINT32_MAX};
     enum { NC = sizeof coordinates / sizeof *coordinates, NI = sizeof indices / sizeof *indices };
@@ -91,7 +91,7 @@ static void test_forms(void) {
     }
 }
 
-/* tests/simd/many_equals_single.c compares the bits of blocks. */
+/* tests/simd/many_equals_single.c tests the bits of blocks. */
 static void test_block_arguments(void) {
     enum { W = 37, H = 11, N = 7, COUNT = W * H * N * 4 };
     static float out[COUNT];
@@ -107,13 +107,13 @@ static void test_block_arguments(void) {
     CHECK(bn_sample_block(&s, 0, 0, W, H, UINT32_MAX - N + 2, N, 0, out, COUNT) == invalid);
     CHECK(bn_sample_block(&s, 0, 0, W, H, 0, N, 0, out, COUNT - 1) == mismatch);
     CHECK(bn_sample_block(&s, 0, 0, W, H, 0, N, 0, out, COUNT + 4) == mismatch);
-    /* Extents whose product overflows to the given count. */
+    /* The product of these extents overflows to the count that is passed. */
     CHECK(bn_sample_block(&s, INT32_MIN, INT32_MIN, 1u << 31, 1u << 31, 0, 4, 0, out, 0) ==
           mismatch);
 }
 
-/* Every power-of-two prefix, and every aligned block later on, is a (0,m,2)-net in both pairs.
- * test_pole_order.c tests the nets of BLUE in four dimensions. */
+/* Every power-of-two prefix of a pixel's samples, and every later aligned block of this length, is a
+ * (0,m,2)-net in both pairs. test_pole_order.c tests BLUE's nets in four dimensions. */
 static void test_nets(void) {
     static const int32_t types[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL, BN_SAMPLER_ZORDER,
                                     BN_SAMPLER_MASK};
@@ -132,9 +132,9 @@ static void test_nets(void) {
     }
 }
 
-/* ZORDER at its largest sample count, to which larger counts are clamped: if n is the number of samples in
- * an aligned square of pixels, each of n intervals contains one sample. */
-static void test_the_largest_count(void) {
+/* Tests ZORDER at its largest sample count, to which larger counts are clamped. If an aligned square of
+ * pixels has n samples, each of n intervals contains one of them. */
+static void test_largest_zorder_count(void) {
     enum { COUNT = 1 << 16, POINTS = 4 * COUNT };
     static unsigned char seen[POINTS];
     const bn_sampler s = make_sampler(BN_SAMPLER_ZORDER, COUNT, 3);
@@ -149,9 +149,9 @@ static void test_the_largest_count(void) {
     CHECK(repeats == 0);
 }
 
-/* With ZORDER, the samples of all pixels of an aligned square form a net in all four dimensions, because
+/* With ZORDER, the samples of all pixels in an aligned square form a net in all four dimensions, because
  * both pairs follow the same curve. */
-static void test_nets_of_squares(void) {
+static void test_nets_of_zorder_squares(void) {
     for (int log4_side = 0; log4_side <= 3; ++log4_side) {
         for (int log4_block = 0; log4_block <= 3; ++log4_block) {
             const uint32_t align = ~((1u << log4_side) - 1u);
@@ -166,7 +166,7 @@ static void test_nets_of_squares(void) {
     }
 }
 
-/* The first sample of type MASK is the mask, seen through a shift for every domain and dimension. */
+/* At index 0, MASK returns the mask, shifted differently for each domain and dimension. */
 static void test_mask_values(void) {
     enum { W = 6, H = 4, COUNT = W * H };
     uint32_t ranks[COUNT], u[COUNT][4];
@@ -195,11 +195,11 @@ static void test_mask_values(void) {
 
 int main(void) {
     test_mask_values();
-    test_making();
-    test_forms();
+    test_initialisation();
+    test_draw_functions();
     test_block_arguments();
     test_nets();
-    test_nets_of_squares();
-    test_the_largest_count();
+    test_nets_of_zorder_squares();
+    test_largest_zorder_count();
     return check_result();
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Many threads share one sampler and generate masks at the same time. Their results do not depend on
- * the order. With the thread sanitizer, this also shows that there are no data races. */
+ * Threads share samplers and generate masks at the same time. Their results do not depend on the order of
+ * the calls. Under the thread sanitizer, the test also detects data races. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn.h>
@@ -22,8 +22,8 @@ static uint64_t mixed(uint64_t hash, uint64_t value) {
     return (hash ^ value) * 0x9e3779b97f4a7c15u;
 }
 
-/* Draws every sample of a small image, in a different order on each thread. Sums do not depend on the
- * order. */
+/* Draws every sample of a small image in a different order on each thread. The hash is a sum, so it does not
+ * depend on this order. */
 static void *work(void *argument) {
     static const uint32_t strides[THREADS + 1] = {1, 7, 11, 13, 17}; /* coprime to the count */
     job *j = argument;
@@ -62,7 +62,7 @@ int main(void) {
         jobs[i].samplers = samplers;
         jobs[i].number = i;
     }
-    work(&jobs[0]); /* alone */
+    work(&jobs[0]); /* on this thread alone */
     for (uint32_t i = 0; i < THREADS; ++i) {
         CHECK(pthread_create(&threads[i], NULL, work, &jobs[i + 1]) == 0);
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Wavefronts and blocks are bit-equal to single draws and write nothing else: every type, number
- * of dimensions and count up to several vectors, arrays that begin anywhere, and arguments from one
- * end of their range to the other. The environment variable BN_SIMD chooses the instruction set. */
+ * Wavefronts and blocks are bit-identical to single draws and write nothing outside their outputs. The tests
+ * cover every sampler type, all dimensions, lane counts up to multiple vectors, unaligned arrays, and
+ * arguments from their whole range. The environment variable BN_SIMD selects the instruction set. */
 #include "../c/check.h"
 #include "../c/samplers.h"
 #include <bn/bn_path.h>
@@ -16,7 +16,7 @@ static uint32_t noise(void) {
     return (state >> ((state >> 28) + 4u)) ^ state;
 }
 
-/* Numbers below 256, ends of ranges, or arbitrary bits. */
+/* Numbers below 256, numbers at the limits of ranges, or arbitrary bits. */
 enum { SMALL, ENDS, ANY, RANGES };
 static uint32_t number(int range) {
     static const uint32_t ends[] = {0,   1,   2,           3,           255,
@@ -26,9 +26,9 @@ static uint32_t number(int range) {
     return range == ENDS ? ends[v % (sizeof ends / sizeof *ends)] : v;
 }
 
-enum { PAIRS = 5, FORMS = PAIRS + 2 }; /* from PAIRS on: pairs 0 and 1 */
+enum { PAIRS = 5, FORMS = PAIRS + 2 }; /* PAIRS and PAIRS + 1: pairs 0 and 1 */
 
-/* An array of `count` elements that ends where its allocation ends, so that sanitizers find overruns. */
+/* An array of `count` elements. It ends where its allocation ends, so that sanitizers detect overruns. */
 static void *array(void **memory, size_t offset, size_t count) {
     const size_t size = (offset + count) * sizeof(uint32_t);
     *memory = malloc(size > 0 ? size : 1);
@@ -77,7 +77,7 @@ static void compare(const bn_sampler *sampler, size_t count, size_t offset, uint
     for (int i = 0; i < 4; ++i) free(memory[i]);
 }
 
-static void test_bits(void) {
+static void test_wavefront_bits(void) {
     for (int32_t type = 0; type < TYPES; ++type) {
         for (uint64_t seed = 0; seed < 2; ++seed) {
             const bn_sampler sampler = make_sampler(type, seed == 0 ? 0 : 5, seed);
@@ -92,8 +92,8 @@ static void test_bits(void) {
     }
 }
 
-/* Every combination of per-lane arrays and shared values, and of requested dimensions. */
-static void test_wavefronts(void) {
+/* Tests every combination of per-lane arrays, shared values and requested dimensions. */
+static void test_wavefront_arguments(void) {
     enum { N = 600 };
     static int32_t x[N], y[N];
     static uint32_t index[N], domain[N], depth[N];
@@ -157,9 +157,9 @@ static void test_wavefronts(void) {
     CHECK(bn_sample_wavefront(&s, &w) == BN_ERROR_INVALID_ARGUMENT);
 }
 
-/* Every alignment of a range of indices to the runs of vector code. */
+/* Tests every alignment of an index range to the runs that the vector code processes. */
 static void test_blocks(void) {
-    enum { W = 3, H = 2, LONGEST = 300 }; /* more than the lanes that are drawn at a time */
+    enum { W = 3, H = 2, LONGEST = 300 }; /* more than are drawn at a time */
     static const uint32_t firsts[] = {0,   1,    5,     8,          228,           250,
                                       256, 1021, 65531, (1u << 20), (1u << 31) - 4};
     static const uint32_t counts[] = {1, 2, 3, 7, 8, 9, 17, 41, LONGEST};
@@ -187,7 +187,7 @@ static void test_blocks(void) {
         }
     }
     for (int32_t type = 0; type < TYPES;
-         ++type) { /* a single draw, and one more than are drawn at a time */
+         ++type) { /* a single draw, and one draw more than are drawn at a time */
         const bn_sampler s = make_sampler(type, 0, 7);
         for (uint32_t n = 1; n <= 257; n += 256) {
             float u[4];
@@ -209,7 +209,7 @@ bn_result __wrap_bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefro
     return __real_bn_sample_wavefront(sampler, wavefront);
 }
 
-/* SOBOL and WHITE use vector draws for blocks if the instruction set has them. */
+/* Blocks of SOBOL and WHITE use vector draws if the instruction set has them. */
 static void test_vector_draws_are_used(void) {
     enum { W = 5, H = 3, N = 41 };
     static float out[W * H * N * 4];
@@ -226,8 +226,8 @@ static void test_vector_draws_are_used(void) {
 #endif
 
 int main(void) {
-    test_bits();
-    test_wavefronts();
+    test_wavefront_bits();
+    test_wavefront_arguments();
     test_blocks();
 #ifdef BN_COUNT_VECTOR_DRAWS
     test_vector_draws_are_used();

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * With every instruction set and on every machine, the generators make the same masks as the plain C code,
- * whose hashes are listed here. Extents and options are chosen to reach all vector code. */
+ * The generators produce the same masks as the plain C code, whose hashes are listed below, with every
+ * instruction set and on every machine. The extents and options reach all vector code. */
 #include "../c/masks.h"
 
-/* Void-and-cluster at three sigmas, annealing with one and two channels, and relaxation. */
+/* Void-and-cluster with three values of sigma, annealing with one and two channels, and relaxation. */
 enum { VOID_AND_CLUSTER, ANNEAL, ANNEAL_TWO, RELAX, GENERATORS };
 static const struct {
     uint32_t extent[3];
