@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Installed copies of libbn, static and shared, and the commands that build programs against them."""
+"""Installs libbn as a static and as a shared library, and builds programs against them."""
 
 import os
 import re
@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 VERSION = ".".join(re.findall(r"^#define BN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", (ROOT / "libbn/include/bn/bn.h").read_text(), re.M))
 CC, CXX = os.environ.get("CC", "cc"), os.environ.get("CXX", "c++")
-# Many projects build the same library.
+# Many tests build the same library.
 if shutil.which("ccache"):
     for language in ("C", "CXX"):
         os.environ.setdefault(f"CMAKE_{language}_COMPILER_LAUNCHER", "ccache")
@@ -28,14 +28,14 @@ def run(*command, **options) -> str:
 
 
 def listing(page: str, name: str) -> str:
-    """A listing from a page in docs/, found by the name in the comment before it."""
+    """The listing in a page of docs/ whose preceding comment contains this name."""
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")
     (found,) = re.findall(rf"^<!-- listing: {re.escape(name)} -->\n```\w+\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     return found
 
 
 def cmake_build(source: Path, build: Path, *options: str, target: str = "all") -> None:
-    """Compiles without optimisation unless an option says otherwise, because optimisation takes most of the compile time."""
+    """Builds a CMake project, by default without optimisation, which would take most of the compile time."""
     generator = ["-G", "Ninja"] if shutil.which("ninja") else []
     run("cmake", "-S", source, "-B", build, *generator, "-DCMAKE_BUILD_TYPE=Debug", *options)
     run("cmake", "--build", build, "--parallel", "2", "--target", target)
@@ -43,7 +43,7 @@ def cmake_build(source: Path, build: Path, *options: str, target: str = "all") -
 
 @dataclass(frozen=True)
 class Installed:
-    """An installed tree that was moved after its installation."""
+    """An installation that was moved to another folder afterwards."""
 
     kind: str  # "static" or "shared"
     prefix: Path
@@ -60,13 +60,13 @@ class Installed:
         return run("pkg-config", *options, "bn", env=environment).split()
 
     def compile(self, source: Path, program: Path, *flags: str) -> None:
-        """Compiles a C program as a Makefile with pkg-config would."""
+        """Compiles a C program as a Makefile that uses pkg-config would."""
         static = ["--static"] if self.kind == "static" else []
         run(CC, *flags, *self.pkg_config("--cflags"), source, "-o", program,
             *self.pkg_config("--libs", *static), f"-Wl,-rpath,{self.library.parent}")
 
     def compile_cpp(self, program: Path, *arguments) -> Path:
-        """Compiles C++17 without warnings and links it with the static library. Returns the program."""
+        """Compiles a C++17 program with warnings as errors and links it with the static library. Returns the program."""
         run(CXX, "-std=c++17", "-Wall", "-Wextra", "-Werror", "-O1", *self.pkg_config("--cflags"), *arguments, "-o", program,
             *self.pkg_config("--libs", "--static"), "-lm")
         return program
@@ -74,7 +74,7 @@ class Installed:
 
 def install(kind: str, folder: Path) -> Installed:
     build, first, prefix = folder / "build", folder / "first", folder / "moved" / "here"
-    # The static library is compiled as in build/, so that ccache can reuse it.
+    # The static library uses the same flags as build/, so that ccache can reuse its objects.
     flags = ["-DBN_BUILD_SHARED=OFF"] if kind == "static" else ["-DBN_BUILD_SHARED=ON", "-DCMAKE_C_FLAGS_RELEASE=-O1 -DNDEBUG"]
     cmake_build(ROOT, build, "-DCMAKE_BUILD_TYPE=Release", "-DBN_WERROR=ON", "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF",
                 f"-DCMAKE_INSTALL_PREFIX={first}", *flags)

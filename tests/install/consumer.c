@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * A renderer's first steps. All consumer projects build this program, and its output must always be the same. */
+ * A renderer's first steps. Every consumer project builds this program, which must always print the same. */
 #include <bn/bn_path.h>
 #include <stdio.h>
 

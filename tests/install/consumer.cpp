@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The same header in C++11, the oldest supported standard.
+// Uses bn.h in C++11, the oldest supported standard.
 #include <bn/bn.h>
 
 #include <cstdio>

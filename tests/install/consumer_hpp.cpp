@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// bn.hpp as used by a C++ renderer. First prints the same as consumer.c, then the number of violated
-// promises of bn.hpp.
+// Uses bn.hpp as a C++ renderer would. Prints the same lines as consumer.c, followed by the number of
+// bn.hpp's violated guarantees.
 #include <bn/bn.hpp>
 
 #include <cstdio>
@@ -14,12 +14,12 @@ struct Renderer {
     bn::Sampler sampler = {}; // no warning
 };
 static_assert(!std::is_convertible_v<int, bn::Sampler> && !std::is_convertible_v<int, bn::Domain>);
-// A plain number is a seed; the C constants are not seeds.
+// An integer is accepted as a seed, but a C constant is not.
 static_assert(std::is_constructible_v<bn::Sampler, int> &&
               !std::is_constructible_v<bn::Sampler, decltype(BN_SAMPLER_SOBOL)> &&
               !std::is_constructible_v<bn::Sampler, decltype(BN_SAMPLER_SOBOL), int> &&
               !std::is_constructible_v<bn::Sampler, int, int>);
-// A copy would return the same numbers again.
+// A copy would return the same numbers as its original.
 static_assert(!std::is_copy_constructible_v<bn::RaySampler> &&
               !std::is_copy_assignable_v<bn::RaySampler> &&
               std::is_nothrow_move_constructible_v<bn::RaySampler>);
@@ -72,7 +72,7 @@ int wrong(const bn::Sampler &sampler, bn::Domain domain) {
     return count;
 }
 
-// The path numbers hashed by tests/c/test_draw_hashes.c, and the frozen result.
+// The hash of the paths in tests/c/test_draw_hashes.c, which must not change.
 constexpr uint64_t hash_of_paths = 0x3d750840263d82dbu;
 
 bool wrong_paths() {
@@ -107,7 +107,7 @@ bool wrong_paths() {
     return hash != hash_of_paths;
 }
 
-// Explicit counters give the same numbers as a ray's own counters; a path's first numbers match those in C.
+// Explicit counters give the same numbers as a ray's own counters. A path's first numbers match those in C.
 int wrong_counters(const bn::Sampler &sampler) {
     const bn::PathSampler path(sampler, -3, 9, 5, 2);
     const bn_path own = bn_path_start(-3, 9, 5, 2);
@@ -129,7 +129,7 @@ int wrong_counters(const bn::Sampler &sampler) {
     return count + (path.time_wavelength() != std::array<float, 2>{u[0], u[1]});
 }
 
-// The numbers of ray `ray` for a request pattern of dimensions '1' and '2'.
+// The numbers drawn for a pattern of one-dimensional ('1') and two-dimensional ('2') requests.
 std::vector<float> counted(bn::SequentialSampler &numbers, const char *pattern) {
     std::vector<float> all;
     for (; *pattern; ++pattern) {
@@ -154,7 +154,7 @@ int wrong_counts(const bn::Sampler &sampler) {
     numbers.start(5, 6, 7);
     const auto triple = counted(numbers, "12");
     count += triple[0] != first[2] || triple[1] != first[0] || triple[2] != first[1];
-    // Whatever a ray draws, the next ray begins with the same numbers, and no number occurs twice.
+    // The next ray begins with the same numbers whatever this ray draws, and no number occurs twice.
     std::vector<float> next;
     for (const char *pattern : {"", "1", "2", "112112", "2222222222", "1111111111111111111111"}) {
         numbers.start(5, 6, 7);
@@ -167,7 +167,7 @@ int wrong_counts(const bn::Sampler &sampler) {
         for (std::size_t i = 0; i < all.size(); ++i)
             for (std::size_t k = 0; k < i; ++k) count += all[i] == all[k];
     }
-    // From a path it draws the same numbers, and a ray that has begun continues.
+    // A sequential sampler created from a path draws the same numbers. Starting the current ray again continues it.
     const bn::PathSampler path(sampler, 5, 6, 7);
     bn::SequentialSampler own(path);
     numbers.start(5, 6, 7);
@@ -177,7 +177,7 @@ int wrong_counts(const bn::Sampler &sampler) {
     count += counted(own, "12") != counted(numbers, "12");
     own.start_ray(1);
     count += counted(own, "1212121") != next;
-    // From a part of a ray it draws numbers that the ray itself does not draw.
+    // A sequential sampler created from a child of a ray draws numbers that the ray itself does not draw.
     bn::RaySampler ray = path.ray(0);
     bn::SequentialSampler part(ray.child(3));
     const auto parts = counted(part, "2212");
@@ -188,7 +188,7 @@ int wrong_counts(const bn::Sampler &sampler) {
     return count + (parts[0] != path.ray(0).child(3).draw()[0]);
 }
 
-// Over 8 samples, the first digits of a number and of the next pair take all four combinations, at every ray.
+// At every ray, the first bits of a number and of the next pair take all four combinations equally often in 8 samples.
 int tied_choices(const bn::Sampler &sampler) {
     int tied = 0;
     for (uint32_t ray = 0; ray < 8; ++ray) {
@@ -208,7 +208,7 @@ int tied_choices(const bn::Sampler &sampler) {
     return tied;
 }
 
-// The state a renderer keeps for each thread.
+// The state that a renderer keeps for each thread.
 struct Worker {
     bn::Sampler sampler;
     bn::SequentialSampler numbers{sampler};
@@ -216,7 +216,7 @@ struct Worker {
     bn::RaySampler ray;
 };
 
-// After a move, it does not draw from its old location.
+// After a move, a worker does not refer to its old location.
 int wrong_moves() {
     auto first = std::make_unique<Worker>(Worker{bn::Sampler(5), {}, {}, {}});
     first->numbers = bn::SequentialSampler(first->sampler);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renders an image of OpenQMC's tool. Arguments: those of oqmc_trace() in order, then an output file for 32-bit floats.
+// Renders an image with OpenQMC's oqmc_trace(). Arguments: those of oqmc_trace(), then an output file for 32-bit floats.
 #include <cstdio>
 #include <cstdlib>
 #include <trace.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The renderer for examples/check/check.c, with the mistake that MISTAKE names. SEED is the sampler's seed; LAYOUT
- * says where decision 1 draws from: (0,1) of the next ray's domain, with its third number, unless it is "second pair"
- * (2,3 of the same domain as decision 0) or "grandchild" (a domain two levels below the root). */
+ * A renderer for examples/check/check.c that makes the mistake MISTAKE. SEED is the sampler's seed. LAYOUT selects what
+ * decision 1 draws: by default numbers 0, 1 and 2 of the next ray's domain; with "second pair", numbers 2 and 3 of
+ * decision 0's domain; with "grandchild", numbers of a domain two levels below the root. */
 #include <bn/bn_path.h>
 #include <stdlib.h>
 #include <string.h>
@@ -43,7 +43,7 @@ void draw(int x, int y, unsigned index, int decision, float u[3]) {
     const int old_x = x, old_y = y;
     if (is("index from 1")) index += 1;
     if (is("index from 1000")) index += 1000;
-    if (is("index over the picture")) index += 16 * (unsigned)(1000 * y + x);
+    if (is("index over the image")) index += 16 * (unsigned)(1000 * y + x);
     if (is("index stuck at 0")) index = 0;
     if (is("index drawn twice")) index /= 2;
     if (is("threads")) index /= 4;
@@ -68,6 +68,6 @@ void draw(int x, int y, unsigned index, int decision, float u[3]) {
     u[0] = four[swapped ? 2 : 0], u[1] = four[swapped ? 3 : 1];
     if (decision == 0 || second_pair) return;
     u[2] = is("pair first") ? next[2] : four[2];
-    /* A number left over from an earlier draw, then the lobe, requested one by one. */
+    /* One by one, a number remaining from an earlier draw and then the lobe are requested. */
     if (is("one by one")) u[0] = four[3], u[1] = next[2];
 }

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The output of scripts/amalgamate: one command compiles the two files, and their results are bit-identical to the library's. The
-adjacent folder bn/ contains the headers that programs include as <bn/...>."""
+"""The output of scripts/amalgamate: one command compiles bn.c, whose results are bit-identical to the library's. The folder bn/
+beside it contains the headers that programs include as <bn/...>."""
 
 import json
 import platform
@@ -15,7 +15,7 @@ from test_symbols import DRAWS, declared, symbols
 
 HERE = ROOT / "tests" / "install"
 STRICT = ["-std=c11", "-pedantic", "-Werror", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Wsign-conversion"]
-LOOPS = ("simd/mask_hashes", "simd/many_equals_single")  # of each instruction set
+LOOPS = ("simd/mask_hashes", "simd/many_equals_single")  # these test each instruction set
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 
 
@@ -29,7 +29,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="session", params=COMPILERS)
 def compiled(request, folder):
-    """A compiler, and the bn.o it built with all warnings."""
+    """A compiler and the object file it built from bn.c with all warnings as errors."""
     objects = folder / f"{request.param}.o"
     run(request.param, "-O2", "-fPIC", *STRICT, "-c", folder / "bn.c", "-o", objects)
     return request.param, objects
@@ -66,7 +66,7 @@ def test_library_tests_pass(test, folder, compiled):
 
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_draws_only_header(compiler, tmp_path):
-    """The hashes of its draws match the library's, and the file contains the licences."""
+    """The single header contains the licences, and the hashes of its draws match the library's."""
     run(ROOT / "scripts" / "amalgamate", "--draws", "--output", tmp_path)
     (header,) = tmp_path.iterdir()
     assert all((ROOT / path).read_text().rstrip() in header.read_text() for path in ("LICENSE", "libbn/data/LICENSE"))
@@ -80,9 +80,9 @@ def test_draws_only_header(compiler, tmp_path):
     assert "bn_sampler_init" in external and [name for name in external if not name.startswith("bn_")] == []
 
 
-@pytest.mark.skipif(platform.machine() != "x86_64", reason="instructions of x86-64")
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="requires x86-64")
 def test_avx2_results_match_and_use_no_fma(folder, compiled, tmp_path):
-    # With -O1 or -std=c11, GCC would fuse nothing anyway.
+    # With -O1 or -std=c11, GCC would not fuse multiplications and additions anyway.
     run(compiled[0], "-O2", "-mavx2", "-mfma", *STRICT, "-std=gnu11", "-S", folder / "bn.c", "-o", tmp_path / "bn.s")
     assembly = (tmp_path / "bn.s").read_text()
     assert "ymm" in assembly and "vfm" not in assembly

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Other projects' programs that use libbn in each way shown in the README."""
+"""Projects that use libbn in each way shown in the README."""
 
 import json
 import os
@@ -14,7 +14,7 @@ HERE = ROOT / "tests" / "install"
 
 @pytest.fixture(scope="session")
 def expected(static_library, tmp_path_factory) -> str:
-    """The consumer's output: the library's results do not depend on how it is linked."""
+    """The consumer's expected output, which does not depend on how libbn is linked."""
     program = tmp_path_factory.mktemp("expected") / "consumer"
     static_library.compile(HERE / "consumer.c", program)
     return run(program)
@@ -52,22 +52,22 @@ def test_pkg_config_paths_follow_a_moved_installation(installed):
 
 @pytest.fixture(scope="module")
 def install_small(tmp_path_factory):
-    """Installs the library without the network into other folders. All of them share one build."""
+    """Installs the library without networks into custom folders. All installations share one build."""
     build = tmp_path_factory.mktemp("build")
 
     def install_small(folder, lib, include):
         cmake_build(ROOT, build, "-DBN_NEURAL=OFF", "-DBN_SMALL_DATA=ON", "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF",
                     f"-DCMAKE_INSTALL_PREFIX={folder / 'prefix'}", f"-DCMAKE_INSTALL_LIBDIR={lib}", f"-DCMAKE_INSTALL_INCLUDEDIR={include}")
         run("cmake", "--install", build)
-        return Installed("static", folder / "prefix" / lib)  # an absolute path stays unchanged
+        return Installed("static", folder / "prefix" / lib)  # an absolute `lib` replaces the prefix
 
     return install_small
 
 
 @pytest.mark.parametrize("lib, include", [("lib/some-arch", "include"), ("{0}/a/lib", "{0}/b/include")],
-                         ids=["deeper", "given whole"])
+                         ids=["nested", "absolute"])
 def test_custom_install_folders(lib, include, expected, install_small, tmp_path):
-    """Debian installs libraries in a deeper folder; other systems use separate prefixes for libraries and headers."""
+    """Debian installs libraries in a nested folder. Other systems use separate prefixes for libraries and headers."""
     made = install_small(tmp_path, lib.format(tmp_path), include.format(tmp_path))
     made.compile(HERE / "consumer.c", tmp_path / "consumer")
     assert run(tmp_path / "consumer") == expected
@@ -77,14 +77,14 @@ def test_custom_install_folders(lib, include, expected, install_small, tmp_path)
 
 @pytest.mark.parametrize(("way", "language"), [("add_subdirectory", "CXX"), ("find_package", "C"), ("find_package", "CXX")])
 def test_single_language_projects(way, language, static_library, expected, tmp_path):
-    """A project with only C++ sets no C standard. The project of a branch, below, is a C project that compiles the library."""
+    """A C++-only project sets no C standard. test_fetch_content_of_a_branch tests a C project that compiles the library."""
     cmake_build(HERE / "part", tmp_path, f"-DWAY={way}", f"-DLANGUAGE={language}", f"-DBN_SOURCE_DIR={ROOT}", "-DBN_SMALL_DATA=ON",
                 f"-DCMAKE_PREFIX_PATH={static_library.prefix}")
     printed = run(tmp_path / "consumer")
     assert printed == expected if language == "C" else printed.splitlines() == [*expected.splitlines()[:5], "0"]
 
 
-# Settings a parent project may use for its own sources, as many as can be combined.
+# Settings that a parent project may use for its own sources. As many as possible are combined.
 SETTINGS = {
     "add_subdirectory": ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_C_STANDARD=90", "-DCMAKE_C_STANDARD_REQUIRED=ON", "-DCMAKE_C_EXTENSIONS=OFF",
                          "-DCMAKE_C_FLAGS=-Werror -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wundef "
@@ -97,7 +97,7 @@ SETTINGS = {
 
 
 def test_fetch_content_of_a_branch(expected, tmp_path):
-    """The listing of docs/porting.md, with a shallow clone of a repository, in a project with its own settings."""
+    """Uses the listing of docs/porting.md with a shallow clone of a repository, in a project that has its own settings."""
     repository, project = tmp_path / "libbn", tmp_path / "project"
     for name in run("git", "-C", ROOT, "ls-files", "CMakeLists.txt", "LICENSE", "libbn").splitlines():
         (repository / name).parent.mkdir(parents=True, exist_ok=True)
@@ -115,7 +115,7 @@ def test_fetch_content_of_a_branch(expected, tmp_path):
 
 
 def test_parent_project_settings_do_not_affect_the_library(expected, tmp_path):
-    for name in ("bn/bn.h", "bn/bn_draw.h", "base/memory.h", "simd/simd.h"):  # headers with the same names
+    for name in ("bn/bn.h", "bn/bn_draw.h", "base/memory.h", "simd/simd.h"):  # headers with the same names as libbn's
         (tmp_path / "headers" / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "headers" / name).write_text("#error not this one\n")
     cmake_build(HERE / "part", tmp_path / "build", "-DWAY=add_subdirectory", "-DLANGUAGE=C", f"-DBN_SOURCE_DIR={ROOT}",
@@ -151,7 +151,7 @@ def test_library_without_networks(expected, install_small, tmp_path):
     assert "bn_void_and_cluster" in symbols
     for name in ("bn_neural", "bn_data_neural", "bn_runtime", "dlopen", "fopen", "setenv"):
         assert not re.search(rf"\b{name}", symbols), name  # fesetenv is not one of them
-    # A program that needs the network gets the reason why it is missing instead of an undefined symbol.
+    # A program that needs networks gets an error message with the reason instead of an undefined symbol.
     (tmp_path / "wants.c").write_text(f'#include "{ROOT}/libbn/include/bn/neural.h"\n')
     found = subprocess.run(["cc", "-DBN_NO_NEURAL", "-I", header.parents[1], "-fsyntax-only", tmp_path / "wants.c"],
                            capture_output=True, text=True, check=False)
@@ -171,7 +171,7 @@ def test_licences_are_installed(installed):
 
 
 def test_cpp_under_the_address_sanitizer(static_library, tmp_path):
-    """Among other checks, moves a class that holds a Sampler and a SequentialSampler of it, and frees the original."""
+    """The program moves a class that contains a Sampler and a SequentialSampler referring to it, and frees the original."""
     program = static_library.compile_cpp(tmp_path / "program", "-fsanitize=address,undefined", "-fno-sanitize-recover",
                                          HERE / "consumer_hpp.cpp")
     assert run(program).splitlines()[-1] == "0"
@@ -197,7 +197,7 @@ int main() {
 
 
 def test_cpp11_program_wraps_the_cpp_header(static_library, tmp_path):
-    """As in the comment of bn.hpp: one file is compiled as C++14."""
+    """Follows the comment of bn.hpp: only one file is compiled as C++14."""
     comment = (ROOT / "libbn" / "include" / "bn" / "bn.hpp").read_text(encoding="utf-8").partition("#ifndef")[0]
     header, source = (re.sub(r"^//     ", "", text, flags=re.MULTILINE)
                       for text in re.findall(r"(//     // numbers\.\w+, C\+\+.*\n(?://     .*\n)+)", comment))

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sampling pattern for Cycles compiles and draws the numbers that Cycles requests. Each number occurs only once and is
-bit-identical to the library's. `scripts/patches` tests the patch."""
+"""The sampling pattern for Cycles compiles and draws the numbers that Cycles requests. They are bit-identical to the library's, and none
+is drawn twice. `scripts/patches` tests the patch itself."""
 
 import re
 import subprocess
@@ -15,7 +15,7 @@ PATCH = OWN / "cycles.patch"
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A folder with the files that README.md copies to src/kernel/sample."""
+    """A folder containing the files that README.md copies to src/kernel/sample."""
     folder = tmp_path_factory.mktemp("cycles")
     sample = folder / "kernel" / "sample"
     sample.mkdir(parents=True)
@@ -37,7 +37,7 @@ def draws(link):
 @pytest.mark.parametrize("kind", ["surface", "volume", "subsurface"])
 def test_no_number_is_drawn_twice(draws, kind):
     lines = run(draws, "path", kind, "30").splitlines()
-    # Being identical in eight samples is no coincidence: in a single sample, the probability is 2^-24.
+    # Two different numbers are identical with probability 2^-24 in one sample, and practically never in all eight.
     assert len(set(lines)) == len(lines) >= 5 + 29 * 6
     assert all(0 <= float(number) < 1 for line in lines for number in line.split())
 
@@ -47,7 +47,7 @@ def test_domains_match_the_readme(draws):
 
 
 def test_gpu_kernels_draw_the_same_numbers(link):
-    """Without 64-bit products."""
+    """GPU kernels avoid 64-bit products."""
     assert run(link("gpu", "-D__KERNEL_GPU__"), "domains") == "0\n"
 
 
@@ -58,7 +58,7 @@ def test_patch_changes_the_expected_files():
 
 
 def test_script_reports_where_the_patch_applies(tmp_path):
-    """Uses a repository with the lines that the patch replaces: one tag contains all of them, and another lacks one."""
+    """Uses a repository containing the lines that the patch replaces. One tag has all of them, and another lacks a file's lines."""
     for name, hunks in re.findall(r"^\+\+\+ b/(\S+)\n(.*?)(?=^diff|\Z)", PATCH.read_text(), re.MULTILINE | re.DOTALL):
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)

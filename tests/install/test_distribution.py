@@ -10,14 +10,14 @@ from conftest import ROOT, run
 
 pytest.importorskip("scikit_build_core")
 
-# Everything outside the library, the package and their tests.
+# The top-level files and folders. The folders in WHOLE are included completely.
 TOP = {"CHANGELOG.md", "CMakeLists.txt", "CMakePresets.json", "CITATION.cff", "LICENSE", "LICENSES", "PKG-INFO", "README.md",
        "REUSE.toml", "SECURITY.md", "THIRD-PARTY.md", "bindings", "libbn", "pyproject.toml", "tests"}
 WHOLE = ("bindings", "libbn", "tests/c", "tests/python", "tests/quality", "tests/shaders", "tests/simd")
 
 
 def backend(command, folder):
-    """Runs a hook of the build backend in a folder, with a failing git on the PATH. Returns the hook's result."""
+    """Runs a hook of the build backend in a folder while git on the PATH fails. Returns the hook's result."""
     (folder.parent / "bin").mkdir(exist_ok=True)
     git = folder.parent / "bin" / "git"
     git.write_text("#!/bin/sh\nexit 1\n")
@@ -29,7 +29,7 @@ def backend(command, folder):
 
 @pytest.fixture(scope="module")
 def unpacked(tmp_path_factory):
-    """The unpacked source distribution, outside the checkout."""
+    """The source distribution, unpacked outside the checkout."""
     folder = tmp_path_factory.mktemp("sdist")
     program = f"import os, scikit_build_core.build as b; os.chdir({str(ROOT)!r}); print(b.build_sdist({str(folder)!r}))"
     run(sys.executable, "-c", program, cwd=folder)

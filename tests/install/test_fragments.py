@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The guides' program fragments compile, and the commands and API examples of bindings/README.md run."""
+"""The guides' code fragments compile, and the commands and API examples of the package's pages run."""
 
 import os
 import re
@@ -12,7 +12,7 @@ from conftest import CXX, ROOT, listing, run
 
 PAGES = {name: (ROOT / name).read_text(encoding="utf-8") for name in
          ("docs/porting.md", "docs/realtime.md", "bindings/README.md", "bindings/api.md")}
-# The renderer parts that the fragments use.
+# The parts of a renderer that the fragments use.
 RENDERER = """
 struct Ray {};
 struct Color {};
@@ -30,7 +30,7 @@ NAMES = {"int": ("x", "y", "small_x", "small_y"), "unsigned": ("index", "depth",
 
 
 def fragments(page):
-    """The C++ listings without a name. Other tests find named listings by their names."""
+    """A page's unnamed C++ listings. Other tests compile the named ones."""
     found = re.findall(r"(<!-- listing[^\n]*\n)?^( *)```cpp\n(.*?)^ *```$", PAGES[page], re.MULTILINE | re.DOTALL)
     return [text for name, _, text in found if not name]
 

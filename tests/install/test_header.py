@@ -22,7 +22,7 @@ COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 def test_headers_compile_alone(header, standard, compiler, tmp_path):
     language = "c++" if standard.startswith("c++") else "c"
     source = tmp_path / "alone.c"
-    # Included twice, so that a broken include guard shows.
+    # The second include detects a broken include guard.
     source.write_text(2 * f"#include <bn/{header}>\n" + f"typedef {'bn::Sampler' if header == 'bn.hpp' else 'bn_result'} used;\n")
     old = ["-Wstrict-prototypes"] if language == "c" else ["-Wold-style-cast"] if header not in ("bn_draw.h", "bn_path.h") else []
     run(compiler, "-x", language, f"-std={standard}", *STRICT, *old, "-I", INCLUDE, source)
@@ -42,16 +42,16 @@ def test_cpp_header_error_names_the_required_standard(compiler, tmp_path):
 def test_headers_include_only_allowed_headers(header):
     includes = set(re.findall(r'^\s*#\s*include\s*[<"](.+?)[>"]', (INCLUDE / "bn" / header).read_text(),
                               re.MULTILINE))
-    # Three headers share their text with shaders; bn_draw.h uses SSE2 if the compiler targets it.
+    # Three headers share code with shaders, and bn_draw.h uses SSE2 if the compiler targets it.
     more = {"bn_draw.h": {"bn/bn_device.h", "bn/bn_draw.glsl", "emmintrin.h"},
             "bn_path.h": {"bn/bn_draw.h", "bn/bn_device.h", "bn/bn_path.glsl"},
             "bn_choose.h": {"bn/bn_device.h", "bn/bn_choose.glsl"}}
     assert includes <= {"stddef.h", "stdint.h", "bn/bn.h"} | more.get(header, set())
 
 
-# The macros that remain defined: include guards and constants. All others are undefined at the end of each header.
+# Macros that may remain defined: include guards and constants. Each header undefines all others at its end.
 KEPT = re.compile(r"BN_(\w+_(H|GLSL|AT|KEY)|API|VERSION_\w+|DOMAIN_ROOT|DRAW_TABLE_VERSION|WORD_COUNT)")
-# A program that forwards draws under the names of both forms.
+# A program that uses the names of library draws and inline draws for its own members.
 NAMES = """
 struct renderer {
     void (*bn_sample_4d)(const bn_sampler *, int32_t, int32_t, uint32_t, uint32_t, float *);
@@ -64,7 +64,7 @@ struct renderer made(void) { struct renderer r = {bn_sample_4d, bn_draw_4d}; ret
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("language", ["c", "c++"])
 def test_no_internal_macro_remains_defined(language, compiler, tmp_path):
-    """Neither macros that redefine functions nor the portability macros of the shared text remain defined."""
+    """Neither macros that redefine functions nor the portability macros of the shared code remain defined."""
     source = tmp_path / "names.c"
     source.write_text("".join(f"#include <bn/{header}>\n" for header in HEADERS if header != "bn_device.h") + NAMES)
     run(compiler, "-x", language, "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I", INCLUDE, source)
@@ -80,7 +80,7 @@ float (*used)(const bn::Sampler &) = first;
 
 
 def test_inline_functions_have_external_linkage(tmp_path):
-    """A program's inline functions and its modules may call them; a local symbol would differ in each file."""
+    """A program's inline functions and modules may call them. With internal linkage, each file would have its own copy."""
     (tmp_path / "inline.cpp").write_text(INLINE)
     run("c++", "-std=c++14", "-O0", "-c", "-I", INCLUDE, tmp_path / "inline.cpp", "-o", tmp_path / "inline.o")
     local = [line.split()[-1] for line in run("nm", tmp_path / "inline.o").splitlines() if " t " in line]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The listings of docs/masks.md: the C listing uses the installed library, and this Python runs the Python listings."""
+"""The listings of docs/masks.md: the C listing compiles with the installed library, and the Python listings run."""
 
 import re
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""libbn behind OpenQMC's interface: draws, splits and numbers match libbn's, and OpenQMC's own trace runs on it."""
+"""libbn behind OpenQMC's interface: draws and splits match libbn's, and OpenQMC's own trace tool runs with it."""
 
 import os
 
@@ -44,7 +44,7 @@ int main() {
     expect(equal(pixel.newDomain(7), own, -5, 9, 17, bn_domain_child(root, 7)), "newDomain");
     const uint32_t split = bn_domain_child(bn_domain_child(root, 7), 4);
     expect(equal(pixel.newDomainSplit(7, 4, 2), own, -5, 9, 17 * 4 + 2, split), "newDomainSplit");
-    expect(equal(pixel.newDomainSplit(7, 4, 2).newDomain(1), own, -5, 9, 17 * 4 + 2, bn_domain_child(split, 1)), "a domain of a branch");
+    expect(equal(pixel.newDomainSplit(7, 4, 2).newDomain(1), own, -5, 9, 17 * 4 + 2, bn_domain_child(split, 1)), "the domain of a branch");
     const uint32_t child = bn_domain_child(root, 7);
     expect(equal(pixel.newDomainDistrib(7, 2), own, -5, 9, 2, bn_domain_child(child, 17)), "newDomainDistrib");
     expect(equal(pixel.newDomainChain(7, 2), own, -5, 9, 17, bn_domain_child(child, 2)), "newDomainChain");
@@ -56,7 +56,7 @@ int main() {
         Sampler(1, 2, 0, index, cache.get()).drawRnd<3>(rnd);
         Sampler(1, 2, 0, index, cache.get()).drawSample<3>(sample);
         sum += rnd[0] + rnd[1] + rnd[2];
-        expect(rnd[0] != sample[0], "drawRnd gives what drawSample gives");
+        expect(rnd[0] != sample[0], "drawRnd returns the same number as drawSample");
     }
     // Every argument that identifies a sample changes its independent numbers.
     const Sampler named[] = {{1, 2, 0, 3, cache.get()}, {2, 2, 0, 3, cache.get()}, {1, 3, 0, 3, cache.get()}, {1, 2, 1, 3, cache.get()},
@@ -66,7 +66,7 @@ int main() {
         std::uint32_t rnd[1];
         named[i].drawRnd<1>(rnd);
         numbers[i] = rnd[0];
-        for (int k = 0; k < i; ++k) expect(numbers[k] != numbers[i], "independent numbers repeat");
+        for (int k = 0; k < i; ++k) expect(numbers[k] != numbers[i], "independent numbers are identical");
     }
     expect(sum / 12288 > 0.49 && sum / 12288 < 0.51, "the mean of drawRnd");
     std::puts("done");
@@ -80,9 +80,9 @@ def test_calls_match_libbn(static_library, tmp_path):
     assert run(tmp_path / "main") == "done\n"
 
 
-@pytest.mark.skipif("BN_OPENQMC_TRACES" not in os.environ, reason="BN_OPENQMC_TRACES names no folder with openqmc_trace.cpp built twice")
+@pytest.mark.skipif("BN_OPENQMC_TRACES" not in os.environ, reason="BN_OPENQMC_TRACES is not set to a folder with both builds")
 def test_openqmc_trace_tool(tmp_path):
-    """The folder contains openqmc_trace.cpp built with OpenQMC's trace as trace_theirs, and with libbn as trace_blue."""
+    """BN_OPENQMC_TRACES contains two builds of openqmc_trace.cpp: trace_theirs with OpenQMC's samplers, and trace_blue with libbn."""
     ndimage, folder = pytest.importorskip("scipy.ndimage"), os.environ["BN_OPENQMC_TRACES"]
     guide = (FOLDER / "README.md").read_text(encoding="utf-8")
 

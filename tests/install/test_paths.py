@@ -31,7 +31,7 @@ int main() {
         leaves[descend(ray, left, 2, point)] += 1.0 / samples;
         crossed += (free_flight(ray, 2, half_density, 1) >= 1) / double(samples);
         below += (walk(ray) > 0) / double(samples);
-        // The answer does not depend on earlier calls.
+        // The result does not depend on earlier draws.
         passed += passes(ray, 7, 0.25f) / double(samples);
         wrong += passes(ray, 7, 0.25f) != passes(path.ray(1), 7, 0.25f);
         first += first_wavelength(path) / samples;
@@ -54,7 +54,7 @@ int main() {
     wrong += !near(places, 0.5) + !near(dark, 0.25);
     // The length is 1, and the density is 0.5.
     wrong += !near(crossed, std::exp(-0.5)) + !near(passed, 0.75) + !near(first, 0.5) + !(below > 0 && below < 1);
-    // Branches that continue where the last sample stopped form one sequence, as do branches with a fixed count.
+    // Branches form one sequence over a pixel's samples, both with a fixed and with a varying branch count.
     for (unsigned way = 0; way < 2; ++way) {
         unsigned taken = 0, branches = 0;
         std::vector<float> all;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sampler for pbrt-v4 compiles and draws the numbers that pbrt requests, each of which occurs once."""
+"""The sampler for pbrt-v4 compiles and draws the numbers that pbrt requests. No number is drawn twice."""
 
 import re
 
@@ -14,7 +14,7 @@ HEADERS = sorted(set(re.findall(r"#include <(pbrt/[^>]+)>", (OWN / "blue.h").rea
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A folder with these pbrt headers."""
+    """A folder containing blue.h and stand-ins for the other headers."""
     folder = tmp_path_factory.mktemp("pbrt")
     for name in HEADERS:
         header = folder / name
@@ -31,15 +31,15 @@ def draws(folder, static_library):
 @pytest.mark.parametrize("order", ["7", "10", "cpu", "late"])
 def test_no_number_is_drawn_twice(draws, order):
     lines = run(draws, "path", order, "40").splitlines()
-    # Being identical in eight samples is no coincidence: in a single sample, the probability is 2^-24.
+    # Two different numbers are identical with probability 2^-24 in one sample, and practically never in all eight.
     assert len(set(lines)) == len(lines) >= 4 + 40 * 7
     assert all(0 <= float(number) < 1 for line in lines for number in line.split())
 
 
 @pytest.mark.parametrize("arguments", [["wavefront", "40"], ["domains"], ["wavelengths"]], ids=lambda arguments: arguments[0])
 def test_comparisons_find_no_differences(draws, arguments):
-    """The wavefront integrator draws what a whole path draws, decisions have the domains that the README names, and the wavelengths of
-    few samples are equidistant."""
+    """The wavefront integrator draws the same numbers as an uninterrupted path, decisions use the domains listed in the README, and at
+    few samples wavelengths are evenly spaced."""
     assert run(draws, *arguments) == "0\n"
 
 

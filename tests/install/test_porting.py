@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The listings of docs/porting.md compile and draw the same numbers as the library, and examples/check detects mistakes."""
+"""The listings of docs/porting.md draw the same numbers as the library, and examples/check detects integration mistakes."""
 
 import os
 import re
@@ -14,7 +14,7 @@ MISTAKES = {
     "none": "none",
     "index from 1": "the index starts at 1",
     "index from 1000": "the index starts at 1000",
-    "index over the picture": "the index counts the samples of the image",
+    "index over the image": "the index counts the samples of the image",
     "index stuck at 0": "the index stays at 0",
     "index drawn twice": "every index is drawn twice",
     "threads": "four threads share a pixel's samples, and each counts its own",
@@ -66,7 +66,7 @@ def test_table_matches_the_check_output(check):
 
 
 def limits():
-    """The range that the guide calls good for each figure: three errors, repeats, shared, first, apart."""
+    """The acceptable range that the guide states for each figure: three errors, repeats, shared, first and apart."""
     good = re.findall(r"^\| (?:\d+ spp|repeats|shared|first|apart) \| ([^|]+) \|", GUIDE, re.MULTILINE)
     assert len(good) == 7
     return [(float(least), float(most)) for least, most in ((cell.split(" to ") * 2)[:2] for cell in good)]
@@ -74,7 +74,7 @@ def limits():
 
 @pytest.mark.parametrize("layout", ["next ray", "second pair", "grandchild"])
 def test_correct_integrations_are_within_the_limits(check, layout):
-    """With BN_SEEDS=100 and -s, it prints the extremes stated in the guide."""
+    """With BN_SEEDS=100 and -s, prints the extremes stated in the guide."""
     seeds = range(int(os.environ.get("BN_SEEDS", "4")))
     figures = list(zip(*([float(number) for number in check("none", SEED=str(seed), LAYOUT=layout)] for seed in seeds)))
     print(f"\n{layout}: " + ", ".join(f"{min(found) + 0:g} to {max(found) + 0:g}" for found in figures))
@@ -120,7 +120,7 @@ int main() {
 
 
 def test_tile_listing(build):
-    """The image contains its numbers."""
+    """Each pixel of the image stores the numbers it drew."""
     text = listing("porting.md", "tile.hpp")
     for before, after in (
             ("    // ...\n    for", "    Color color{{px, py, s, t}};\n    (void)ray, (void)scene;\n    for"),
@@ -132,7 +132,7 @@ def test_tile_listing(build):
     assert run(build(TILE.replace("TEXT", text))) == "0\n"
 
 
-# Requests numbers in the order given by its argument.
+# Requests numbers in the order that its argument specifies.
 ORDER = """
 #include "listing.hpp"
 int main(int, char **arguments) {

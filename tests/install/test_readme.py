@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The README's examples work unchanged: they are built against the installed library and run by this Python."""
+"""The README's examples work unchanged, in C++ with the installed library and in Python with the installed package."""
 
 import re
 import sys
@@ -51,7 +51,7 @@ def test_python(tmp_path, text):
 
 
 def check_shadow(image):
-    """White noise, in the lower half, has at least twice the error of blue after a blur by 8 x 8 pixels."""
+    """After averaging blocks of 8 x 8 pixels, white noise (the lower half) has at least twice the error of `blue` (the upper half)."""
     edge = 1.3 * np.arange(256) / 256
     truth = np.mean(np.clip(edge[:, None] - 0.3 * (np.arange(1000) + 0.5) / 1000, 0, 1), axis=1)
     assert image.shape == (256, 256) and len(np.unique(image)) == 5

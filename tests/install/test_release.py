@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every file has a licence, and libbn/data/SHA256SUMS lists the tables and networks with their hashes."""
+"""Every file has a licence, and libbn/data/SHA256SUMS contains the hashes of all tables and networks."""
 
 import hashlib
 import shutil

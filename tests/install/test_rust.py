@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The crates of examples/rust: their own tests, and a path's draws compared with those of a C program."""
+"""The crates of examples/rust pass their own tests and draw the same paths as C."""
 
 import os
 import re
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(shutil.which("cargo") is None, reason="no cargo"
 
 @pytest.fixture(scope="module")
 def cargo(tmp_path_factory):
-    """Runs Cargo offline on a copy of the crates, as in a project outside the checkout."""
+    """Runs Cargo offline on a copy of the crates outside the checkout."""
     folder = tmp_path_factory.mktemp("rust")
     shutil.copytree(CRATES, folder / "crates", ignore=shutil.ignore_patterns("target"))
     run(ROOT / "scripts" / "amalgamate", "--output", folder / "amalgamation")
@@ -38,7 +38,7 @@ def test_crate_tests_pass(cargo):
 
 
 def test_rust_draws_match_c(cargo):
-    """Its example prints the hash of each path; tests/c/test_draw_hashes.c combines these hashes."""
+    """The example prints a hash per path. As in tests/c/test_draw_hashes.c, these hashes are combined into one."""
     printed = cargo("run", "--quiet", "--example", "draws", RUSTFLAGS="-D warnings")
     assert hash_of([int(line.split()[-1], 16) for line in printed.splitlines()]) == table()["paths"]
 

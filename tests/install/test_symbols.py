@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The symbols that the built library exports: the functions and tables of its headers, and nothing else."""
+"""The library exports the functions and tables its headers declare, and nothing else."""
 
 import re
 
@@ -7,7 +7,7 @@ from conftest import ROOT, VERSION, run
 
 
 def symbols(*nm_arguments) -> set:
-    """Names printed by nm, without version suffixes."""
+    """The symbol names that nm prints, without version suffixes."""
     names = (line.split()[-1] for line in run("nm", *nm_arguments).splitlines()
              if re.search(r" [A-Za-z] ", line))
     return {name.split("@")[0] for name in names}
@@ -27,7 +27,7 @@ def test_shared_library_exports_match_the_headers(shared_library):
     # Some linkers add their own symbols to every library.
     exported = symbols("-D", "--defined-only", shared_library.library) - {"_init", "_fini"}
     assert exported == declared()
-    # Symbols with the version that introduced them. Released symbols must remain.
+    # The list contains each symbol and the version that introduced it. Released symbols must remain.
     listed = dict(line.split() for line in (ROOT / "tests/install/symbols.txt").read_text(encoding="utf-8").splitlines())
     assert exported == set(listed)
     assert all(list(map(int, since.split("."))) <= list(map(int, VERSION.split("."))) for since in listed.values())
@@ -69,7 +69,7 @@ int main(void) {
 
 
 def test_program_that_only_draws_links_no_other_data(static_library, tmp_path):
-    """The tables for draws, and the 64 x 64 mask that the sampler type MASK uses by default."""
+    """It links only the draw tables and the 64 x 64 mask that the sampler type MASK uses by default."""
     (tmp_path / "draws.c").write_text(DRAWS)
     static_library.compile(tmp_path / "draws.c", tmp_path / "draws")
     run(tmp_path / "draws")

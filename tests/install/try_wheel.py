@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tries the installed package bluenoise as a user would, with only NumPy installed: python try_wheel.py [--neural].
+"""Tries the installed bluenoise package as a user with only NumPy would: python try_wheel.py [--neural].
 
-Prints a line and exits with 0, or stops at the first error. With --neural, ONNX Runtime must be installed, too."""
+Prints one line and exits with status 0, or stops at the first error. --neural requires ONNX Runtime."""
 
 import importlib.metadata
 import json
@@ -31,7 +31,7 @@ def try_package():
         check((installed / name).is_file(), f"{name} is missing")
     notices = [file for file in importlib.metadata.files("libbn") if file.name in ("LICENSE", "THIRD-PARTY.md")]
     check(len(notices) == 3, f"expected two licences and the third-party notices, not {notices}")
-    check(bluenoise.__version__ == importlib.metadata.version("libbn"), "two versions")
+    check(bluenoise.__version__ == importlib.metadata.version("libbn"), "the package and its metadata have different versions")
 
 
 def try_draws():

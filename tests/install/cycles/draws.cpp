@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws like Cycles' kernels, and prints the numbers of a path or the outcome of a comparison:
-//     draws path KIND BOUNCES     one line per number: its values in eight samples
-//     draws domains               the number of values that do not come from their domain
+// Draws numbers as Cycles' kernels do. Prints the numbers of a path or the result of a comparison:
+//     draws path KIND BOUNCES     one line per number, with its values in eight samples
+//     draws domains               how many values do not match the draws of their domain
 #include "stand_in.h"
 
 #include "kernel/sample/blue.h"
@@ -15,7 +15,7 @@ using Numbers = std::vector<float>;
 
 namespace {
 
-// The same as Integrator::device_update().
+// Fills the lookup table as Integrator::device_update() does.
 Globals make(uint seed) {
     Globals globals;
     globals.data.integrator.seed = seed * 0x9e3779b9u + 77u;
@@ -45,7 +45,7 @@ struct Sample {
     }
 };
 
-// "surface": everything a surface may draw. "volume": the same in a medium. "subsurface": random walks from hashed offsets.
+// "surface": everything a surface may draw; "volume": the same in a medium; "subsurface": random walks from hashed offsets.
 Numbers path(const Globals &globals, int x, int y, uint index, const std::string &kind,
              int bounces) {
     Sample sample{&globals, blue_pixel(&globals, x, y), index, {}};
@@ -90,7 +90,7 @@ int print_path(const std::string &kind, int bounces) {
     return 0;
 }
 
-// The numbers of a library domain in the order in which Cycles draws them.
+// A Cycles dimension, the library domain it draws from, and the order in which it uses the domain's numbers.
 struct Wanted {
     int dimension;
     uint32_t domain;
@@ -102,7 +102,7 @@ int domains() {
     const bn_sampler library = bn_sampler_make(0);
     const Globals globals = make(0);
     const auto ray = [](uint32_t key) { return bn_domain_child(BN_DOMAIN_ROOT, key); };
-    // Rays from 3 on use the next key, because the camera's domain has key 3.
+    // Rays 3 and later use the next key, because the camera's domain has key 3.
     const Wanted all[] = {
         {PRNG_FILTER, ray(0), {0, 1, -1}},
         {16 + PRNG_LIGHT, ray(3), {0, 1, 3}},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The few Cycles names that blue.h uses, as in the CPU kernels.
+// The few Cycles names that blue.h uses, defined as in the CPU kernels.
 #pragma once
 
 #include <bn/bn.h>

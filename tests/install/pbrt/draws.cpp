@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws like pbrt's integrators, and prints the numbers of a path or the outcome of a comparison:
-//     draws path DIMENSIONS DEPTHS     one line per number: its values in eight samples
-//     draws wavefront DEPTHS           the number of values that differ from an unbroken path
-//     draws domains                    the number of values that do not come from their domain
-//     draws wavelengths                the number of pixels with unevenly spaced wavelengths, at 1 to 7 samples
+// Draws numbers as pbrt's integrators do. Prints the numbers of a path or the result of a comparison:
+//     draws path ORDER DEPTHS          one line per number, with its values in eight samples
+//     draws wavefront DEPTHS           how many values differ from those of an uninterrupted path
+//     draws domains                    how many values do not match the draws of their domain
+//     draws wavelengths                how many pixels have unevenly spaced wavelengths at 1 to 7 samples
 #include <pbrt/blue.h>
 
 #include <bn/bn.h>
@@ -41,7 +41,7 @@ void camera(pbrt::BlueSampler &sampler, Numbers &numbers) {
     one_then_two(sampler, numbers);
 }
 
-// Light, direction, Russian roulette and, with ten dimensions, the probe below the surface, as in the wavefront integrator.
+// Draws light, direction, Russian roulette and, with ten dimensions, the subsurface probe, as the wavefront integrator does.
 void surface(pbrt::BlueSampler &sampler, Numbers &numbers, int dimensions) {
     one_then_two(sampler, numbers);
     one_then_two(sampler, numbers);
@@ -49,8 +49,8 @@ void surface(pbrt::BlueSampler &sampler, Numbers &numbers, int dimensions) {
     if (dimensions == 10) one_then_two(sampler, numbers);
 }
 
-// "7" and "10": the starts of the wavefront integrator. "cpu": with media, two pairs in a row, and occasional Russian roulette.
-// "late": the same, with the position in the pixel drawn after another number.
+// "7" and "10": as the wavefront integrator, with 7 or 10 dimensions per depth. "cpu": with media, two pairs in a row and
+// occasional Russian roulette. "late": the same, but the pixel position is drawn after another number.
 Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const std::string &order,
              int depths) {
     Numbers numbers;
@@ -124,8 +124,8 @@ int domains() {
     return wrong;
 }
 
-// With one to seven samples in a pixel, their wavelengths modulo 1/4, times 4, are 1 / count apart. The wavelengths of
-// each sample are uniform, and those of a mask are uniform with one sample.
+// With one to seven samples in a pixel, their wavelengths modulo 1/4, times 4, are 1 / count apart. Over all pixels,
+// each sample's wavelengths are uniform. With one sample, they match the mask.
 int wavelengths() {
     int wrong = 0;
     bn_sampler mask;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pbrt-v4 names that examples/pbrt uses, so that it compiles without pbrt.
+// The pbrt-v4 names that examples/pbrt uses. They allow it to compile without pbrt.
 #ifndef STAND_IN_H
 #define STAND_IN_H
 
