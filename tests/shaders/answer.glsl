@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Computes the results of a case, as described in shader_cases.c. CASE(i) is word i of the case. */
+ * Computes the results of one case, in the layout described in shader_cases.c. CASE(i) is word i of the case. */
 void answer(out uint result[16]) {
     uint x = CASE(1u), y = CASE(2u), index = CASE(3u);
     uint domain = bn_domain_child(CASE(4u), CASE(5u));

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws the cases from shader_cases on each GPU, through every driver found by wgpu and through CUDA. Prints a line for each: green if all
-bits match the CPU's, otherwise red. The exit status is 1 if any line is red."""
+"""Runs the cases from shader_cases on each GPU, through every driver that wgpu finds and through CUDA. Prints one line per driver: green if
+all bits match the CPU's, otherwise red. The exit status is 1 if any line is red."""
 
 import functools
 import hashlib
@@ -20,7 +20,7 @@ def run_cuda(number, architecture, *given) -> bytes:
 
 
 def found():
-    """(name, function as in devices.py without its first argument) for each GPU and driver."""
+    """Yields (name, run) for each GPU and driver. `run` is a function of devices.py with its code already bound."""
     import wgpu
 
     for adapter in wgpu.gpu.enumerate_adapters_sync():
@@ -31,7 +31,7 @@ def found():
 
 
 def verdict(run, cases) -> tuple:
-    """Whether all bits are correct, and a sentence that states the result."""
+    """Returns whether all bits are correct, and a sentence that states the result."""
     buffers = [cases.words.tobytes(), cases.cdf.tobytes()]
     drawn = b"".join(run([*buffers, asked.tobytes()], asked.nbytes, len(asked)) for asked in cases.asked)
     own, wanted = (hashlib.sha256(words).hexdigest()[:8] for words in (drawn, cases.expected.tobytes()))
@@ -48,7 +48,7 @@ def main():
     for name, run in found():
         try:
             right, text = verdict(run, cases)
-        except Exception as error:  # one driver failed; the next may work
+        except Exception as error:  # if one driver fails, the next may work
             right, text = False, str(error)
         results.append(right)
         colours = (f"\x1b[{32 if right else 31}m", "\x1b[0m") if sys.stdout.isatty() else ("", "")

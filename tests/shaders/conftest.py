@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The cases from shader_cases, and tools that may be missing. scripts/shaders installs the tools and sets BN_SHADERS_REQUIRED."""
+"""Generates the cases and skips tests whose tools are missing. scripts/shaders installs all tools and sets BN_SHADERS_REQUIRED."""
 
 import ctypes.util
 import importlib.util
@@ -29,14 +29,14 @@ def run(*command) -> str:
 
 
 def compile_text(folder, name: str, text: str, *options) -> None:
-    """Compiles a text as C or C++, depending on its name."""
+    """Compiles the text of a file as C or C++, depending on the file name."""
     (folder / name).write_text(text)
     compiler = [os.environ.get("CC", "cc"), "-std=c99"] if name.endswith(".c") else [os.environ.get("CXX", "c++"), "-std=c++17"]
     run(*compiler, "-Wall", "-Wextra", "-Werror", "-I", INCLUDE, *options, "-c", folder / name, "-o", folder / "out.o")
 
 
 def need(there, what: str) -> None:
-    """Skips a test whose tool is missing, unless all tools are required."""
+    """Skips a test if its tool is missing, or fails it if BN_SHADERS_REQUIRED is set."""
     if not there:
         reason = f"no {what}; scripts/shaders installs it"
         (pytest.fail if os.environ.get("BN_SHADERS_REQUIRED") else pytest.skip)(reason)
@@ -50,7 +50,7 @@ def need_wgpu() -> None:
     need_module("wgpu")
     import wgpu
 
-    need(wgpu.gpu.enumerate_adapters_sync(), "driver for Vulkan")
+    need(wgpu.gpu.enumerate_adapters_sync(), "Vulkan driver")
 
 
 def need_opengl() -> None:
@@ -59,7 +59,7 @@ def need_opengl() -> None:
 
 
 def write_cases(folder) -> SimpleNamespace:
-    """The output of shader_cases: its folder, and the files' contents as arrays with one row of cases for each seed."""
+    """Runs shader_cases. Returns its output folder and the files' contents as arrays, in which the cases have one row per seed."""
     program = ROOT / "build" / "tests" / "shaders" / "shader_cases"
     assert program.exists(), f"{program} is missing; run scripts/setup"
     run(program, folder)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs a shader over buffers 0, 1 ... and returns a result. Each thread writes a part of it.
+"""Runs a shader with input buffers 0, 1, ... and returns its result. Each thread writes one part of the result.
 
-A compute shader writes the last buffer: WGSL and SPIR-V with wgpu, GLSL with OpenGL, HLSL with Slang on the CPU, CUDA on its devices.
-A fragment shader reads textures instead of buffers, and its pixels are the result.
+Compute shaders write the result to the last buffer: WGSL and SPIR-V through wgpu, GLSL through OpenGL, HLSL on the CPU through Slang,
+and CUDA on its devices. Fragment shaders read textures instead of buffers, and their pixels are the result.
 """
 
 import ctypes
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-GROUP = 64  # threads of a work group, as in the shaders here
+GROUP = 64  # threads per work group in all shaders of this folder
 
 
 def run_wgpu(code, buffers: list, result_size: int, threads: int, adapter=None) -> bytes:
@@ -50,7 +50,7 @@ void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2
 
 
 def run_fragments(code: str, textures: dict, width: int, result_size: int) -> bytes:
-    """Draws an image of 32-bit numbers, `width` pixels wide. `textures`: {name: (width, number type, data)}."""
+    """Renders an image of 32-bit numbers, `width` pixels wide. `textures`: {name: (width, number type, data)}."""
     import moderngl
 
     context = moderngl.create_standalone_context(backend="egl")
@@ -69,7 +69,7 @@ def run_fragments(code: str, textures: dict, width: int, result_size: int) -> by
 
 
 def run_slang(path: Path, buffers: list, result_size: int, threads: int) -> bytes:
-    """Runs HLSL compiled by Slang for the CPU. The entry point in the file must not be called main."""
+    """Runs HLSL on the CPU, compiled by Slang. The file's entry point must be called draw_all, not main."""
     import slangpy
 
     device = slangpy.Device(type=slangpy.DeviceType.cpu, compiler_options={"include_paths": [str(path.parent)]})
@@ -92,7 +92,7 @@ def cuda(function: str, *arguments) -> None:
 
 
 def cuda_devices():
-    """(number, name, architecture) of each CUDA device; empty if no driver starts."""
+    """Yields (number, name, architecture) for each CUDA device. Yields nothing if no driver starts."""
     try:
         cuda("cuInit", 0)
     except (OSError, RuntimeError):
@@ -108,7 +108,7 @@ def cuda_devices():
 
 
 def run_cuda(code: bytes, buffers: list, result_size: int, threads: int, device: int) -> bytes:
-    """`code`: a module whose kernel `draw` takes the buffers and the number of its single thread."""
+    """`code`: a module whose kernel `draw` takes the buffers and a case number. It runs as a single thread per case."""
     context, module, kernel = ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_void_p()
     cuda("cuDevicePrimaryCtxRetain", ctypes.byref(context), device)
     cuda("cuCtxSetCurrent", context)

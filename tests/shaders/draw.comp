@@ -1,6 +1,6 @@
 #version 430
 /* SPDX-License-Identifier: Apache-2.0
- * Computes draws and choices for all cases, using buffers. Includes are replaced with the texts of the files. */
+ * Computes the results of all cases from buffers. The tests replace each #include with the file's text. */
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer bn_table {
     uint bn_words[];

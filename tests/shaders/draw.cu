@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The same as draw.comp in CUDA and HIP. With RUN_ON_HOST, it is a C++ program that compares the results. */
+ * draw.comp in CUDA and HIP. With RUN_ON_HOST, it is a C++ program that compares the results. */
 #include <bn/bn_choose.h>
 #include <bn/bn_draw.h>
 #include <bn/bn_path.h>
@@ -24,7 +24,7 @@ DEVICE_INLINE float uintBitsToFloat(uint32_t v) {
     return u.number;
 }
 
-/* GLSL's names. C functions write to arrays and take tables and pointers. */
+/* Provides GLSL's names. The C functions take tables and pointers, and write their results to arrays. */
 struct vec4 {
     float x, y, z, w;
 };
@@ -48,7 +48,7 @@ struct vec2 {
 #define bn_ray_child(ray, ...) bn_ray_child(&ray, __VA_ARGS__)
 #define bn_ray_draw_split(ray, ...) bn_ray_draw_split(&ray, __VA_ARGS__)
 #define bn_split_path(split, ...) bn_split_path(&split, __VA_ARGS__)
-/* A ray's named draws are the draws of its domains. */
+/* A ray's named draws use the domains of the ray. */
 #define AT_4D(seed, path, domain) bn_draw_blue_4d(seed, (path).x, (path).y, (path).index, domain)
 #define AT_2D(seed, path, domain, pair) bn_draw_blue_2d(seed, (path).x, (path).y, (path).index, domain, pair)
 #define bn_ray_draw(seed, ray) AT_4D(seed, ray.path, ray.domain)

@@ -1,7 +1,7 @@
 #version 300 es
 /* SPDX-License-Identifier: Apache-2.0
- * Computes draws and choices for all cases, using textures as in WebGL 2. Includes are replaced with the texts of the
- * files. Each pixel of the image is one word of the results, and a row holds the words of many cases. */
+ * Computes the results of all cases from textures, as in WebGL 2. The tests replace each #include with the file's text.
+ * Each pixel of the image is one word of a result, and a row contains the results of many cases. */
 precision highp float;
 precision highp int;
 uniform highp usampler2D bn_words;

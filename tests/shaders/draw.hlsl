@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The same as draw.comp in HLSL. */
+ * draw.comp in HLSL. */
 [[vk::binding(0)]] StructuredBuffer<uint> bn_words : register(t0);
 [[vk::binding(1)]] StructuredBuffer<float> bn_cdf : register(t1);
 [[vk::binding(2)]] StructuredBuffer<uint> cases : register(t2);

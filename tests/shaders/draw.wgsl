@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The same as draw.comp in WGSL. The texts of the four files are appended, followed by answer.glsl after its declarations,
- * choices and references have been translated. */
+ * draw.comp in WGSL. The tests add the texts of the four libbn files and a translation of answer.glsl. */
 @group(0) @binding(0) var<storage, read> bn_words: array<u32>;
 @group(0) @binding(1) var<storage, read> bn_cdf: array<f32>;
 @group(0) @binding(2) var<storage, read> cases: array<u32>;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs a shader in WebGPU or WebGL 2 and returns its results, for test_browser.py.
 
-const WIDTH = 4096; // of the result image, which holds one word per pixel
+const WIDTH = 4096; // of the result image, which contains one word per pixel
 
 const bytes = text => Uint8Array.from(atob(text), character => character.charCodeAt(0)).buffer;
 const words = text => new Uint32Array(bytes(text));
 const floats = text => new Float32Array(bytes(text));
 
-// Inputs are arrays, or {width, texels} for a texture of integers. They use bindings 0, 1 ..., and the results use the next one.
+// Inputs are arrays, or {width, texels} for an integer texture. They use bindings 0, 1, ..., and the results use the next binding.
 async function webgpu(code, inputs, size, threads) {
     const device = await (await navigator.gpu.requestAdapter()).requestDevice();
     device.pushErrorScope("validation");
@@ -43,7 +43,7 @@ async function webgpu(code, inputs, size, threads) {
     return new Uint32Array(copy.getMappedRange()).slice();
 }
 
-// Inputs are {name: {width, texels}}, of integers or floats; the last row of a texture may be short.
+// Inputs are integer or float textures {name: {width, texels}}, whose last row may be incomplete.
 function webgl(fragment, inputs, height) {
     const gl = document.createElement("canvas").getContext("webgl2");
     const program = gl.createProgram();

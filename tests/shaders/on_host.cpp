@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The same as draw.comp on the host: the Metal texts, or with -DGLSL the GLSL texts, compiled as C++ with stand-ins
- * for features of these languages. */
+ * draw.comp on the host: the Metal code or, with -DGLSL, the GLSL code, compiled as C++ with stand-ins for features
+ * of these languages. */
 #include "run_on_host.h"
 #include "stand_ins.h"
 #include <string.h>
@@ -30,7 +30,7 @@ static const float *cdf;
 #include "bn/bn_path.metal"
 #undef device
 #undef thread
-/* Passes tables to the functions that take them. */
+/* In Metal, these functions take the tables as arguments. */
 #define bn_draw_blue_bits(...) bn_draw_blue_bits(words, __VA_ARGS__)
 #define bn_draw_blue_4d(...) bn_draw_blue_4d(words, __VA_ARGS__)
 #define bn_draw_blue_pair_bits(...) bn_draw_blue_pair_bits(words, __VA_ARGS__)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Runs the text of a device on the host. The including file defines answer(), which fills the results of one case as
- * described in shader_cases.c. Compares all cases and prints how many there are. */
+ * Runs device code on the host. The including file defines answer(), which computes the results of one case as described
+ * in shader_cases.c. The program compares all cases and prints how many words differ. */
 #include <stdio.h>
 #include <stdlib.h>
 

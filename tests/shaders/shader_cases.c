@@ -1,16 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Writes the data for the shader tests, as 32-bit words of this machine, into a folder:
+ * Writes the data for the shader tests into a folder, as 32-bit words in native byte order:
  *
  *     words.bin     [BN_WORD_COUNT]: the words of bn_tables()
  *     cdf.bin       [CDF]: tables of cumulative weights
  *     cases.bin     [cases][16]: type + 4 pair, x, y, index, parent, key; probability, u, count, first + 256
- *                   cdf_count; the two words of a seed; of a path, the ray, k, the branches of a split, and
- *                   the frame
- *     expected.bin  [cases][16]: the draws of a path's objects, from drawn_words(); the draw as bits and as
- *                   floats; the results of bn_choose(), bn_choose_u32() and bn_choose_cdf(), each with its
- *                   remaining u; last, from path_words(), the sum v.x + 3 v.y + 5 w.x + 7 w.y plus the domain
- *                   and all words of a path, each times another odd number. v is the pair drawn alone, as bits,
- *                   and w is the same pair as floats. */
+ *                   cdf_count; the two words of a seed; a path's ray number, k, branch count and frame
+ *     expected.bin  [cases][16]: the draws of the path's objects, from drawn_words(); the draw as bits and as
+ *                   floats; the results of bn_choose(), bn_choose_u32() and bn_choose_cdf(), each followed by
+ *                   its remainder of u; and a sum of v.x + 3 v.y + 5 w.x + 7 w.y and, from path_words(), the
+ *                   domain and all words of the path, each multiplied by a different odd number. v is the pair
+ *                   drawn alone, as bits, and w is the same pair as floats. */
 #include "../c/check.h"
 #include "../c/samplers.h"
 #include <bn/bn_choose.h>
@@ -40,7 +39,7 @@ static uint32_t random_u32(void) {
     return v ^ v >> 15;
 }
 
-/* Numbers with few bits are as frequent as numbers with many. */
+/* Numbers of all bit lengths are about equally frequent. */
 static uint32_t random_size(void) {
     const uint32_t v = random_u32();
     return v >> (random_u32() & 31u);
@@ -52,8 +51,8 @@ static uint32_t bits_of(float v) {
     return bits;
 }
 
-/* Steps of 2^-24; the ends, other floats and floats outside [0, 1) now and then. No NaN and nothing
- * subnormal: shaders may differ there. */
+/* Mostly multiples of 2^-24 in [0, 1), and sometimes 0, 1, other floats or floats outside [0, 1). NaNs and
+ * subnormal numbers are excluded, because shaders may treat them differently. */
 static float random_number(void) {
     static const float strange[] = {0.0f, -1.0f, 1.0f, 2.0f, 0.3f, 1e-30f, 1.0f - 1.0f / (1 << 24)};
     const uint32_t v = random_u32();
@@ -111,7 +110,7 @@ static uint32_t words_of(uint32_t factor, const float v[2]) {
     return factor * bits_of(v[0]) + (factor + 2) * bits_of(v[1]);
 }
 
-/* The draws of bn_path.h that shaders provide under the same names. */
+/* The draws from bn_path.h that shaders provide under the same names. */
 static uint32_t drawn_words(const bn_path *path, const uint32_t seed[2], uint32_t number,
                             uint32_t k, uint32_t count, const bn_path *branch) {
     float u[4], first[2], time[2], direction[2], light[2], four[4], pair[2], one = 0;
@@ -134,8 +133,8 @@ static uint32_t drawn_words(const bn_path *path, const uint32_t seed[2], uint32_
            words_of(79u, time) + 83u * bits_of(one);
 }
 
-/* Everything that bn_path.glsl computes for sample `index` of the pixel. The domains are those from which
- * the objects of bn_path.h draw. */
+/* Everything bn_path.glsl computes for sample `index` of the pixel. The objects of bn_path.h draw from the
+ * same domains. */
 static uint32_t path_words(uint32_t *record, uint32_t *expected) {
     const bn_uint2 seed = {record[10], record[11]};
     const uint32_t number = random_size() >> 4, k = random_size() >> 4;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * C++ stand-ins for the features that the tests use from shader languages: the type names of GLSL and Metal. */
+ * C++ stand-ins for the types and functions of GLSL and Metal that the tests use. */
 #include <stdint.h>
 
 typedef uint32_t uint;

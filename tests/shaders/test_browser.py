@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Software WebGPU (WGSL) and WebGL 2 (GLSL) in headless Chromium: draws, choices and the numbers of the package examples/web/package are
-identical to the library's."""
+"""Software WebGPU (WGSL) and WebGL 2 (GLSL) in headless Chromium: draws, choices and the numbers drawn by the package
+examples/web/package are bit-identical to the library's."""
 
 import base64
 import json
@@ -16,12 +16,12 @@ WIDTH = 4096  # of the result image
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
-    """A browser page with the functions of harness.js."""
+    """A browser with a page that contains the functions of harness.js."""
     found = pytest.importorskip("evidence.base.browser", reason="not in the source distribution")
     need(found.chromium(), "Chromium")
     folder = tmp_path_factory.mktemp("chromium")
     browser = found.Browser(found.chromium(), folder, 300)
-    page = folder / "page.html"  # WebGPU needs a file or a server
+    page = folder / "page.html"  # WebGPU requires a page from a file or a server
     page.write_text(f"<!doctype html><script>{(HERE / 'harness.js').read_text()}</script>")
     browser.open(page.as_uri(), 100, 100)
     yield browser
@@ -43,7 +43,7 @@ def run_webgl(browser, code, inputs, size):
     return np.array(browser.value(f"Array.from(webgl({code}, {{{listed}}}, {-(-size // (4 * WIDTH))}))"), "<u4")[:size // 4]
 
 
-# ---- The cases of shader_cases, every fifth
+# ---- Every fifth case of shader_cases
 
 
 @pytest.fixture(scope="module")
@@ -71,8 +71,8 @@ def test_webgl(browser, some):
 
 PACKAGE = ROOT / "examples" / "web" / "package"
 SEED = 2**64 - 1
-# Effects of a renderer without a lens, and with a lens. Effects with these roles have a place in the layout; without a lens, the
-# effects of the lens, the environment and the choice are keys like all others.
+# The effects of a renderer without and with a lens. Effects with these roles have fixed positions in the layout. All other effects are
+# keys, including the lens, environment and choice effects of a renderer without a lens.
 EFFECTS = [{"pixel": 0, "direction": 3, "light": 5}, {"pixel": 0, "lens": 4, "direction": 3, "light": 5, "choice": 6, "environment": 7}]
 
 WGSL = """
@@ -119,7 +119,7 @@ void main() {
 
 @pytest.fixture(scope="module")
 def asked():
-    """x, y, index, bounce, effect, two seed words and zero for each of 4,096 cases."""
+    """4,096 cases, each with x, y, index, bounce, effect, two seed words and zero."""
     i = np.arange(4096, dtype=np.uint32)
     random = i * np.uint32(0x9E3779B9) ^ i >> 5
     x, bounce = np.where(i % 7 > 0, random >> 20, -i), np.array([0, 0, 0, 1, 2, 3, 4, 50])[i // 10 % 8]
@@ -130,7 +130,7 @@ def asked():
 
 
 def expected(asked, effects):
-    """The layout of docs/paths.md: the ten numbers that rand1() to rand4() draw, and six zeros."""
+    """Follows the layout in docs/paths.md: the ten numbers that rand1() to rand4() draw, and six zeros."""
     import bluenoise
 
     x, y, index, bounce, effect = asked[:, :5].T

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`scripts/shaders --device` with this machine's drivers, and with drivers that fail."""
+"""Tests `scripts/shaders --device` with this machine's drivers and with failing drivers."""
 
 import check_device
 from conftest import need_wgpu

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The texts for CUDA, HIP, Metal and GLSL are run on the host, and compiled for devices if compilers are installed."""
+"""The CUDA, HIP, Metal and GLSL code runs on the host, and compiles for devices if compilers are installed."""
 
 import ctypes
 import importlib.util
@@ -12,10 +12,10 @@ import pytest
 from conftest import HERE, INCLUDE, ROOT, compile_text, need, run
 
 CXX = os.environ.get("CXX", "c++")
-# Without the instructions of newer GLSL versions, so that their replacements are tested.
+# Older GLSL lacks some built-in functions, so this version tests their replacements.
 GLSL_VERSION = ["-U__VERSION__", "-D__VERSION__=300"]
 WARNINGS = ["-Wall", "-Wextra", "-Werror"]
-# Definitions from the CUDA and HIP headers. Clang compiles without these headers here.
+# Definitions from the CUDA and HIP headers, without which Clang compiles here.
 ATTRIBUTES = [f"-D__{name}__=__attribute__(({name}))" for name in ("host", "device", "global")]
 
 
@@ -31,7 +31,7 @@ def test_device_code_on_the_host(cases, tmp_path, options):
 
 
 def test_cuda_header_in_c(tmp_path):
-    """Functions that take only words also work in C."""
+    """Functions that take the table words as an argument also work in C."""
     compile_text(tmp_path, "words.c", "#include <bn/bn_draw.h>\nvoid draw(const uint32_t *words, bn_uint2 seed, float u[4]) "
                                       "{ bn_draw_blue_4d(words, seed, -1, 2, 3, 4, u); }\n")
 
@@ -45,7 +45,7 @@ def nvrtc():
 
 
 def compile_with_nvrtc(source: bytes, architecture="compute_75", form="PTX") -> bytes:
-    """The PTX of a source, or the CUBIN for an architecture such as sm_75."""
+    """Compiles a source to PTX, or to a CUBIN for an architecture such as sm_75."""
     library, program, size = nvrtc(), ctypes.c_void_p(), ctypes.c_size_t()
     assert library.nvrtcCreateProgram(ctypes.byref(program), source, b"draw.cu", 0, None, None) == 0
     options = [f"--include-path={INCLUDE}".encode(), f"--include-path={HERE}".encode(), f"--gpu-architecture={architecture}".encode()]
@@ -61,10 +61,10 @@ def compile_with_nvrtc(source: bytes, architecture="compute_75", form="PTX") -> 
 
 
 def test_nvrtc_compiles():
-    # The program also defines these types itself, some of them differently from libbn.
+    # A program may define these types itself, in part differently from libbn.
     types = b"typedef unsigned int uint32_t;\ntypedef unsigned long uint64_t;\n"
     ptx = compile_with_nvrtc(types + (HERE / "draw.cu").read_bytes()).decode()
-    # Bits are reversed by one instruction, and no arithmetic uses double precision.
+    # A single instruction reverses bits, and no arithmetic uses double precision.
     assert ".entry draw(" in ptx and "brev.b32" in ptx and ".f64" not in ptx
 
 
@@ -74,7 +74,7 @@ def test_clang_compiles(language, target, tmp_path):
     need(clang, "clang++")
     need(f"    {target} " in subprocess.run([clang, "--print-targets"], capture_output=True, text=True, check=False).stdout,
          f"clang++ for {target}")
-    # Definitions from each language's headers, and its names for the instruction.
+    # Definitions from each language's headers. Below, the names are those of the bit reversal instruction.
     language_options = {"cuda": ["--cuda-gpu-arch=sm_75", "-nocudainc", "-nocudalib", "-D__CUDACC__",
                                  "-Wno-unknown-cuda-version"],
                         "hip": ["--offload-arch=gfx906", "-nogpuinc", "-nogpulib", "-D__HIPCC__"]}[language]

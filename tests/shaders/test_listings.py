@@ -31,7 +31,7 @@ def compile_hlsl(folder, text):
 
 
 def compile_metal(folder, text, *options):
-    """As C++."""
+    """Compiles Metal as C++."""
     words = "#define device\n#define thread\n#define constant const\n"
     (folder / "metal_stdlib").write_text((HERE / "stand_ins.h").read_text() + words)
     compile_text(folder, "a.cpp", text, "-I", folder, "-I", INCLUDE / "bn", *options)
@@ -68,15 +68,15 @@ def test_cuda(tmp_path):
 
 
 def test_metal(tmp_path):
-    """Without the attributes; C++ has no vectors of vectors, either."""
+    """Removes the attributes and a vector constructor, which C++ lacks."""
     text = re.sub(r" \[\[[^]]*\]\]", "", listing("example.metal")).replace("float4(u.xy,", "float4(u.x, u.y,")
     compile_metal(tmp_path, text, "-Dkernel=")
 
 
-# ---- Comments in headers: paragraphs whose lines are indented four spaces more than the text
+# ---- Listings in header comments: paragraphs indented by four more spaces than the text
 
 SAMPLING = "uint64_t seed, int32_t x, int32_t y, uint32_t index, uint32_t depth"
-# The names that each header's listings take from their surroundings.
+# For each header, declarations and parameters that provide the undeclared names in its listings.
 C_LISTINGS = {
     "bn.h": ("", f"{SAMPLING}, uint32_t decision, uint32_t bounce"),
     "bn_path.h": ("", f"{SAMPLING}, uint32_t max_depth, uint32_t count, const bn_sampler *sampler, bn_ray ray, uint32_t primitive"),
@@ -90,7 +90,7 @@ NUMBERS = "uint x = 1u, y = 2u, index = 3u, domain = 4u, depth = 5u, ray = 6u, l
 
 
 def paragraphs(header):
-    """The listings of a header, with one text per paragraph of code."""
+    """A header's listings, one per paragraph of code."""
     comment = (INCLUDE / "bn" / header).read_text(encoding="utf-8").partition("*/\n" if not header.endswith("hpp") else "#ifndef")[0]
     found = re.findall(r"(?:^(?: \*|//)     .*(?: \*/)?\n?)+", comment + "\n", re.MULTILINE)
     texts = [re.sub(r"^(?: \*|//)     ", "", each, flags=re.MULTILINE).rstrip().removesuffix("*/") for each in found]
@@ -109,7 +109,7 @@ def test_every_header_is_covered():
 def test_c_header_listings(tmp_path, header):
     before, parameters = C_LISTINGS[header]
     texts = paragraphs(header)
-    if header == "bn.h":  # the only comment with code that is not the first comment
+    if header == "bn.h":  # it also has a listing outside its first comment
         texts += [re.sub(r"^ \*     ", "", each, flags=re.MULTILINE) for each in re.findall(
             r"(?:^ \*     uint32_t .*\n)+", (INCLUDE / "bn" / header).read_text(), re.MULTILINE)]
     nested = "{\n".join(re.sub(r"^#.*\n", "", text, flags=re.MULTILINE) + "\n" for text in texts) + "}" * (len(texts) - 1)
@@ -126,7 +126,7 @@ def test_cpp_header_listings(tmp_path):
 
 
 def shader_of_listings(language, texture=False):
-    """All listings of a language as one shader: declarations before the texts, statements in main()."""
+    """Combines all listings of a language into one shader, with their declarations before the includes and their statements in main()."""
     declared, statements = [], []
     for name in ("bn_draw", "bn_path", "bn_choose"):
         for text in paragraphs(f"{name}.{language}"):

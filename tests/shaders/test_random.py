@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The package examples/web/package: its module in Node.js. test_browser.py runs its shaders."""
+"""Tests the module of examples/web/package in Node.js. test_browser.py runs its shaders."""
 
 import json
 import re
@@ -18,7 +18,7 @@ def node(*arguments):
 
 
 def in_node(expression):
-    """The value of an expression that uses the `bn` module, passed as JSON."""
+    """Evaluates an expression that uses the `bn` module. Its value is returned through JSON."""
     code = f'import * as bn from {json.dumps((PACKAGE / "index.js").as_uri())}; console.log(JSON.stringify({expression}));'
     return json.loads(node("--input-type=module", "-e", code))
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws, paths and choices in WGSL, GLSL and HLSL, run by Vulkan and OpenGL drivers, are identical to the library's. Without a GPU, Mesa's
-software drivers run them."""
+"""With Vulkan and OpenGL drivers, draws, paths and choices in WGSL, GLSL and HLSL are bit-identical to the library's. Without a GPU, Mesa's
+software drivers run the shaders."""
 
 import re
 import shutil
@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from conftest import GLSLANG, HERE, INCLUDE, need, need_module, need_opengl, need_wgpu, run
 
-RESULTS = ["draws of a path", *(f"bits {d}" for d in range(4)), *(f"float {d}" for d in range(4)), "bn_choose", "what it left",
-           "bn_choose_u32", "what it left", "bn_choose_cdf", "what it left", "pair or path"]
+RESULTS = ["path draws", *(f"bits {d}" for d in range(4)), *(f"float {d}" for d in range(4)), "bn_choose", "its remainder",
+           "bn_choose_u32", "its remainder", "bn_choose_cdf", "its remainder", "pair or path"]
 
 
-# Textures instead of buffers: {name: (width, number type)}. A width of 0 means as wide as the data.
+# The textures that replace buffers: {name: (width, number type)}. With a width of 0, all data is in one row.
 TEXTURES = {"bn_words": (64, "u4"), "bn_cdf": (0, "f4"), "cases": (4096, "u4")}
 
 
@@ -27,7 +27,7 @@ def compare(run_shader, code, cases, first=0):
 
 
 def with_texts(source):
-    """GLSL with its includes."""
+    """GLSL code with its includes replaced with the files' texts."""
     def text(line):
         (path,) = (folder / line[1] for folder in (INCLUDE / "bn", HERE) if (folder / line[1]).exists())
         return path.read_text()
@@ -39,7 +39,7 @@ TYPES = {"uint": "u32", "float": "f32", "vec2": "vec2f", "vec4": "vec4f", "bn_ui
 
 
 def wgsl():
-    """draw.wgsl with the texts it names."""
+    """A translation of answer.glsl, draw.wgsl and the library's WGSL files."""
     def variables(found):
         indent, of, names = found.groups()
         return "\n".join(f"{indent}var {each}{'' if '=' in each else ': ' + TYPES[of]};" for each in re.split(r", (?=\w+ = )", names))
@@ -81,14 +81,14 @@ def test_glsl_in_opengl(cases):
 
 @pytest.mark.parametrize("version", ["300 es", "330"])
 def test_glsl_with_textures(cases, version):
-    """As in WebGL 2."""
+    """The tables are textures, as in WebGL 2."""
     need_opengl()
 
     def run_fragments(code, buffers, result_size, threads):
         textures = {name: (width or len(data) // 4, kind, data) for (name, (width, kind)), data in zip(TEXTURES.items(), buffers)}
         return devices.run_fragments(code, textures, 4096, result_size)
 
-    # With textures, Mesa takes many minutes to compile all draws of a path.
+    # With textures, Mesa needs many minutes to compile all path draws.
     source = (HERE / "draw.frag").read_text().replace("#version 300 es", f"#version {version}\n#define NO_PATH_DRAWS")
     compare(run_fragments, with_texts(source), cases, first=1)
 
@@ -100,7 +100,7 @@ def test_hlsl(cases, tmp_path):
 
 
 def test_hlsl_in_slang(cases, tmp_path):
-    """HLSL goes through another compiler, for the CPU."""
+    """Compiles HLSL for the CPU with a different compiler."""
     need_module("slangpy")
     for name in ("bn_draw", "bn_path", "bn_choose"):
         for language in ("glsl", "hlsl"):

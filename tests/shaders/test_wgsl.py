@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The committed WGSL is the translation of the GLSL text."""
+"""The committed WGSL files are translations of the GLSL files."""
 
 import subprocess
 import sys
