@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the package importable, and finds the path tracer built by scripts/test."""
+"""Makes evidence/ and scripts/ importable, and locates the path tracer."""
 
 import os
 import sys
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in scripts/bench; threads that wait for each other are slower
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in scripts/bench; more threads would wait for each other
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The comparisons in pbrt-v4 and Cycles. If BN_PBRT_PROGRAM, or BN_CYCLES_PROGRAM and BN_CYCLES (its sources), name
-patched programs, their images are tested, too: crops, threads, seeds and the wavefront integrator."""
+"""The comparisons in pbrt-v4 and Cycles. If BN_PBRT_PROGRAM names a patched pbrt, or BN_CYCLES_PROGRAM and BN_CYCLES name a patched
+Cycles and its sources, the tests also render: crops, threads, seeds and the wavefront integrator."""
 
 import os
 import re
@@ -15,12 +15,12 @@ from evidence.external_renderers import cycles, other_renderer, pbrt, pbrt_scene
 
 
 def test_crop_positions_are_fixed():
-    """The crops were placed before anything was rendered."""
+    """The crops were chosen before any image was rendered."""
     assert [view.bounds[::2] for view in pbrt_scenes.crops("room")] == [(887, 210), (864, 581)]
 
 
 class Made:
-    """Synthetic cells: blue has half the error of the others, and a sample takes one or two microseconds."""
+    """Synthetic cells: `blue` has half the error of the other samplers, and a sample takes one or two microseconds."""
 
     def get(self, view, label, spp, measure):
         if measure == "seconds":
@@ -48,7 +48,7 @@ def test_report_states_errors_relative_to_blue():
 @pytest.fixture(scope="module")
 def pbrt_program():
     if not os.environ.get("BN_PBRT_PROGRAM"):
-        pytest.skip("BN_PBRT_PROGRAM is not set to a pbrt-v4 with the sampler")
+        pytest.skip("BN_PBRT_PROGRAM is not set to a patched pbrt-v4")
     return os.environ["BN_PBRT_PROGRAM"]
 
 
@@ -75,7 +75,7 @@ def test_crops_threads_and_seeds(picture):
 
 
 def test_wavefront_integrator_renders_the_same_image(picture):
-    """Up to the light and direction at the first surface, both integrators draw the same numbers; their arithmetic differs in the last digits."""
+    """Both integrators draw the same numbers up to the light and direction at the first surface; only their rounding differs."""
     def once(text):
         return re.sub('"integer maxdepth" [0-9]+', '"integer maxdepth" 1', text)
 
@@ -87,7 +87,7 @@ def test_wavefront_integrator_renders_the_same_image(picture):
 
 @pytest.mark.parametrize(("scene", "lens"), [("skin", 0), ("penumbra", 0.12)])
 def test_both_integrators_agree_with_another_sampler(picture, scene, lens):
-    """Compares the means of a patch, which differ by a few per cent at 64 samples."""
+    """Compares the mean values of a patch, which differ by a few per cent at 64 samples per pixel."""
     def edit(text):
         return text.replace('"float fov" 40', f'"float fov" 40 "float lensradius" {lens} "float focaldistance" 5.6')
 
@@ -101,7 +101,7 @@ def test_both_integrators_agree_with_another_sampler(picture, scene, lens):
 @pytest.fixture(scope="session")
 def cycles_program():
     if not os.environ.get("BN_CYCLES_PROGRAM") or not os.environ.get("BN_CYCLES"):
-        pytest.skip("BN_CYCLES_PROGRAM and BN_CYCLES are not set to a Cycles with the pattern and its sources")
+        pytest.skip("BN_CYCLES_PROGRAM and BN_CYCLES are not set to a patched Cycles and its sources")
     return os.environ["BN_CYCLES_PROGRAM"]
 
 
@@ -117,6 +117,6 @@ def test_images_differ_only_between_seeds(cycles_program):
 
 @pytest.mark.parametrize("sampler", cycles.SAMPLERS)
 def test_only_cycles_own_blue_noise_depends_on_the_declared_sample_count(cycles_program, sampler):
-    """The sample count passed changes Cycles' blue noise, as the table "Stopped early" requires, but not `blue`."""
+    """The declared sample count changes Cycles' own blue noise, as the table "Stopped early" assumes, but no other pattern."""
     told_four, told_more = (cycles_picture(cycles_program, sampler, told, 4) for told in (4, 64))
     assert np.array_equal(told_four, told_more) == (sampler not in cycles.PREVIEW)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The error measures of tables and reports, against known values."""
+"""Compares the error measures used in tables and reports with known values."""
 
 import math
 
@@ -14,7 +14,7 @@ def noise(shape, seed=1):
 
 
 def test_pixels_are_clipped_before_the_blur():
-    """Alternating black and twice white blurs to white, but a screen shows only half of this."""
+    """A blurred checkerboard of 0 and 2 has a mean of 1, but displays clip it to a mean of 0.5 first."""
     y, x = np.mgrid[0:32, 0:32]
     image = np.repeat(2.0 * ((x + y) % 2)[..., None], 3, axis=2)
     assert displayed_rmse(image, np.full_like(image, 0.5), 0.0, 2.1) < 0.01
@@ -23,17 +23,17 @@ def test_pixels_are_clipped_before_the_blur():
 
 
 def test_error_of_a_reference_is_estimated_from_its_halves():
-    """If two halves have independent errors of 1, their mean has an error of sqrt(1/2)."""
+    """The mean of two halves with independent errors of 1 has an error of sqrt(1/2)."""
     truth = np.full((128, 128, 3), 5.0)
     halves = truth + noise((128, 128, 3)), truth + noise((128, 128, 3), 2)
     found = own_errors((halves[0] + halves[1]) / 2, halves[0])
-    # 49152 numbers: five relative standard errors are 1.6%.
+    # For 49152 numbers, five relative standard errors are 1.6%.
     assert found["rmse"] == pytest.approx(math.sqrt(0.5), rel=0.016)
 
 
 @pytest.mark.parametrize("mode, pad", [("reflect", "symmetric"), ("wrap", "wrap")])
 def test_blur_pads_the_image_at_its_edges(mode, pad):
-    """The blur equals that of a padded image: images are padded by mirroring, tiles by wrapping around."""
+    """A blur matches the blur of a padded image. Images are padded by mirroring, and tiles by wrapping around."""
     image = noise((24, 30, 3))
     whole = blurred(np.pad(image, ((12, 12), (12, 12), (0, 0)), pad), 2.1)[12:-12, 12:-12]
     np.testing.assert_allclose(blurred(image, 2.1, mode), whole, rtol=0, atol=1e-12)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One sample per frame: slices from files, the measure, averages that follow a moving camera, and tables in pages."""
+"""One sample per frame: mask slices read from files, error measures, moving averages, sparse frames, and tables in pages."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def test_packs_are_read_in_order_with_their_channels(tmp_path):
     slices = realtime.read_pack("STBN", tmp_path)
     assert np.array_equal(slices.stack_for(1)[..., 0], (scalar + np.float32(0.5)) / 256)
     assert np.array_equal(slices.stack_for(2), (vectors[..., :2] + np.float32(0.5)) / 256)
-    # Slices repeat over the screen and over frames; a second pair uses another offset.
+    # Slices repeat over the screen and over frames. The second pair uses a different offset.
     first, again = slices.frame(2, 4, 0, 16), slices.frame(14, 4, 0, 16)
     assert np.array_equal(first, again) and np.array_equal(first[:8, :8], first[8:, 8:])
     assert not np.array_equal(first[..., :2], first[..., 2:])
@@ -57,7 +57,7 @@ def test_integrands_have_the_stated_mean():
     for dimensions, make in realtime.INTEGRANDS.values():
         for i in range(4):
             values, mean = make(np.random.default_rng(i))
-            # Five standard deviations, each at most 0.0011.
+            # The limit is five standard deviations of at most 0.0011 each.
             assert 0 < mean < 1 and np.mean(values(points[:, :dimensions])) == pytest.approx(mean, abs=0.006)
 
 
@@ -89,7 +89,7 @@ def test_samplers_rank_as_the_guide_states(result):
         assert error(kind, "blue", average) < 0.75 * error(kind, "blue, a new key every frame", average)
         assert error(kind, "mask + golden ratio, R2", one) < error(kind, "blue", one) < 0.8 * error(kind, "sobol", one)
     assert error("half-plane", "blue", average) < error("half-plane", "mask + golden ratio, R2", average)
-    # Every frame is blue, whatever its index.
+    # The noise of every frame is blue, whatever its index.
     alone = result["half-plane", "blue"].alone[:, blur]
     assert alone.max() < 1.2 * alone.min()
 

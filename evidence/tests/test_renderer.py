@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""References are rendered once, and re-rendered if anything they depend on changes."""
+"""References are rendered once and re-rendered if anything they depend on changes."""
 
 import dataclasses
 import os
@@ -22,7 +22,7 @@ def few_parts(monkeypatch):
 
 @pytest.fixture
 def runs(monkeypatch):
-    """The commands that were run."""
+    """Records the commands that are run."""
     commands = []
     real = subprocess.run
 
@@ -34,12 +34,12 @@ def runs(monkeypatch):
     return commands
 
 
-@pytest.mark.parametrize("spoil", ["picture", "request", "nothing"])
+@pytest.mark.parametrize("spoil", ["image", "request", "nothing"])
 def test_reference_is_rerendered_after_a_change(pathtracer, cache, runs, spoil):
     make_reference(pathtracer, SMALL)
-    assert len(runs) == 5  # a probe, four parts
+    assert len(runs) == 5  # one probe and four parts
     (path,) = (cache / "references").iterdir()
-    if spoil == "picture":
+    if spoil == "image":
         path.write_bytes(path.read_bytes()[:-1])
     make_reference(pathtracer, dataclasses.replace(SMALL, seed=6) if spoil == "request" else SMALL)
     assert len(runs) == (6 if spoil == "nothing" else 10)
@@ -73,7 +73,7 @@ def test_temporary_files_are_private_and_synced_before_the_rename(tmp_path, monk
         monkeypatch.setattr(os, call, lambda *given, call=call, real=getattr(os, call): (steps.append(call), real(*given)))
     for _ in range(2):
         with written_beside(path) as beside:
-            assert beside.parent.stat().st_mode & 0o077 == 0, "others could put a link in the way"
+            assert beside.parent.stat().st_mode & 0o077 == 0, "other users could put a link there"
             names.append(beside)
             beside.write_text("new")
     assert names[0] != names[1] and steps == ["fsync", "replace"] * 2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""scripts/bench renders: a tiny complete run, interrupted and resumed, and its parts on synthetic data."""
+"""scripts/bench renders: a tiny run, which is interrupted and resumed, and the report's parts on synthetic data."""
 
 import re
 import subprocess
@@ -22,7 +22,7 @@ CORNELL = [(516, 560), (754, 107), (221, 981), (1051, 730)]
 
 @pytest.fixture(autouse=True)
 def few_parts(monkeypatch):
-    monkeypatch.setattr(renderer, "REFERENCE_PARTS", 4)  # each part starts the path tracer once
+    monkeypatch.setattr(renderer, "REFERENCE_PARTS", 4)  # the path tracer starts once per part
 
 
 def arguments(pathtracer, out, *more):
@@ -46,7 +46,7 @@ def test_interrupted_run_resumes_and_writes_the_whole_report(pathtracer, cache, 
         bench(["renders", *arguments(pathtracer, out)])
     assert not out.exists() and 0 < len(made) < 32
 
-    # Four crops, four samplers, two seeds.
+    # The total is 32: four crops, four samplers and two seeds.
     first, made[:] = list(made), []
     monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
     bench(["renders", *arguments(pathtracer, out)])
@@ -60,7 +60,7 @@ def test_interrupted_run_resumes_and_writes_the_whole_report(pathtracer, cache, 
     for name in re.findall(r"\((renders[^)]*)\)", text):
         assert (out / name).is_file(), name
 
-    # Everything is cached now, so only the text is compared.
+    # All results are now cached, and only the text is compared.
     made.clear()
     monkeypatch.setattr(renders.Report, "plot", lambda *_: None)
     bench(["renders", *arguments(pathtracer, out)])
@@ -81,7 +81,7 @@ def test_figures_match_single_renders(pathtracer, tmp_path):
 
 
 def made_up(blue, seeds=8):
-    """A report on four crops of one scene: white has error 1, sobol 1/2 and blue `blue`, all with 1% noise."""
+    """A report on four crops of one scene. The errors are 1 (white), 1/2 (sobol) and `blue` (blue), each with 1% noise."""
     rng, chosen = np.random.default_rng(11), views.crops("development", ("cornell",), (64, 64), (16, 16))
     labels = ("white", "sobol", "blue")
     options = types.SimpleNamespace(labels=labels, counts=(1, 16), seeds=seeds, size=(64, 64), views="development", out=Path("o"),
@@ -148,7 +148,7 @@ def test_each_quarter_contains_one_full_size_crop():
                 (x0, y0, x1, y1), (wide, high) = view.crop, (view.width // 2, view.height // 2)
                 assert view.size == (x1 - x0, y1 - y0) == views.CROP and view.pixels == views.CROP[0] * views.CROP[1]
                 assert i % 2 * wide <= x0 < x1 <= (i % 2 + 1) * wide and i // 2 * high <= y0 < y1 <= (i // 2 + 1) * high
-    # Names and cameras place the crops. These bounds must not change, or results of different versions would show different crops.
+    # Crop positions depend on names and cameras. They must not change, or results would not be comparable between versions.
     assert [view.crop[:2] for view in views.crops("held-out", ("cornell",))] == CORNELL
 
 

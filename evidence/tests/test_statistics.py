@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Statistics against known values and against SciPy, and comparisons of samplers on synthetic errors."""
+"""Compares statistics with known values and with SciPy, and samplers on synthetic errors."""
 
 import math
 import types
@@ -16,13 +16,13 @@ def test_bootstrap_mean_and_interval():
     groups = [[[1.0, 3.0], [4.0]], [[5.0]]]
     mean, low, high = statistics.bootstrap(groups)
     assert mean == pytest.approx((3 + 5) / 2) and 1 <= low < mean < high <= 5
-    # Four crops of each of two images carry less information than eight images.
+    # Four crops each of two images carry less information than eight images.
     few, many = (statistics.bootstrap(made) for made in ([[[[level]] * 4 for level in (-1, 1)]], [[[[level]] for level in 4 * (-1, 1)]]))
     assert few[2] - few[1] > 1.9 and many[2] - many[1] < 1.6
 
 
 def test_bootstrap_intervals_cover_the_mean():
-    """Runs 200 trials over 40 scenes, where a bootstrap covers 93 to 94%. Fewer than 178 hits have a probability of 1 in 5000."""
+    """With 40 scenes, 93 to 94% of bootstrap intervals cover the mean. Fewer than 178 hits in 200 trials have a probability of 1/5000."""
     rng, hits = np.random.default_rng(5), 0
     for _ in range(200):
         groups = [[scene + 0.2 * rng.standard_normal(3) for _ in range(2)] for scene in rng.standard_normal(40)]
@@ -40,23 +40,23 @@ def test_p_values_match_scipy():
     rng = np.random.default_rng(2)
     one, two = rng.normal(0.1, 1, 6), rng.normal(0.1, 1, 6)
     assert statistics.chance([one]) == pytest.approx(stats.ttest_1samp(one, 0, alternative="greater").pvalue)
-    # The mean of two groups with a common variance is half the difference of the first group and the negated second.
+    # With a common variance, the mean of two groups is half the difference between the first group and the negated second group.
     assert statistics.chance([one, two]) == pytest.approx(stats.ttest_ind(one, -two, alternative="greater").pvalue)
     assert statistics.chance([one + 5, two + 5]) < 1e-3 < 0.99 < statistics.chance([one - 5, two - 5]) and statistics.chance([[1.0]]) == 1
     many = rng.normal(0.3, 2, 40)
     assert statistics.chance_of_mean([one], many.mean(), many.std(ddof=1) / math.sqrt(40), 40) == pytest.approx(stats.ttest_ind(one, many, equal_var=False).pvalue)
 
-    # Two halves of one group have one degree of freedom less than the group, and their means sum to twice its mean.
+    # Split in halves, a group has one degree of freedom fewer, and the halves' means sum to twice its mean.
     halves = statistics.chance_of_mean([one[:3], one[3:]], 2 * many.mean(), 2 * many.std(ddof=1) / math.sqrt(40), 40)
     assert halves == pytest.approx(stats.ttest_ind(one, many, equal_var=False).pvalue, abs=0.1)
-    # False alarms stay rare even if groups of two have little spread by chance.
+    # False alarms remain rare even if groups of two have little spread by chance.
     alarms = sum(statistics.chance_of_mean(rng.normal(1, 1, (4, 2)), 4, 0.1, 32) < 0.01 for _ in range(400))
     assert alarms <= 12
 
 
 def test_ratios_are_paired_by_seed():
     found = statistics.ratio([2.0, 8.0], [1.0, 1.0])
-    # The logarithms are 1 and 3 times log 2, so their mean has a standard error of log 2; t with one degree of freedom is 12.706.
+    # The log ratios are 1 and 3 times log 2, so the standard error of their mean is log 2. t with one degree of freedom is 12.706.
     assert found.value == pytest.approx(4) and found.high / found.value == pytest.approx(2**12.7062, rel=1e-3) and found.low * found.high == pytest.approx(16)
     paired = statistics.ratio([1.0, 2.0, 3.0], [2.0, 4.01, 6.0])
     assert paired.significant and not statistics.ratio([1.0, 2.0, 3.0], [6.0, 4.01, 2.0]).significant
@@ -66,7 +66,7 @@ def test_ratios_are_paired_by_seed():
 def test_samples_to_reach_an_error():
     samples, errors = [1, 2, 4, 8], [1.0, 0.5, 0.25, 0.125]
     assert statistics.samples_to_error(samples, errors, 0.25 * math.sqrt(2)) == pytest.approx(2 * math.sqrt(2))
-    # The first count that reaches the error, even if a larger count has higher error.
+    # The first sample count that reaches the error counts, even if a larger one has a higher error.
     assert statistics.samples_to_error(samples, [1.0, 0.5, 0.25, 0.5], 0.25 * math.sqrt(2)) == pytest.approx(2 * math.sqrt(2))
     assert math.isnan(statistics.samples_to_error(samples, errors, 1.1)) and math.isnan(statistics.samples_to_error(samples, errors, 0.1))
 
@@ -75,7 +75,7 @@ def test_samples_to_reach_an_error():
 
 CROPS = [view for scene in ("lens", "glossy", "fog") for view in views.crops("development", (scene,), (64, 48), (8, 8))]
 FACTORS = {"white": 4.0, "sobol": 1.0, "blue": 0.5, "openqmc-pmjbn": 0.6, "openqmc-sobolbn": 0.7}
-SEEDS = (0.5, 1.0, 2.0)  # a factor common to all samplers' errors
+SEEDS = (0.5, 1.0, 2.0)  # each seed scales all samplers' errors by a common factor
 
 
 def compared(own=0.0, **more):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests run the trainer from the source tree; `scripts/setup --with-trainer` installs its dependencies."""
+"""The tests use the trainer in the source tree. `scripts/setup --with-trainer` installs its dependencies."""
 
 import sys
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ONNX file: libbn's format, equal to torch, read by libbn, written atomically; and the built-in models."""
+"""Exported ONNX files follow libbn's format, match PyTorch, load in libbn and are written atomically. Also tests the built-in models."""
 
 import csv
 import functools
@@ -36,7 +36,7 @@ def small_model(channels):
 
 @pytest.fixture(scope="module", params=[1, 2])
 def exported(request, tmp_path_factory):
-    """A model of one channel or two, its file, and the result of export."""
+    """A model with one or two channels, its file, and the result of export()."""
     model, path = small_model(request.param), tmp_path_factory.mktemp("export") / "folder" / "m.onnx"
     return model, path, export(model, path)
 
@@ -78,7 +78,7 @@ def test_format(small):
     assert all(t.data_location == onnx.TensorProto.DEFAULT for t in proto.graph.initializer)
     assert str(Path(__file__).resolve().parents[2]).encode() not in data
     assert model.flop_per_texel() == evaluate.flop_of(proto)
-    # Every value has named extents.
+    # The height and width of every value are named.
     values = [*proto.graph.value_info, *proto.graph.output]
     assert {name for node in proto.graph.node for name in node.output} == {value.name for value in values}
     assert all(axis.dim_param for value in values for axis in value.type.tensor_type.shape.dim[2:])
@@ -99,7 +99,7 @@ def test_export_is_complete_and_mismatches_are_rejected(exported):
     assert hashlib.sha256(data).hexdigest() == done["sha256"] and len(data) == done["bytes"]
     assert "ONNX Runtime" in done["compared"]
     assert os.listdir(path.parent) == ["m.onnx"]
-    # A file that does not compute what the model does is refused.
+    # A file whose results differ from the model's is rejected.
     other = small_model(model.channels)
     other.steps[1].surround += 0.1
     with pytest.raises(TrainerError, match="differ by"):
@@ -125,7 +125,7 @@ def test_failed_export_keeps_the_old_file(small, tmp_path, monkeypatch):
     assert (tmp_path / "m.onnx").read_bytes() == b"before" and os.listdir(tmp_path) == ["m.onnx"]
 
 
-@pytest.mark.skipif(not hasattr(bluenoise._core, "NeuralGenerator"), reason="a build of the package with BN_NEURAL=OFF")
+@pytest.mark.skipif(not hasattr(bluenoise._core, "NeuralGenerator"), reason="the package was built with BN_NEURAL=OFF")
 def test_libbn_reads_the_exported_model(exported):
     model, path, _ = exported
     generator = bluenoise.NeuralGenerator(path, threads=1)
@@ -139,7 +139,7 @@ def test_libbn_reads_the_exported_model(exported):
     order = generator.mask((30, 50), seed=3).reshape(model.channels, -1).argsort(1)
     in_order = np.take_along_axis(model.torus(noise).numpy().reshape(model.channels, -1), order, 1)
     if model.channels == 1:
-        # libbn orders these itself: points at least 3.5 texels apart on average.
+        # libbn reorders the ranks whose points are at least 3.5 texels apart on average.
         ends = (slice(0, 50 * 30 * 4 // 49), slice(-(50 * 30 * 4 // 49), None))
         assert not any((np.diff(in_order[:, end]) > -1e-4).all() for end in ends)
         for end in ends:
@@ -148,7 +148,7 @@ def test_libbn_reads_the_exported_model(exported):
 
 
 def limits():
-    """Per built-in model, the largest mean of each figure; None where there is none."""
+    """For each built-in model, the limit for the mean of each figure. None means no limit."""
     with open(Path(__file__).with_name("limits.csv"), newline="") as file:
         return {row["model"]: {k: float(v) if v else None for k, v in row.items() if k != "model"}
                 for row in csv.DictReader(file)}
@@ -156,7 +156,7 @@ def limits():
 
 @functools.cache
 def builtin(name):
-    """A built-in network and its radius."""
+    """A built-in network and its receptive radius."""
     return evaluate.network_of(DATA / name)[:2]
 
 
@@ -166,7 +166,7 @@ def test_builtin_models_match_their_checksums(name):
     data = (DATA / name).read_bytes()
     assert hashlib.sha256(data).hexdigest() == sums[name]
     assert len(data) <= 1 << 20
-    # The README says which bytes its figures are of.
+    # The README states the checksums of the models that its figures describe.
     assert sums[name] in (DATA / "README.md").read_text()
     quantiles = quantiles_of(data)
     assert len(quantiles) == 65 and (np.diff(quantiles) > 0).all()
@@ -192,8 +192,8 @@ def test_builtin_vector_model_meets_its_energy_limit():
 def test_builtin_models_have_no_fixed_pattern(name):
     spread, independent, worst = evaluate.flatness(*builtin(name), 200)
     assert spread < 1.1 * independent
-    # Means of 84 rows, columns and phases of independent texels exceed 4.5 deviations once in 1,700 runs; those of
-    # blue noise vary less.
+    # For independent texels, the means of 84 rows, columns and phases exceed 4.5 deviations once in 1,700 runs. For
+    # blue noise, they vary less.
     assert worst < 4.5
 
 

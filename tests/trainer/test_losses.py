@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The losses against their definitions and the library, and the ranks."""
+"""Compares the losses with their definitions and with the library, and tests ranks()."""
 
 import numpy as np
 import pytest
@@ -23,14 +23,14 @@ def error(values, *sigmas):
 def test_error_matches_the_library(make):
     made, values = uniform((64, 64), 5, make)
     figures = bluenoise.measure(made)
-    # 64 levels against all of them.
+    # The library uses 64 levels, and the loss uses all levels.
     for sigma, closed in zip((1.0, 1.5, 2.0), error(values, 1.0, 1.5, 2.0)):
         assert closed**0.5 == pytest.approx(figures.dithering_error[sigma], rel=0.02)
 
 
 def test_batched_errors_match_single_errors():
     sigmas, images = (1.5, 0.75, 1.0), [uniform((20, 28), seed, bluenoise.void_and_cluster)[1] for seed in (1, 2)]
-    # In float32, as in training.
+    # Training also uses float32.
     both = DitheringError(20, 28, list(sigmas))(torch.from_numpy(np.stack(images)).float())
     assert both.shape == (3, 2)
     alone = [[error(values, sigma)[0] for values in images] for sigma in sigmas]
@@ -54,12 +54,12 @@ def test_energy_is_lower_for_better_vector_masks():
     _, joint = uniform((64, 64), 1, bluenoise.anneal, channels=2, sweeps=20)
     energies = VectorEnergy()(torch.from_numpy(np.stack([white, blue, joint]))).tolist()
     assert energies[0] == pytest.approx(0.612, abs=0.005)
-    # Channels that are blue alone repel each other less than those made together.
+    # Channels generated together have lower energy than channels that are blue only separately.
     assert energies[0] - 0.01 > energies[1] > energies[2] + 0.003
 
 
 def direction(masks):
-    """The definition: over eight rings, how much more power lies near an axis than near a diagonal, above a tolerance."""
+    """The definition: for eight rings, how far the power near the axes differs from the power near the diagonals, above a tolerance."""
     power = np.mean(np.abs(np.fft.fft2(masks - 0.5)) ** 2, axis=0)
     f = np.fft.fftfreq(masks.shape[1])
     radius, angle = np.hypot(f[:, None], f), np.degrees(np.arctan2(*np.abs(np.meshgrid(f, f, indexing="ij"))))
@@ -74,7 +74,7 @@ def direction(masks):
 def test_direction_loss_matches_its_definition():
     white = np.random.default_rng(3).random((2, 64, 64))
     rings, f = [], np.fft.fftfreq(64)
-    for low in np.arange(8) / 32 + 0.25:  # more power along the rows, in one ring at a time
+    for low in np.arange(8) / 32 + 0.25:  # add power along the rows, in one ring at a time
         ring = (abs(f[:, None]) < 0.05) & (np.hypot(f[:, None], f) >= low) & (np.hypot(f[:, None], f) < low + 1 / 32)
         masks = 0.5 + np.fft.ifft2(np.fft.fft2(white - 0.5) * np.where(ring, 4, 1)).real
         rings.append(float(Direction(64)(torch.from_numpy(masks).float())))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The network: a step computed by hand, padded and toroidal forms agree, it commutes with shifts and symmetries."""
+"""The network follows its formula, gives the same results padded and toroidal, and commutes with shifts and symmetries."""
 
 import math
 
@@ -13,7 +13,7 @@ CHANNELS = pytest.mark.parametrize("channels", [1, 2])
 
 def network(channels, seed=1):
     model = Relaxation([4, 9, 2], channels)
-    # Away from where it starts, so that nothing is right by symmetry of the start alone.
+    # The initial parameters are symmetric and could hide errors, so the tests use random ones.
     generator = torch.Generator().manual_seed(seed)
     model.load_vector(model.vector() + 0.3 * torch.randn(model.vector().shape, dtype=torch.float64, generator=generator))
     model.calibrate(rand(1, 1, 64, 64))
@@ -21,7 +21,7 @@ def network(channels, seed=1):
 
 
 def rand(*shape, seed=0):
-    """Noise of 24 bits, as float64: steps amplify rounding errors, and these tests are about more than those."""
+    """24-bit noise in float64, because the steps amplify rounding errors, which these tests should not depend on."""
     return torch.rand(*shape, generator=torch.Generator().manual_seed(seed)).double()
 
 
@@ -31,7 +31,7 @@ def same(a, b):
 
 
 def step_by_hand(step, values):
-    """The formula, offset by offset, on a torus."""
+    """Computes a step on a torus from its formula, one offset at a time."""
     half = math.isqrt(step.reach)
     offsets = [(y, x) for y in range(-half, half + 1) for x in range(-half, half + 1) if 0 < y * y + x * x <= step.reach]
     square = np.square(offsets).sum(1)
@@ -56,7 +56,7 @@ def test_step_matches_the_formula(channels, reach, scale, beyond):
     for parameter in (step.inner, step.outer, step.surround, step.sharpness, step.sharpness_slope):
         parameter.add_(0.5 * torch.randn((), generator=generator))
         if beyond and parameter is not step.surround:
-            parameter.fill_(4.0 * beyond)  # beyond what a step accepts
+            parameter.fill_(4.0 * beyond)  # outside the range to which a step clamps
     values = 4 * (rand(1, channels, 7, 6) - 0.5)
     made = step(wrap(values, step.margin))[0].numpy()
     np.testing.assert_allclose(made, step_by_hand(step, values[0].numpy()), atol=1e-9 * scale)
@@ -76,7 +76,7 @@ def test_padding_once_matches_padding_at_every_step(channels, shape):
 @CHANNELS
 def test_receptive_radius_is_tight(channels):
     model = network(channels)
-    # Differences this small are not limited, so every step passes them on.
+    # Differences this small are not clipped, so every step propagates them.
     noise, n = 0.5 + 1e-8 * rand(1, 1, 20, 20), 10
     changed = noise.clone()
     changed[0, 0, n, n] += 1e-8
@@ -89,7 +89,7 @@ def test_receptive_radius_is_tight(channels):
     *(lambda t, shift=shift: t.roll(shift, (2, 3)) for shift in ((1, 0), (0, 7), (13, 5))),
     lambda t: t.flip(2), lambda t: t.flip(3), lambda t: t.transpose(2, 3)])
 def test_network_commutes_with_shifts_and_symmetries(channels, change):
-    """Shifts and the eight symmetries."""
+    """Tests shifts and generators of the eight symmetries."""
     model, noise = network(channels), rand(1, 1, 33, 20)
     assert same(model.torus(change(noise)), change(model.torus(noise)))
 
@@ -103,7 +103,7 @@ def test_all_parameters_are_in_the_vector(channels):
     other.load_vector(vector)
     other.gain.copy_(model.gain)
     assert torch.equal(other.vector(), vector) and torch.equal(other.torus(noise), model.torus(noise))
-    # The spreads are in the same order.
+    # spreads() uses the same order.
     other.load_vector(vector + model.spreads())
     for step, before in zip(other.steps, model.steps):
         for name, spread in (("scale", 0.5), ("keep", 0.05), ("inner", 0.15), ("outer", 0.3), ("surround", 0.15),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's losses and perceptron, Wronski's method, and the table that compares them."""
+"""The paper's losses and perceptron, Wronski's method, and the table that compares the methods."""
 
 
 import numpy as np
@@ -23,7 +23,7 @@ def test_spectrum_matches_the_fft():
 
 
 def test_low_frequency_weights_by_hand():
-    # Coordinates 1, 1/3, -1/3, -1: only the inner four are inside; they are frequencies 0 and -1.
+    # The coordinates are 1, 1/3, -1/3 and -1. Only the four inner points lie inside; they are frequencies 0 and -1.
     expected = torch.zeros(4, 4)
     expected[::3, ::3] = ((0.7 - 2 / 9) / 0.7) ** 2
     assert torch.allclose(paper.low_frequency_weights(4), expected, atol=1e-6)
@@ -58,7 +58,7 @@ def test_white_noise_depends_only_on_seed_and_index():
     assert torch.equal(many[40:42], paper.white_noise(16, 5, [40, 41]))
     assert not torch.equal(many[40], paper.white_noise(16, 6, [40])[0])
     assert many.min() >= -1 and many.max() < 1
-    assert abs(many.mean()) < 5 * (1 / 3 / many.numel()) ** 0.5  # five deviations: false alarm below 1e-6
+    assert abs(many.mean()) < 5 * (1 / 3 / many.numel()) ** 0.5  # five deviations: the false-alarm rate is below 1e-6
 
 
 def test_training_lowers_the_loss(tmp_path):
@@ -100,7 +100,7 @@ def test_wronski_lowers_the_dithering_error():
     masks = wronski.optimise(32, [0, 1, 2], 200, progress=losses.append)
     assert losses[-1] < 0.2 * losses[0]
     assert masks.shape == (3, 32, 32)
-    for mask in masks:  # white noise: 0.115, with a deviation of 0.004 at this size
+    for mask in masks:  # white noise has 0.115 with a standard deviation of 0.004 at this size
         assert bluenoise.dithering_error(mask) < 0.09
         assert abs(mask.std() - 3**-0.5) < 0.02
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The search finds minima; training learns, resumes exactly, and reports mistakes in one line."""
+"""The search finds minima. Training reduces the error, resumes exactly and reports mistakes on one line."""
 
 import csv
 import math
@@ -34,7 +34,7 @@ check_every = 8
 
 
 def tiny(tmp_path, name="tiny.toml", **changes):
-    """The path of a small configuration with changed lines; None removes one."""
+    """Writes a small configuration with changed lines, and returns its path. None removes a line."""
     text = TINY
     for key, value in changes.items():
         new = [] if value is None else [f"{key} = {value}"]
@@ -47,13 +47,13 @@ def tiny(tmp_path, name="tiny.toml", **changes):
 
 
 def run(config, folder, *more):
-    """Trains quietly, from a configuration, or from the folder alone if that is None."""
+    """Trains without output, from a configuration or, if `config` is None, from the folder alone."""
     start = [] if config is None else ["--config", str(config)]
     return main(["train", *start, "--folder", str(folder), "--threads", "1", "--quiet", *more])
 
 
 def refuse(capsys, arguments, *words):
-    """Runs a command that must fail with one line that has these words."""
+    """Runs a command that must fail and print a single line containing these words."""
     capsys.readouterr()
     assert main([str(argument) for argument in arguments]) == 1, arguments
     error = capsys.readouterr().err
@@ -61,7 +61,7 @@ def refuse(capsys, arguments, *words):
 
 
 def log_of(folder):
-    """The rows of the log without the seconds."""
+    """The rows of the log, without the column of seconds."""
     with open(folder / "log.csv", newline="") as file:
         return [row[:-1] for row in csv.reader(file)]
 
@@ -86,7 +86,7 @@ def search_of(n=8, **changes):
 
 @pytest.mark.parametrize("population", [12, 13])
 def test_search_learns_correlated_directions(population):
-    """A quadratic a million times as steep in some directions as in others, along no axis."""
+    """Minimises a rotated quadratic that is a million times as steep in some directions as in others."""
     turn = torch.linalg.qr(torch.randn(8, 8, dtype=torch.float64, generator=torch.Generator().manual_seed(1)))[0]
     steepness = torch.logspace(0, 6, 8, dtype=torch.float64)
     search = search_of(population=population)
@@ -100,7 +100,7 @@ def test_search_tolerates_noise():
     for _ in range(150):
         losses = (search.candidates() - TARGET).square().sum(1)
         search.learn(losses + 0.1 * torch.randn(40, dtype=torch.float64, generator=generator))
-    # The noise is as large as the gain of .1 in each parameter.
+    # An error of .1 in every parameter changes the loss by about as much as the noise does.
     assert float((search.mean - TARGET).square().mean()) < 0.1**2
 
 
@@ -115,7 +115,7 @@ def test_restored_search_continues_identically():
         for each in (search, other):
             each.learn((candidates - TARGET).square().sum(1))
     assert states_equal(search.state(), other.state())
-    # Other generations and seeds give other candidates.
+    # Different generations and seeds produce different candidates.
     start, other = search_of(), search_of()
     assert not torch.equal(start.candidates(), search_of(seed=6).candidates())
     other.generation = 1
@@ -129,7 +129,7 @@ def test_training_reduces_the_error(tmp_path, channels):
     changes = {"channels": 2, "energy": 1.0} if channels == 2 else {}
     path = tiny(tmp_path, reaches="[2, 4]", size=24, population=12, **changes)
     trainer = Trainer(load(path, Config), torch.device("cpu"))
-    # Signs too soft to start from leave much to learn.
+    # Starting with very soft signs leaves much to learn.
     with torch.no_grad():
         for step in trainer.model.steps:
             step.sharpness.fill_(-1.5)
@@ -163,7 +163,7 @@ def test_resume_is_exact(tmp_path):
     path = tiny(tmp_path)
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     assert run(path, whole) == 0
-    # Interrupted at 13, after the checkpoint of 8: what the log holds beyond is written again.
+    # Resuming from the checkpoint of iteration 8 after a stop at 13 rewrites the log's later rows.
     assert run(path, parts, "--stop-after", "8") == 0
     shutil.copy(parts / "checkpoint.pt", tmp_path / "kept.pt")
     assert run(None, parts, "--resume", "--stop-after", "13") == 0
@@ -180,7 +180,7 @@ def test_resume_is_exact(tmp_path):
     assert (parts / "log.csv").read_text().splitlines()[:3] == kept
     assert load(whole / "config.toml", Config) == load(path, Config)
     assert not [f for f in whole.iterdir() if f.name.startswith(".")]
-    # What is finished stays as it is.
+    # Resuming a finished run changes nothing.
     assert run(None, parts, "--resume") == 0 and log_of(parts) == log_of(whole)
 
 

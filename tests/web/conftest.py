@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the modules of scripts/ and evidence/ importable, and starts one browser for all tests."""
+"""Makes evidence/ and scripts/ importable, and starts one browser for all tests."""
 
 import sys
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""examples/web/check.html in Chromium, whose renderer is in software: from disk and from a server."""
+"""examples/web/check.html, opened from disk and from a server in Chromium with software rendering."""
 
 import functools
 import http.server
@@ -20,7 +20,7 @@ class Quiet(http.server.SimpleHTTPRequestHandler):
 
 
 def open_check(browser, address, timing):
-    """Opens the page with another function in place of nanoseconds(), which takes most of the time; it stays as `timed`."""
+    """Opens the page with nanoseconds(), which takes most of the time, replaced. The original remains available as `timed`."""
     source = f"""window.setTimeout = (set => (run, ...rest) => set(() => {{
         window.timed ??= nanoseconds; nanoseconds = {timing}; run(); }}, ...rest))(window.setTimeout);"""
     added = browser.call("Page.addScriptToEvaluateOnNewDocument", source=source)
@@ -30,7 +30,7 @@ def open_check(browser, address, timing):
 
 @pytest.fixture(scope="module")
 def page(browser):
-    """From disk. What is timed runs once."""
+    """The page opened from disk. Each timed function runs only once."""
     open_check(browser, (WEB / "check.html").as_uri(), "async run => (await run(1), 1.5)")
     return browser
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""examples/web in Chromium, from disk: what it shows is true, and it can be used."""
+"""examples/web, opened from disk in Chromium: its results are correct, and its controls work."""
 
 import re
 from pathlib import Path
@@ -23,16 +23,16 @@ def open_page(browser, *size, **options):
 
 @pytest.fixture(scope="module")
 def small(browser):
-    """The page with a small picture: starting it takes longer than most tests."""
+    """The page with a small image, shared by the tests because it takes longer to start than most of them."""
     open_page(browser, 152, 300)
-    # At rest, so that no frame draws what a test does not ask for.
+    # The page is idle, so that it draws only what the tests request.
     browser.value("limitTo(1)")
     browser.wait("errors.done && tracer.count === 1")
     return browser
 
 
 def one_sample(browser, run):
-    """The pictures of one sample per pixel with white, sobol and blue."""
+    """The images that white, sobol and blue render at one sample per pixel."""
     browser.value(f"(tracer.restart({run}), tracer.sample())")
     width, height = browser.value("[tracer.width, tracer.height]")
     sums = [browser.value(f"Array.from(tracer.read('{kind}'))") for kind in ("white", "sobol", "blue")]
@@ -45,7 +45,7 @@ def test_seed_matches_the_library():
 
 
 def test_no_external_resources_are_loaded():
-    """Not even in code that no test runs."""
+    """Checks all files, including code that no test runs."""
     for path in (path for path in WEB.iterdir() if path.is_file()):
         text = path.read_text(encoding="utf-8")
         assert not re.search(r"https?://|\bfetch\(|XMLHttpRequest|\bimport\b.*\bfrom\b['\" ]", text) or path.suffix == ".py", path
@@ -53,10 +53,10 @@ def test_no_external_resources_are_loaded():
 
 
 def test_blue_has_the_lowest_error_after_a_blur(small):
-    """At one sample per pixel, as displayed; error is what differs from the mean of all such pictures. Shows also that all
-    samplers see one scene: their means agree. The runs are fixed; over others the ratio is 0.83 +- 0.03."""
+    """Measures images as displayed at one sample per pixel. The error is the deviation from the mean of all images. The samplers' mean
+    values agree, so all render the same scene. The runs are fixed; over other runs, the ratio is 0.83 +- 0.03."""
     pictures = np.array([one_sample(small, run) for run in range(6)]).swapaxes(0, 1)
-    assert len(np.unique(pictures.mean((2, 3, 4)))) == 18  # each picture is another
+    assert len(np.unique(pictures.mean((2, 3, 4)))) == 18  # all images differ
     means = pictures.mean((1, 2, 3))
     assert np.all(means > 0.1) and np.all(np.abs(means / means.mean(0) - 1) < 0.05), means
     shown = np.clip(pictures, 0, 1)
@@ -66,7 +66,7 @@ def test_blue_has_the_lowest_error_after_a_blur(small):
 
 
 def test_divider_moves_by_keys_and_pointer(small):
-    # The colour of a canvas pixel, which has to be read in the frame that draws it.
+    # Reads the colour of a canvas pixel, which is only possible in the frame that draws it.
     show = ("(place => { frame(); const p = new Uint8Array(4); tracer.gl.readPixels(Math.floor(tracer.width * enlarged * place),"
             " 9, 1, 1, tracer.gl.RGBA, tracer.gl.UNSIGNED_BYTE, p); return Array.from(p.slice(0, 3)); })")
     small.value("element('split').focus()")
@@ -103,13 +103,13 @@ def test_paused_page_shows_an_image(small):
 
 
 def show_rows(browser):
-    """The bytes of the lowest rows of the canvas, read in the frame that draws them."""
+    """The bytes of the canvas's lowest rows, read in the frame that draws them."""
     return browser.value("(() => { frame(); const w = tracer.width, p = new Uint8Array(4 * w * 8);"
                          " tracer.gl.readPixels(0, 0, w, 8, tracer.gl.RGBA, tracer.gl.UNSIGNED_BYTE, p); return Array.from(p).join(); })()")
 
 
 def test_controls_step_through_sample_counts(small):
-    """Forwards by button, backwards by the slider: the same counts are the same pictures."""
+    """The button steps forwards, and the slider goes backwards. The same sample count shows the same image."""
     small.value("limitTo(1)")
     small.wait("errors.done")
     shown = {}
@@ -131,8 +131,8 @@ def test_controls_step_through_sample_counts(small):
 
 
 def test_errors_are_measured_and_plotted_for_all_sample_counts(small):
-    """Against the pictures themselves: what differs from the mean of pictures with other random numbers. Over six runs each, which
-    are fixed, the two estimates differ by 1 to 5%."""
+    """Compares the page's errors with the deviation of six images from their mean. Over six runs, which are fixed, the two estimates
+    differ by 1 to 5%."""
     small.value("(element('restart').click(), limitTo(3))")
     small.wait("errors.done && tracer.count === 3")
     found = small.value("errors.values")
@@ -151,7 +151,7 @@ def test_errors_are_measured_and_plotted_for_all_sample_counts(small):
     assert np.all(np.abs(measured / expected - 1) < 0.1), (measured, expected)
     white, sobol, blue = measured
     assert blue < 0.9 * min(white, sobol)
-    # White noise falls with the square root of the count.
+    # The error of white noise falls with the square root of the sample count.
     assert 0.75 < found["white"][15] * 4 / found["white"][0] < 1.25
 
     small.value("(limitTo(5), frame())")
@@ -160,7 +160,7 @@ def test_errors_are_measured_and_plotted_for_all_sample_counts(small):
     assert values == pytest.approx([found[kind][4] for kind in found], rel=0.01)
     texts = small.value("[0.03, 0.0188, 0.0996].map((v, i, all) => evenly(all)[i])")
     assert texts == ["0.0300", "0.0188", "0.0996"]
-    # A click into the plot chooses the nearest count, and the line marks it.
+    # Clicking the plot selects the nearest sample count, which a line marks.
     small.value("element('plot').scrollIntoView()")
     box = small.value("(b => [b.left, b.top, b.width, b.height])(element('plot').getBoundingClientRect())")
     at = small.value("Number(document.querySelectorAll('#plot line')[1].getAttribute('x1'))")  # of 2 samples
@@ -172,10 +172,10 @@ def test_errors_are_measured_and_plotted_for_all_sample_counts(small):
 
 
 def frames_of(browser, mode, count, kinds=("blue",)):
-    """The pictures of samplers after so many frames, (height, width, 3) each."""
-    # With a limit of 1 and the first sample in the same call, the page's own frames never draw between.
+    """The samplers' images after `count` frames, each of shape (height, width, 3)."""
+    # With a limit of 1 and the first sample drawn in the same call, the page's own frames draw nothing in between.
     browser.value(f"(limitTo(1), tracer.restart(7, '{mode}'), tracer.sample(), tracer.gl.finish(), 0)")
-    for _ in range(count - 1):  # short calls: software draws
+    for _ in range(count - 1):  # calls are kept short because rendering is in software
         browser.value("(tracer.sample(), tracer.gl.finish(), 0)")
     width, height = browser.value("[tracer.width, tracer.height]")
     return [np.array(browser.value(f"Array.from(tracer.read('{kind}'))")).reshape(height, width, 4)[..., :3] for kind in kinds]
@@ -184,7 +184,7 @@ def frames_of(browser, mode, count, kinds=("blue",)):
 def test_moving_average_starts_as_the_mean_and_then_decays(small):
     one, two = (frames_of(small, "sum", count)[0] for count in (1, 2))
     assert np.allclose(frames_of(small, "average", 1)[0], one, rtol=1e-6)
-    # Also the surface of a pixel may change with the place in it; where it does not, two frames count alike.
+    # A pixel's surface may change with the position within it. Where it does not, two frames have equal weights.
     same = np.isclose(frames_of(small, "average", 2)[0], two / 2, rtol=1e-3, atol=1e-4).all(-1)
     assert same.mean() > 0.85
     white, blue = np.clip(frames_of(small, "average", 40, ("white", "blue")), 0, 1)
@@ -205,7 +205,7 @@ def test_page_recovers_from_a_lost_context(small):
 @pytest.mark.parametrize(("width", "ratio", "dark"), [(390, 3, False), (1280, 1, True)])
 def test_page_fits_the_window(browser, width, ratio, dark):
     open_page(browser, width, 844, ratio=ratio, dark=dark)
-    # Numbers of their widths in place of errors, which take long to measure.
+    # Placeholders of the same width replace the errors, which take long to measure.
     browser.value("errors.restart(null), document.querySelectorAll('#values dd').forEach(e => { e.textContent = '0.0300'; })")
     assert browser.value("document.documentElement.scrollWidth") == width
     columns, rows, enlarged = browser.value("[tracer.width, tracer.height, enlarged]")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The demo's page in Chromium, from disk: its steps, the divider, and what fits on a phone."""
+"""The demo's page, opened from disk in Chromium: its steps and its layout on a desktop and on a phone."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ ERRORS = {"white": 0.4, "sobol": 0.2, "blue": 0.1}
 
 @pytest.fixture(scope="module")
 def address(tmp_path_factory):
-    """The page with noise for pictures."""
+    """The address of a page that shows noise as its images."""
     folder, rng = tmp_path_factory.mktemp("report"), np.random.default_rng(4)
     reference = Reference(np.full((256, 256, 3), 0.5, np.float32), dict.fromkeys(convergence.MEASURES, 0.0), 64, 1.0)
     options = convergence.parse_options(["--out", str(folder)])

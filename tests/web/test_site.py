@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The documentation site in Chromium, from disk: the live page beside the text, and what a search finds first.
+"""The documentation site, opened from disk in Chromium: the position of the live page beside or above the text.
 
-Skipped without MkDocs, which scripts/docs installs, or Doxygen.
+The test is skipped without Doxygen or MkDocs, which scripts/docs installs.
 """
 
 import importlib.util
@@ -35,7 +35,7 @@ BOX = "(e => { const b = e.getBoundingClientRect(); return [b.left, b.top, b.rig
 @pytest.mark.parametrize(("width", "beside"), [(1280, True), (390, False)])
 def test_home_page_shows_the_live_page_at_the_top(browser, site, width, beside):
     browser.open((site / "index.html").as_uri(), width, 844)
-    # The frame is as high as the live page says.
+    # The live page determines the height of its frame.
     browser.wait("document.querySelector('.live iframe').style.height !== ''")
     assert browser.value("document.documentElement.scrollWidth") == width
     live = browser.value(f"{BOX}(document.querySelector('.live iframe'))")
