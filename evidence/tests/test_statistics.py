@@ -66,7 +66,7 @@ def test_ratios_are_paired_by_seed():
 def test_samples_to_reach_an_error():
     samples, errors = [1, 2, 4, 8], [1.0, 0.5, 0.25, 0.125]
     assert statistics.samples_to_error(samples, errors, 0.25 * math.sqrt(2)) == pytest.approx(2 * math.sqrt(2))
-    # The first sample count that reaches the error counts, even if a larger one has a higher error.
+    # The result is the first sample count that reaches the error, even if a larger one has a higher error.
     assert statistics.samples_to_error(samples, [1.0, 0.5, 0.25, 0.5], 0.25 * math.sqrt(2)) == pytest.approx(2 * math.sqrt(2))
     assert math.isnan(statistics.samples_to_error(samples, errors, 1.1)) and math.isnan(statistics.samples_to_error(samples, errors, 0.1))
 

@@ -80,7 +80,7 @@ static void test_draw_functions(void) {
             }
             CHECK(bn_sample_1d(&s, x, y, index, domain) == four[0]);
             CHECK(bn_draw_1d(&s, x, y, index, domain) == four[0]);
-            /* Only the lowest bit of the pair counts. */
+            /* Only the lowest bit of `pair` is used. */
             for (uint32_t pair = 0; pair < 4u; ++pair) {
                 bn_sample_2d(&s, x, y, index, domain, pair, two);
                 CHECK(memcmp(two, four + 2u * (pair & 1u), sizeof two) == 0);

@@ -14,7 +14,7 @@ from hashes import hash_of, table  # noqa: E402
 
 CRATES = ROOT / "examples" / "rust"
 
-pytestmark = pytest.mark.skipif(shutil.which("cargo") is None, reason="no cargo")
+pytestmark = pytest.mark.skipif(shutil.which("cargo") is None, reason="Cargo is not installed")
 
 
 @pytest.fixture(scope="module")

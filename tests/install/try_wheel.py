@@ -38,11 +38,11 @@ def try_draws():
     sampler = bluenoise.Sampler("blue", seed=1)
     domain = bluenoise.domain(2)
     u = sampler.block(5, 6, 8, 4, 0, 16, domain)
-    check(u.shape == (4, 8, 16, 4) and u.dtype == np.float32, f"a block of shape {u.shape}, {u.dtype}")
+    check(u.shape == (4, 8, 16, 4) and u.dtype == np.float32, f"a block has shape {u.shape} and type {u.dtype}")
     strata = np.sort((u * 16).astype(int), axis=2)
     check((strata == np.arange(16)[None, None, :, None]).all(), "not every sixteenth of [0, 1) contains one of a pixel's 16 samples")
     single = sampler.sample(6, 8, 3, domain)
-    check((single == u[2, 1, 3]).all(), "a draw and a block differ")
+    check((single == u[2, 1, 3]).all(), "a single draw differs from the block")
 
 
 def try_masks():
@@ -57,13 +57,13 @@ def try_masks():
 def try_command():
     scripts = Path(sysconfig.get_path("scripts"))
     command = next(iter(scripts.glob("bluenoise*")), None)
-    check(command is not None, f"{scripts} contains no command bluenoise")
+    check(command is not None, f"{scripts} contains no bluenoise command")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "mask.npy")
         subprocess.run([str(command), "mask", "--size", "32", "--seed", "3", "-o", str(path)], check=True)
         check((np.load(path) == bluenoise.mask((32, 32), seed=3)).all(), "the command generates a different mask")
         out = subprocess.run([str(command), "measure", "--json", str(path)], check=True, capture_output=True, text=True).stdout
-        check(json.loads(out)["dithering_error"]["1.0"] < NOT_BLUE, f"the command measures {out}")
+        check(json.loads(out)["dithering_error"]["1.0"] < NOT_BLUE, f"the command measures a mask that is not blue: {out}")
 
 
 def try_network():

@@ -415,7 +415,7 @@ def test_closed_standard_streams(tmp_path):
     assert not os.path.exists("/dev/full") or run_in_shell("{} measure none.npy 2> /dev/full", tmp_path).returncode == 1
 
 
-@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full")
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="requires /dev/full")
 @pytest.mark.parametrize("command", ["--help", "--version", "measure in.npy", "mask --size 64 -o -", "mask --size 8 --json -o m.npy"])
 def test_full_output_device_is_an_error(command, tmp_path):
     bluenoise.save(tmp_path / "in.npy", bluenoise.mask((8, 8)))

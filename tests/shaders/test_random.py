@@ -14,7 +14,7 @@ NODE = shutil.which("node") or shutil.which("nodejs")
 
 
 def node(*arguments):
-    return run(NODE, *arguments) if NODE else pytest.skip("no Node.js")
+    return run(NODE, *arguments) if NODE else pytest.skip("Node.js is not installed")
 
 
 def in_node(expression):

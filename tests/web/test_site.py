@@ -21,7 +21,7 @@ def site(tmp_path_factory):
     if any(importlib.util.find_spec(name) is None for name in ("mkdocs", "material", "mkdocstrings")):
         pytest.skip("no MkDocs; scripts/docs installs it")
     if not shutil.which("doxygen"):
-        pytest.skip("no Doxygen")
+        pytest.skip("Doxygen is not installed")
     folder = tmp_path_factory.mktemp("site")
     done = subprocess.run([sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", folder], cwd=ROOT, check=False,
                           capture_output=True, text=True, env={**os.environ, "NO_MKDOCS_2_WARNING": "1"})
