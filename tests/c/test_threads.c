@@ -25,7 +25,7 @@ static uint64_t mixed(uint64_t hash, uint64_t value) {
 /* Draws every sample of a small image in a different order on each thread. The hash is a sum, so it does not
  * depend on this order. */
 static void *work(void *argument) {
-    static const uint32_t strides[THREADS + 1] = {1, 7, 11, 13, 17}; /* coprime to the sample count */
+    static const uint32_t strides[THREADS + 1] = {1, 7, 11, 13, 17}; /* coprime to the total */
     job *j = argument;
     for (int type = 0; type < TYPES; ++type) {
         const bn_sampler *s = &j->samplers[type];
