@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Cycles' sampling pattern `blue`: the libbn numbers that path_rng_1D() and its relatives return. README.md shows
+ * Cycles' sampling pattern `blue`: the libbn numbers that path_rng_1D() and its variants return. README.md shows
  * the layout in a table. The draws use 32-bit integer arithmetic and run on every device; they read their table
  * from sample_pattern_lut. */
 #pragma once
@@ -44,8 +44,8 @@ ccl_device_inline float2 blue_pair(KernelGlobals kg, const bn_path path, const u
 }
 
 /* The domain of a decision. The pixel position and the lens share the domain of ray 0. Time and the first light
- * share the camera's domain. A scattered ray's direction uses that ray's domain. All other decisions have their own
- * domains. */
+ * share the camera's domain. A scattered ray's direction uses that ray's domain. Every other decision has its own
+ * domain. */
 ccl_device_inline uint blue_domain(const bn_path path, const int dimension) {
     const uint bounce = uint(dimension) / PRNG_BOUNCE_NUM, slot = uint(dimension) % PRNG_BOUNCE_NUM;
     if (dimension == PRNG_BOUNCE_NUM + PRNG_LIGHT) {

@@ -34,7 +34,7 @@ void BlueSampler::OpenDomain(int newKey) {
     bn_sample_4d(&sampler, pixel.x, pixel.y, sampleIndex, bn_domain_child(BN_DOMAIN_ROOT, key), u);
 }
 
-// Three dimensions per domain, so that a path restarted at a later dimension gets the same keys.
+// Each domain covers three dimensions so that a path restarted at a later dimension gets the same keys.
 void BlueSampler::OpenNextDomain() {
     OpenDomain(std::max(key + 1, (dimension + 1) / 3));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// libbn's `blue` sampler behind the interface of an OpenQMC sampler, for renderers built on OpenQMC. OpenQMC itself is
+// libbn's `blue` sampler behind OpenQMC's sampler interface, for renderers built on OpenQMC. OpenQMC itself is
 // not needed. Requires C++14 and libbn. README.md lists how each call maps to libbn.
 #ifndef BN_OQMC_H
 #define BN_OQMC_H
@@ -28,14 +28,14 @@ class OpenQmcSampler {
     // Empty: assign a sampler before you draw.
     OpenQmcSampler() = default;
     // Sample `index` (0, 1, 2 ...) of pixel (x, y) in frame `frame` of an animation. If you average frames, pass frame
-    // 0 and continue the index across frames: their mean is then as good as one frame with all the samples.
+    // 0 and continue the index across frames: the mean is then as good as a single frame that uses all the samples.
     OpenQmcSampler(int x, int y, int frame, int index, const void *cache)
         : sampler_(static_cast<const bn_sampler *>(cache)),
           path_(bn_path_start(x, y, static_cast<uint32_t>(index), static_cast<uint32_t>(frame))) {
         assert(cache != nullptr && index >= 0);
     }
 
-    // Domains with keys 4*k to 4*k + 3 are stratified together. Use them for decisions that multiply in the integrand.
+    // Domains with keys 4*k to 4*k + 3 are stratified together. Use them for decisions whose effects multiply.
     OpenQmcSampler newDomain(int key) const {
         return with(path_.index, bn_domain_child(path_.domain, static_cast<uint32_t>(key)));
     }
@@ -61,8 +61,8 @@ class OpenQmcSampler {
         return newDomain(key).newDomain(index);
     }
 
-    // Size is 1 to 4. Use dimensions (0, 1) and (2, 3) as pairs for 2-D decisions. Integers are below 2^32 or `range`,
-    // floats in [0, 1).
+    // Size is 1 to 4. Use dimensions (0, 1) and (2, 3) as pairs for 2-D decisions. Integers are below 2^32 or `range`;
+    // floats are in [0, 1).
     template <int Size>
     void drawSample(std::uint32_t sample[Size]) const {
         std::uint32_t bits[4];

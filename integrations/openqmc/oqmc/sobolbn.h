@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Replaces OpenQMC's SobolBnSampler by libbn. Put this folder before OpenQMC's in the include path.
+// Replaces OpenQMC's SobolBnSampler with libbn's sampler. Put this folder before OpenQMC's in the include path.
 #ifndef BN_OQMC_SOBOLBN_H
 #define BN_OQMC_SOBOLBN_H
 
