@@ -7,6 +7,11 @@ from .files import write_text
 END = "<!-- end of the table -->\n"
 
 
+def series(words):
+    """"a, b and c"."""
+    return " and ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
+
+
 def md_table(header, rows, texts=0):
     """A Markdown table from rows of strings. The first column and the last `texts` columns are left-aligned."""
     numbers = len(header) - 1 - texts

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares `blue` with Cycles' own sampling patterns: `scripts/bench cycles --cycles DIR --program FILE` writes evidence/results/cycles.md
 
-FILE is Cycles' stand-alone program with the patch from examples/cycles, and DIR is its source folder, which contains the scenes' objects.
+FILE is Cycles' stand-alone program with the patch from examples/cycles, and DIR is its source folder, which also contains the scenes' objects.
 Renders the scenes with every pattern at 1 to 64 samples per pixel and several seeds, and measures the images against references. Everything
 is cached in ~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
 """
@@ -30,7 +30,7 @@ from .other_renderer import EXPOSED, HEADLINE, Task, name_of
 
 SIZE = (192, 144)
 ZOOM = 3
-FOV = math.pi / 4  # of Cycles' cameras
+FOV = math.pi / 4  # field of view of Cycles' cameras
 
 SPHERE = '<include src="examples/objects/sphere.xml"/>'
 CUBE = '<include src="examples/objects/cube.xml"/>'
@@ -147,7 +147,7 @@ SEEDS = 2
 PICTURE = {"tabulated_sobol": "Tabulated Sobol", "blue": "blue"}
 PICTURE_SCENE, PICTURE_SPP, PICTURE_PART = "monkey", 4, (24, 0, 144, 144)
 REFERENCE_SPP = 1024
-REFERENCE_SAMPLER = "sobol_burley"  # which hashes pixel, dimension and seed
+REFERENCE_SAMPLER = "sobol_burley"  # hashes pixel, dimension and seed
 ADAPTIVE, ADAPTIVE_SPP = 0.05, 128  # threshold, maximum sample count
 # Patterns that must know the sample count; they are tuned for PREVIEW_SPP and stopped earlier.
 PREVIEW, PREVIEW_SPP = ("blue_noise_first", "blue_noise_pure"), 64
@@ -212,19 +212,19 @@ class CyclesRun(other_renderer.OtherRun):
 class Report(other_renderer.OtherReport):
     TITLE, SCENES, SPREAD = "# In Cycles", SCENES, ("tabulated_sobol", "blue_noise_pure")
     INTRO = f"""Errors on this page are relative to `blue`, the pattern from [examples/cycles](../../examples/cycles/README.md), at the same number
-of samples per pixel: 1.20 means that Cycles' pattern has 1.20 times the error of `blue`. They are geometric means over scenes and seeds.
+of samples per pixel: 1.20 means that Cycles' pattern has 1.20 times the error of `blue`. The errors are geometric means over scenes and seeds.
 
-Each error is a root mean square over pixels and channels, with or without a Gaussian blur. Images have {SIZE[0]}x{SIZE[1]} pixels and show
+Each error is a root mean square over pixels and channels, with or without a Gaussian blur. Images are {SIZE[0]}x{SIZE[1]} pixels and show
 the middle of frames {ZOOM} times as wide. *As displayed* clips the image to 0..1 before the blur. *Exposed and displayed* first scales it
 so that the mean luminance of the reference is {EXPOSED}. *Raw* does neither.
 """
-    METHOD = """Cycles is at {version}. Its patterns are the values `tabulated_sobol`, `sobol_burley`, `blue_noise_first` and `blue_noise_pure` of
+    METHOD = """Cycles is at {version}. Its patterns are `tabulated_sobol`, `sobol_burley`, `blue_noise_first` and `blue_noise_pure`, as named by
 `sampling_pattern`. They are tuned for each image's sample count (`aa_samples`) unless a table says otherwise; `blue` does not need to know
-the sample count. Indirect light is clamped to Cycles' default, and the pixel filter is the stand-alone program's box filter. With every
+the sample count. Indirect light is clamped at Cycles' default, and the pixel filter is the stand-alone program's box filter. With every
 pattern, Cycles places sample 0 at the centre of the pixel. We used `penumbra` and `lens` to decide which effect draws which numbers.
 
-Each reference is the mean of two images rendered by `sobol_burley` with their own seeds, so its error is independent of all others. Half
-the difference of the two images estimates the reference's own error. A scene counts only if the error of `blue` is at least three times
+Each reference is the mean of two images rendered by `sobol_burley` with separate seeds, so its error is independent of every other. Half
+the difference between the two images estimates the reference's own error. A scene counts only if the error of `blue` is at least three times
 this error. Cells are empty where the reference is too noisy."""
 
     def adaptive_ratio(self, name, than):
@@ -239,14 +239,14 @@ this error. Cells are empty where the reference is too noisy."""
     def sections(self):
         early = [spp for spp in self.counts if spp < PREVIEW_SPP]
         found = {"Stopped early": [
-            f"As in a preview, these patterns are tuned for {PREVIEW_SPP} samples but stopped earlier, at the sample count above each column. `blue` does not need to know the sample count.", "",
+            f"In the tables below, as in a preview, the patterns are tuned for {PREVIEW_SPP} samples, but rendering stops at the sample count above each column. `blue` does not need to know the sample count.", "",
             *(line for measure in HEADLINE for line in (f"{name_of(measure).capitalize()}:", "", self.ratios(self.compared, measure, early, TOLD), ""))]}
         samples = {label: [np.mean(own) for view in self.compared.views if (own := self.cells.get(view, f"{label} {ADAPTIVE}", ADAPTIVE_SPP, "samples"))]
                    for label in self.samplers}
         if any(samples.values()):
             found["Adaptive sampling"] = [
                 f"The threshold is {ADAPTIVE}. Each pixel takes at least Cycles' default minimum and at most {ADAPTIVE_SPP} samples; the patterns are tuned for {ADAPTIVE_SPP}. Cycles splits "
-                "a pixel's samples into two halves by bits of the sample index and stops when these agree. The halves of a better pattern agree sooner, "
+                "a pixel's samples into two halves by bits of the sample index and stops when the two halves agree. The halves of a better pattern agree sooner, "
                 "even if its error is not smaller.", "",
                 md_table(["pattern", "mean samples", "samples over `blue`'s", *(f"error over `blue`'s, {name_of(measure)}" for measure in HEADLINE)], [
                     [self.name(label), f"{np.mean(samples[label]):.1f}", *(self.adaptive_ratio(name, label) if label != "blue" else ""
@@ -261,17 +261,17 @@ this error. Cells are empty where the reference is too noisy."""
                 f"with {error} times its error. " if samples and error else "")
         rows = [[name, *(self.both(self.compared, than, spp) for spp in counts)] for than, name in {**NAMES, **TOLD}.items()]
         return (f"Errors relative to `blue` after a 2.1-pixel blur, as displayed (raw errors in brackets):\n\n{md_table(['pattern, at spp', *map(str, counts)], rows)}\n\n"
-                f"{last}Tabulated Sobol is the default of Cycles' stand-alone program. The [times](#time) show no clear difference.")
+                f"{last}Tabulated Sobol is the default of Cycles' stand-alone program. The [CPU times](#time) show no clear difference.")
 
 
 # ---- The command
 
 def parse_options(arguments):
     parser = Parser("cycles", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter, epilog="""
-examples/cycles/README.md explains how to add the pattern. Previews and adaptive sampling need two more changes, only for measuring: in
+examples/cycles/README.md explains how to add the pattern. Measuring previews and adaptive sampling requires two more changes: in
 src/app/cycles_standalone.cpp, the pass gets the type getenv("BN_COUNTS") ? PASS_SAMPLE_COUNT : PASS_COMBINED, and in src/session/session.cpp,
 set_aa_samples() gets getenv("BN_TOLD") ? atoi(getenv("BN_TOLD")) : params.samples. The whole comparison takes an hour and a half on one core.""")
-    parser.add_argument("--cycles", metavar="DIR", required=True, help="folder with the sources of Cycles")
+    parser.add_argument("--cycles", metavar="DIR", required=True, help="folder that contains Cycles' sources")
     other_renderer.add_options(parser, "cycles", SCENES, SEEDS)
     parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of references")
     parser.add_argument("--adaptive", action="store_true", help="also measure adaptive sampling, which takes another half hour")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Converts LuxCoreRender's scenes to pbrt: meshes, cameras, lamps, colours and images from its checkout.
 
-The converter reads only the features these scenes use. An image of our own replaces skies and suns, and plain colours replace
+The converter reads only the features these scenes use. Our own image replaces skies and suns, and plain colours replace
 procedural textures and layers. Objects whose files are missing from the checkout are left out.
 """
 
@@ -54,7 +54,7 @@ class Converter:
         self.lines = []
 
     def file(self, name):
-        """The path of one of the scene's files, or None if the checkout lacks it."""
+        """The path to one of the scene's files, or None if the checkout lacks it."""
         return next((path for path in (self.checkout / name, self.place / name) if path.is_file()), None)
 
     def colour(self, node, name, default):
@@ -152,7 +152,7 @@ class Converter:
 
 
 def scenes(checkout, folder):
-    """{name: Scene} for SCENES, each also with FIXED after its name, where all samples use the same wavelengths. Writes the images they need
+    """{name: Scene} for SCENES, and again with FIXED appended to each name, where all samples use the same wavelengths. Writes the images they need
     to a folder."""
     found = {name: Converter(Path(checkout).resolve(), path, Path(folder)).scene(name) for name, path in SCENES.items()}
     option = 'Option "disablewavelengthjitter" true\n'

@@ -34,7 +34,7 @@ print(mitsuba.render(mitsuba.load_dict(mitsuba.cornell_box()), spp=1))
 
 def load_mitsuba():
     mitsuba = package("mitsuba", INSTALL)
-    # Rendering with an LLVM that is too old kills the process.
+    # An LLVM version that is too old kills the process.
     if subprocess.run([sys.executable, "-c", TRIAL], capture_output=True, check=False).returncode:
         raise CommandError("Mitsuba cannot render with llvm_ad_rgb; run apt-get install libllvm19 or set DRJIT_LIBLLVM_PATH")
     mitsuba.set_variant("llvm_ad_rgb")

@@ -73,14 +73,14 @@ class Task:
 
 class OtherRun(Run):
     """Renders tasks in another renderer, or finds their results in a cache folder. References come from a sampler that hashes pixel, dimension
-    and seed and have their own seeds, so their errors are independent of all others.
+    and seed and have separate seeds, so their errors are independent of every other.
 
     A subclass implements key(), reference_key(view, spp), and render(task, spp, seed, out), which returns CPU seconds. `reference` names
     the sampler of references, whose seeds are REFERENCE_SEED and REFERENCE_SEED + 1.
     """
 
     def more(self, task, spp):
-        """Further figures for the row of a task."""
+        """Additional figures for a task's row."""
         return {}
 
     def rendered(self, task, spp, seed, **more):
@@ -118,8 +118,8 @@ class OtherRun(Run):
 
 
 def write_picture(path, pictures, reference, part, sigma=2.1):
-    """Writes a part (left, top, width, height) of the images {name: array} and of the reference side by side, and the same after the blur
-    below. The number above each is the error of the whole image, as displayed after the blur, relative to the last image."""
+    """Writes a part (left, top, width, height) of the images {name: array} and of the reference side by side, and below them the same parts
+    after the blur. The number above each image is its error as a whole, as displayed after the blur, relative to that of the last image."""
     errors = [displayed_rmse(picture, reference, sigma=sigma) for picture in pictures.values()]
     columns = {f"{name}\n{error / errors[-1]:.2f}": picture for (name, picture), error in zip(pictures.items(), errors)}
     left, top, width, height = part
@@ -136,8 +136,8 @@ def add_options(parser, name, scenes, seeds, counts=COUNTS):
                         help=f"scenes to render: {', '.join(scenes)}")
     parser.number("--spp", max(counts), "largest sample count")
     parser.number("--seeds", seeds, "number of images per sampler")
-    parser.add_argument("--quick", action="store_true", help="a trial of the setup: 2 seeds, up to 16 samples, noisier references")
-    parser.number("--jobs", os.cpu_count() or 1, "number of parallel processes with one thread each", ": one per core")
+    parser.add_argument("--quick", action="store_true", help="try the setup with 2 seeds, up to 16 samples and noisier references")
+    parser.number("--jobs", os.cpu_count() or 1, "number of single-threaded processes to run in parallel", ": one per core")
     parser.add_argument("--out", type=Path, help="folder for the report (default: evidence/results for the whole comparison, which also updates "
                         f"the table in examples/{name}/README.md, else out/{name})")
     parser.hidden("--guide", f"examples/{name}/README.md")
@@ -145,7 +145,7 @@ def add_options(parser, name, scenes, seeds, counts=COUNTS):
 
 
 def finish_options(parser, options, name, arguments, whole=()):
-    """whole: further options that must have their defaults in a whole comparison. Only whole comparisons go to evidence/results."""
+    """whole: other options that must keep their defaults in a whole comparison. Only whole comparisons go to evidence/results."""
     is_whole = not options.quick and all(getattr(options, one) == parser.get_default(one) for one in ("scenes", "spp", "seeds", *whole))
     if options.quick:
         options.seeds, options.spp = min(options.seeds, 2), min(options.spp, 16)
@@ -160,8 +160,8 @@ class OtherReport:
     """A page about another renderer. A subclass defines TITLE, INTRO, METHOD, SCENES ({name: scene with a description `what`}), SPREAD (the
     samplers that the scene-by-scene tables compare with `blue`) and answer(). It may add further sections().
 
-    options: from finish_options(); references: {view: Reference}; samplers: the samplers compared: CPU times are relative to the first, and
-    the last is blue; thans: {sampler that blue is compared with: its name}; sets: {title: scenes that the figures cover}."""
+    options: from finish_options(); references: {view: Reference}; samplers: the samplers compared (CPU times are relative to the first, and
+    the last is blue); thans: {sampler that blue is compared with: its name}; sets: {title: scenes that the figures cover}."""
 
     def __init__(self, options, cells, references, samplers, thans, sets):
         self.options, self.cells, self.references, self.counts = options, cells, references, options.counts
@@ -238,14 +238,14 @@ class OtherReport:
                     parts += [f"{name_of(measure).capitalize()}:", "", self.ratios(own, measure), ""]
         for heading, lines in self.sections().items():
             parts += [f"## {heading}", "", *lines, ""]
-        parts += ["## Scene by scene", "", f"{name_of(HEADLINE[0]).capitalize()}. Brackets show the range over a scene's crops if there are several.", ""]
+        parts += ["## Scene by scene", "", f"{name_of(HEADLINE[0]).capitalize()}. Brackets show the range over a scene's crops if it has several.", ""]
         for own in self.sets.values():
             for than in self.SPREAD:
                 parts += [self.scenes_table(own, HEADLINE[0], than), ""]
         return "\n".join([
-            *parts, "## Time", "", "CPU time of one thread, excluding program start-up. The machine may have had other load, so ignore differences of a few "
-            "per cent.", "", self.times_table(), "",
-            "## How it was measured", "", f"`{self.options.command}`, {self.options.seeds} seeds. {self.METHOD}"]) + "\n"
+            *parts, "## Time", "", "Single-threaded CPU time, excluding program start-up. The machine may have been running other jobs, so ignore differences of "
+            "a few per cent.", "", self.times_table(), "",
+            "## How it was measured", "", f"Generated by `{self.options.command}` with {self.options.seeds} seeds. {self.METHOD}"]) + "\n"
 
     def write(self, name, guide):
         """Writes NAME.md and NAME.csv, and prints the report. In evidence/results, also updates the guide's table. Returns whether it did."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares `blue` with pbrt-v4's own samplers: `scripts/bench pbrt --program FILE --luxcore DIR` writes evidence/results/pbrt.*
 
-FILE is pbrt with the patch from examples/pbrt, and DIR is a checkout of LuxCoreRender at the commit that lux_scenes.py names. Renders crops
+FILE is pbrt with the patch from examples/pbrt, and DIR is a checkout of LuxCoreRender at the commit named in lux_scenes.py. Renders crops
 of its scenes with every sampler at 1 to 16 samples per pixel, and measures them against references. Images and references are cached in
 ~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
 """
@@ -21,7 +21,7 @@ from .pbrt_scenes import CROP, CROPS, HEIGHT, OWN, WIDTH, View, crops, write_fil
 
 # The scene-file lines of pbrt's samplers, then libbn's. Sample counts and seeds are command-line options of pbrt.
 SAMPLERS = {name: f'Sampler "{name}"' for name in ("independent", "sobol", "zsobol", "pmj02bn", "blue")}
-LINES = {**SAMPLERS, "reference": 'Sampler "paddedsobol"'}  # which hashes pixel, dimension and seed
+LINES = {**SAMPLERS, "reference": 'Sampler "paddedsobol"'}  # hashes pixel, dimension and seed
 COUNTS, SEEDS = (1, 2, 3, 4, 6, 16), 2
 MINUTES = 15  # of CPU time
 PBRT_COMMIT = "5f7a606806a4ac7b939131ded9d7a30ebd02416e"  # the commit that the patch applies to
@@ -75,26 +75,26 @@ def make_picture(work, path):
 class Report(other_renderer.OtherReport):
     TITLE, SCENES, SPREAD = "# In pbrt-v4", SCENES, ("zsobol", "sobol")
     INTRO = f"""Errors on this page are relative to `blue`, the sampler from [examples/pbrt](../../examples/pbrt/README.md), at the same `--spp`, so
-**values above 1 mean that `blue` is better**. They are geometric means over scenes, crops and seeds.
+**values above 1 mean that `blue` is better**. The errors are geometric means over scenes, crops and seeds.
 
 Each error is a root mean square over pixels and channels, with or without a Gaussian blur, in crops of {CROP[0]}x{CROP[1]} pixels from
 images of {WIDTH}x{HEIGHT} pixels. *As displayed* clips the image to 0..1 before the blur. *Exposed and displayed* first scales it so that the
-mean luminance of a crop's reference is {EXPOSED}. *Raw* does neither. Hashes of the scenes' names placed the crops. These scenes were not
+mean luminance of a crop's reference is {EXPOSED}. *Raw* does neither. The crops were placed by hashes of the scenes' names. These scenes were not
 used to choose or tune anything.
 
 With *fixed wavelengths* (pbrt's `disablewavelengthjitter` option), all samples of an image use the same four wavelengths, so only the
-sampler differs. By default, each path uses four random wavelengths. `blue` spreads them evenly; in evenly lit areas, they are the only
-source of noise.
+sampler differs. By default, each path uses four random wavelengths. `blue` spreads these wavelengths evenly. In evenly lit areas,
+they are the only source of noise.
 
-`zsobol` rounds sample counts down to powers of two: at 3 and 6, it renders 2 and 4 samples. `sobol` is one sequence over the whole image.
+`zsobol` rounds sample counts down to powers of two: at 3 and 6 samples, it renders 2 and 4, respectively. `sobol` is one sequence over the whole image.
 """
-    METHOD = f"""pbrt-v4 is at commit `{PBRT_COMMIT[:8]}`. Images use its neutral sensor (`cie1931`), a box filter one pixel wide, and the integrator
-`volpath`. `--spp` and `--seed` set sample counts and seeds; all other sampler options keep pbrt's defaults. `sobol` uses the same
-pixel positions for all seeds. The scenes take their meshes, cameras, lamps, plain colours and images from LuxCoreRender. An image of our
-own replaces skies and suns, and simple materials replace layered and procedural ones. Objects missing from the checkout are left out.
+    METHOD = f"""pbrt-v4 is at commit `{PBRT_COMMIT[:8]}`. Images use its neutral sensor (`cie1931`), a box filter one pixel wide, and the `volpath`
+integrator. `--spp` and `--seed` set sample counts and seeds; all other sampler options keep pbrt's defaults. `sobol` uses the same
+pixel positions for every seed. The scenes take their meshes, cameras, lamps, plain colours and images from LuxCoreRender. Our own
+image replaces skies and suns, and simple materials replace layered and procedural ones. Objects missing from the checkout are left out.
 
-Each reference is the mean of two images rendered by `paddedsobol`, which hashes pixel, dimension and seed. References have their own
-seeds, so their errors are independent of all others. Half the difference of the two images estimates a reference's own error. A crop counts
+Each reference is the mean of two images rendered by `paddedsobol`, which hashes pixel, dimension and seed. References have separate
+seeds, so their errors are independent of every other. Half the difference between the two images estimates a reference's own error. A crop counts
 only if the error of `blue` is at least three times this error."""
 
     def __init__(self, options, cells, references):
@@ -112,18 +112,18 @@ only if the error of `blue` is at least three times this error."""
 
 def parse_options(arguments):
     parser = Parser("pbrt", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter, epilog=f"""
-examples/pbrt/README.md explains how to add the sampler to pbrt-v4. To get the checkout of LuxCoreRender, run:
+examples/pbrt/README.md explains how to add the sampler to pbrt-v4. To get the LuxCoreRender checkout, run:
   git clone https://github.com/LuxCoreRender/LuxCore DIR && git -C DIR checkout {lux_scenes.COMMIT}
 The comparison takes {MINUTES} minutes of CPU time. References and results are cached in ~/.cache/libbn, so an interrupted run resumes.""")
     known = sum(SETS.values(), ())
-    parser.add_argument("--luxcore", metavar="DIR", help="checkout of LuxCoreRender that contains the scenes")
+    parser.add_argument("--luxcore", metavar="DIR", help="LuxCoreRender checkout that contains the scenes")
     parser.number("--crops", CROPS, f"number of crops per image, at most {CROPS}")
     other_renderer.add_options(parser, "pbrt", known, SEEDS, COUNTS)
     parser.add_argument("--picture", metavar="FILE", nargs="?", const=PICTURE,
                         help=f"only make the image at {PICTURE_SPP} samples per pixel (default {PICTURE})")
     options = parser.parse_args(arguments)
     if not options.luxcore and not options.picture:
-        parser.error("--luxcore must name a checkout of LuxCoreRender")
+        parser.error("--luxcore must name a LuxCoreRender checkout")
     other_renderer.finish_options(parser, options, "pbrt", arguments)
     options.reference_share = 0.125 if options.quick else 0.25
     return options

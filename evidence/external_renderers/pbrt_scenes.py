@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes for `scripts/bench pbrt` in pbrt-v4's format, and the crops of them to render.
+"""Scenes for `scripts/bench pbrt` in pbrt-v4's format, and the crops to render.
 
 Images are 1280x960 pixels. The film uses pbrt's neutral sensor (cie1931) and a box filter one pixel wide, so that a
-pixel's samples contribute only to this pixel. z points up.
+pixel's samples contribute only to that pixel. z points up.
 """
 
 import dataclasses
@@ -50,7 +50,7 @@ class Scene:
     reference_spp: int = 2048
 
     def text(self, sampler):
-        """The scene for pbrt; `sampler` is the line of a sampler."""
+        """The scene for pbrt; `sampler` is a sampler's line."""
         look = " ".join(f"{value:.6g}" for value in (*self.eye, *self.target, 0, 0, 1))
         return (f"{self.before}LookAt {look}\n"
                 f'Camera "perspective" "float fov" {self.fov}{self.more}\n'
@@ -127,7 +127,7 @@ def sky_image():
 
 
 def write_files(folder, scene, sampler, line):
-    """Writes a scene with the line of a sampler, and the image it may use. Returns the scene's path."""
+    """Writes a scene with a sampler's line, and the image it may use. Returns the scene's path."""
     if SKY in scene.world and not (Path(folder) / SKY).exists():
         write_exr(Path(folder) / SKY, sky_image(), {})
     path = Path(folder) / f"{scene.name}-{sampler}.pbrt"

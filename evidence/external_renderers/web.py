@@ -52,7 +52,7 @@ class Tracer:
         self.browser.value(f"tracer.restart({run})")
 
     def sample(self, count):
-        """Adds samples to every sampler's image until it has `count`. Reading pixels waits for each sample, which gl.finish() does not do."""
+        """Adds samples to every sampler's image until each has `count`. Reading pixels waits for each sample, which gl.finish() does not do."""
         while self.browser.value("tracer.count") < count:
             self.browser.value("(tracer.sample(), tracer.read('blue').length)")
 
@@ -94,7 +94,7 @@ def run(arguments):
     parser.number("--width", 360, "width of the images; their height is two thirds of it")
     parser.number("--seeds", 4, "number of images per sampler")
     parser.number("--reference-spp", 64, "samples per pixel of each of the two reference images")
-    parser.add_argument("--picture", metavar="FILE", help=f"path of the image (default {PICTURE}; none with --print)")
+    parser.add_argument("--picture", metavar="FILE", help=f"path to the image (default {PICTURE}; none with --print)")
     parser.table("examples/web/package/README.md")
     options = parser.parse_args(arguments)
     program = chromium()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenes with third-party models: each model stands on a floor, either alone under the sky or in a room with a lamp.
 
-The models come from packages, which are downloaded and unpacked once, into ~/.cache/libbn/models: the pip package gradio and the Debian
-packages sweethome3d-furniture and assimp-testmodels. The packages contain their licences.
+The models come from the gradio pip package and the sweethome3d-furniture and assimp-testmodels Debian packages, which are downloaded once
+and unpacked into ~/.cache/libbn/models. The packages contain their licences.
 """
 
 import json
@@ -37,7 +37,7 @@ def unpacked():
     folder = cache_folder() / "models"
     if not (folder / "complete").exists():
         folder.mkdir(parents=True, exist_ok=True)
-        print(f"bench: downloading {GRADIO}, {' and '.join(DEBIAN)}, 170 MB, for their models", file=sys.stderr)
+        print(f"bench: downloading {GRADIO}, {' and '.join(DEBIAN)} (170 MB) for their models", file=sys.stderr)
         for command in ([sys.executable, "-m", "pip", "download", "--no-deps", "--quiet", GRADIO], ["apt-get", "download", *DEBIAN],
                         ["sh", "-ec", 'for package in *.deb; do dpkg -x "$package" .; done']):
             output_of(command, "these scenes need the network, apt-get and dpkg", cwd=folder)
@@ -103,7 +103,7 @@ def stage(data, bounds, in_room):
 
 
 def scene(name):
-    """The path of a scene's GLB, created if needed. It has its own folder, because all files beside it count as inputs of the path tracer."""
+    """The path to a scene's GLB, created if needed. It has its own folder because the path tracer counts all files beside it as inputs."""
     path = cache_folder() / "models" / "scenes" / name / f"{name}.glb"
     if not path.is_file():
         import trimesh

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The README's image, and the spread over seeds: `scripts/bench picture` writes docs/picture.png and evidence/results/worst.csv
 
-The image is the crop from the set *development* in which `blue` has the median error relative to padded Sobol'. worst.csv lists the errors
+The image is the crop from the *development* set in which `blue` has the median error relative to padded Sobol'. worst.csv lists the errors
 of 500 seeds for a soft shadow. Results are cached, so an interrupted run resumes.
 """
 
@@ -62,7 +62,7 @@ def draw_worst(options):
     middle = ordered["sobol"][WORST_OF // 2]
     worse = sum(blue > sobol for sobol, blue in zip(*found.values()))
     text = "; ".join(f"{label} {' '.join(f'{errors[at] / middle:.2f}' for at in (0, WORST_OF // 2, -1))}" for label, errors in ordered.items())
-    print(f"{options.out}/worst.csv: {WORST_OF} seeds, {SPP} samples per pixel of {view.label}, over the median error of padded Sobol'; least, median, worst: {text}. "
+    print(f"{options.out}/worst.csv: {WORST_OF} seeds, {SPP} samples per pixel of {view.label}, relative to the median error of padded Sobol'; lowest, median, highest: {text}. "
           f"With the same seed, blue has the larger error {worse} times.")
 
 

@@ -5,7 +5,7 @@ import functools
 
 from ..base.command import CommandError, Parser
 from ..base.files import read_numbers
-from ..base.tables import md_table, update_table
+from ..base.tables import md_table, series, update_table
 from ..measure.statistics import Estimate
 from ..realtime.realtime import in_order
 from ..samplers.samplers import PEAKS
@@ -53,14 +53,9 @@ EFFECTS = {"cornell": "indirect light in a box", "penumbra": "soft shadows", "gl
            "interior": "many bounces", "motion": "motion blur", "fog": "fog"}
 
 
-def series(words):
-    *first, last = words
-    return f"{', '.join(first)} and {last}" if first else last
-
-
 def less(*values):
-    """"30, 24 and 20%" of errors over padded Sobol'."""
-    return series([f"{100 * (1 - value):.0f}" for value in values]) + "%"
+    """"30%, 24% and 20%" for errors over padded Sobol'."""
+    return series([f"{100 * (1 - value):.0f}%" for value in values])
 
 
 def less_at(found, label, measure, counts, scene=""):
@@ -75,50 +70,50 @@ def of_renders(found):
     sharp = [own for spp in COUNTS if (own := found.get(("displayed", "", "blue", spp)))]
     ends = " to ".join(f"{end(own.value for own in sharp):.2f}" for end in (min, max)) + " times that of padded Sobol'" + " (not significant)" * (not any(own.significant for own in sharp))
     yield "How much does the gain depend on the blur?", (
-        f"after a blur of sigma 2.1 pixels, `blue` has {less_at(found, 'blue', 'displayed_2.1', (1, 4, 16, 64))} less error than padded Sobol' at 1, 4, 16 and 64 samples; after sigma 1.0, "
-        f"it has {less_at(found, 'blue', 'displayed_1.0', (1, 4, 16, 64))} less. Without a blur, its error is {ends}"), "renders.md"
+        f"after a 2.1-pixel blur, `blue` has {less_at(found, 'blue', 'displayed_2.1', (1, 4, 16, 64))} less error than padded Sobol' at 1, 4, 16 and 64 samples, respectively; after a 1.0-pixel "
+        f"blur, it has {less_at(found, 'blue', 'displayed_1.0', (1, 4, 16, 64))} less. Without a blur, its error is {ends}"), "renders.md"
     scenes = {scene: own for (measure, scene, label, spp), own in found.items() if (measure, label, spp) == (HEADLINE, "blue", 16) and scene}
     order = sorted(scenes, key=lambda scene: scenes[scene].value)
-    most, least = (series([f"{EFFECTS.get(name, f'the model `{name}`')} ({less(scenes[name].value)}{', not significant' * (not scenes[name].significant)})" for name in names])
+    most, least = (series([f"{EFFECTS.get(name, f'the `{name}` model')} ({less(scenes[name].value)}{', not significant' * (not scenes[name].significant)})" for name in names])
                    for names in (order[:3], order[:-4:-1]))
     yield ("Which effects gain most, and which least?", f"the gain over padded Sobol' at 16 samples is largest for {most}, and smallest for {least}",
            "renders.md#scene-by-scene")
     yield "Adaptive sampling or time limits?", (
-        f"`blue` need not know the sample count. At 3 and 6 samples, it has {less_at(found, 'blue', HEADLINE, (3, 6))} less error than padded Sobol'. Z-order has only "
-        f"{less_at(found, 'zorder', HEADLINE, (3, 6))} less, even when it is tuned for these counts"), "renders.md"
+        f"`blue` need not know the sample count. At 3 and 6 samples, it has {less_at(found, 'blue', HEADLINE, (3, 6))} less error than padded Sobol', respectively. Z-order has only "
+        f"{less_at(found, 'zorder', HEADLINE, (3, 6))} less, even when tuned for these sample counts"), "renders.md"
     wins = []
-    for measure, after in ((HEADLINE, "after sigma 2.1"), ("displayed_1.0", "after sigma 1.0")):
+    for measure, after in ((HEADLINE, "after a 2.1-pixel blur"), ("displayed_1.0", "after a 1.0-pixel blur")):
         for label in LONG:
             better = [(own.value / blue.value, spp, own.value, blue.value) for spp in COUNTS
                       if (own := found.get((measure, "", label, spp))) and (blue := found.get((measure, "", "blue", spp))) and own.value < 0.995 * blue.value]
             if better:
                 _, spp, own, blue = min(better)
-                wins.append(f"{NAMES[label]} {after} at {spp} sample{'s' * (spp > 1)} ({own:.2f}, `blue`: {blue:.2f})")
+                wins.append(f"{NAMES[label]} {after} at {spp} sample{'s' * (spp > 1)} ({own:.2f}, compared with {blue:.2f} for `blue`)")
     yield "Where do others win?", (
-        "averaged over scenes, other samplers lead `blue` by most in these cases (errors over padded Sobol' in brackets): " + ("; ".join(wins) or "none") + ". Leads are larger in [single frames]"
+        "averaged over scenes, other samplers lead `blue` by the widest margin in the following cases (brackets show errors relative to padded Sobol'): " + ("; ".join(wins) or "none") + ". Their leads are larger in [single frames]"
         "(results/realtime.md), for single numbers, and where u[3] selects a light or lobe ([list](results/samplers.md#where-others-win)). Beyond 64 samples, Z-order "
-        "has lower error for products over four numbers"), "renders.md"
+        "has lower error for products across four numbers"), "renders.md"
 
 
 def of_denoise(found):
     own = [found["plain:displayed", "", "blue", spp] for spp in (1, 4, 16)]
     yield "What about a denoiser?", (
-        f"after Open Image Denoise, `blue` has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples (only the first gain is "
-        f"significant; the references are accurate enough in only {series([str(each.crops) for each in own])} of the {own[0].crops + own[0].left_out} crops of built-in scenes). After another 2.1-pixel blur, it has {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))} less"), "denoise.md"
+        f"after Open Image Denoise, `blue` has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples, respectively. Only the first gain is "
+        f"significant, and the references are accurate enough in only {series([str(each.crops) for each in own])} of the {own[0].crops + own[0].left_out} crops of built-in scenes. After another 2.1-pixel blur, it has {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))} less"), "denoise.md"
 
 
 def of_pbrt(rows):
     found = {(scene, label, spp): own.value for (measure, scene, label, spp), own in rows.items() if measure == HEADLINE}
     fixed, random = ([f"{found[scene, 'zsobol', spp]:.2f}" for spp in (2, 4, 16)] for scene in ("Fixed wavelengths", "Four random wavelengths"))
-    yield "In pbrt-v4?", (f"with four random wavelengths per path (pbrt's default), `zsobol` has {series(random)} times the error of `blue` at 2, 4 and 16 samples after sigma 2.1 (the last is "
-                          f"not significant). With fixed wavelengths, the factors are {series(fixed)} (not significant)"), "pbrt.md"
+    yield "In pbrt-v4?", (f"with four random wavelengths per path (pbrt's default), `zsobol` has {series(random)} times the error of `blue` at 2, 4 and 16 samples after a 2.1-pixel blur (the last difference is "
+                          f"not significant). With fixed wavelengths, the factors are {series(fixed)} (none of them significant)"), "pbrt.md"
 
 
 def of_cycles(rows):
     found = {(label, spp): own.value for (measure, scene, label, spp), own in rows.items() if (measure, scene) == (HEADLINE, "Scenes")}
     tabulated, pure = ([f"{found[label, spp]:.2f}" for spp in (4, 16, 64)] for label in ("tabulated_sobol", "blue_noise_pure"))
-    yield "In Cycles?", (f"at 4, 16 and 64 samples, Tabulated Sobol has {series(tabulated)} times the error of `blue` after sigma 2.1. For blue noise (*pure*), tuned for the sample count, "
-                         f"the factors are {series(pure)} (not significant)"), "cycles.md"
+    yield "In Cycles?", (f"at 4, 16 and 64 samples, Tabulated Sobol has {series(tabulated)} times the error of `blue` after a 2.1-pixel blur. For blue noise (*pure*), tuned for the sample count, "
+                         f"the factors are {series(pure)} (none of them significant)"), "cycles.md"
 
 
 def of_realtime(rows):
@@ -127,10 +122,10 @@ def of_realtime(rows):
     def at(outcome):
         names = {"blue": "`blue`", "mask + golden ratio, R2": "a shifted mask", "STBN": "STBN", "FAST": "FAST",
                  **({"interleaved gradient noise": "interleaved gradient noise"} if outcome == "one frame" else {})}
-        return ", ".join(f"{name} {own[way]['half-plane', outcome, 'sigma 1.0']:.2f}" for way, name in names.items() if way in own)
+        return series([f"{own[way]['half-plane', outcome, 'sigma 1.0']:.2f} for {name}" for way, name in names.items() if way in own])
 
-    yield "Real time?", (f"use `blue` if frames are averaged and a decision takes two or four numbers; use interleaved gradient noise, FAST or a mask for single frames. With two numbers per decision, the errors over padded Sobol' "
-                         f"after sigma 1.0 are: in averaged frames, {at('average, 0.1')}; in single frames, {at('one frame')}"), "realtime.md"
+    yield "Real time?", (f"use `blue` if frames are averaged and each effect takes two or four numbers; for single frames, use interleaved gradient noise, FAST or a mask. With two numbers per effect, the errors relative to padded Sobol' "
+                         f"after a 1.0-pixel blur are {at('average, 0.1')} in averaged frames. In single frames, they are {at('one frame')}"), "realtime.md"
 
 
 def of_cost(found, samples, draws):
@@ -141,9 +136,9 @@ def of_cost(found, samples, draws):
     if samples:
         cost = over(samples, "white")
         share = {label: f"{100 * time * found[TO_WHITE, '', label, 16].value:.0f}" for label, time in cost.items() if (TO_WHITE, "", label, 16) in found}
-        text += (f". `blue` reaches the visible error of 16 independent random samples in {share['blue']}% of their CPU time. The others take: OpenQMC latticebn "
-                 f"{share['openqmc-latticebn']}%, Z-order {share['zorder']}%, padded Sobol' {share['sobol']}% and global Sobol' {share['sobol-global']}% "
-                 "([times](results/times.csv) in eight scenes)")
+        text += (f". `blue` reaches the visible error of 16 independent random samples in {share['blue']}% of their CPU time. The other samplers take longer: "
+                 f"{share['openqmc-latticebn']}% with OpenQMC latticebn, {share['zorder']}% with Z-order, {share['sobol']}% with padded Sobol' and {share['sobol-global']}% with global Sobol' "
+                 "([measured](results/times.csv) in eight scenes)")
     yield "What does it cost?", text, "samplers.md#time-per-draw"
 
 
@@ -159,7 +154,7 @@ def of_samplers(rows):
 def of_worst(rows):
     blue, sobol = (sorted(row[name] for row in rows) for name in ("blue", "sobol"))
     worse = sum(row["blue"] > row["sobol"] for row in rows)
-    yield "How bad can a seed be?", (f"in a crop of `penumbra`, the scene that gains most, with 4 samples per pixel (`scripts/bench picture`), {worse} of {len(rows)} seeds give `blue` a higher error than padded Sobol'. The worst seed of `blue` has "
+    yield "How bad can a seed be?", (f"at 4 samples per pixel in a crop of `penumbra`, the scene that gains most (`scripts/bench picture`), {worse} of {len(rows)} seeds give `blue` a higher error than padded Sobol'. The worst seed of `blue` has "
                                        f"{blue[-1] / sobol[len(sobol) // 2]:.2f} times the median error of padded Sobol', and the worst seed of padded Sobol' has {sobol[-1] / sobol[len(sobol) // 2]:.2f} times this median"), "worst.csv"
 
 

@@ -137,7 +137,7 @@ def crops_of(view, size=CROP):
     return found
 
 
-SETS = {"development": (1000, "used while the sampler was developed"), "held-out": (2000, "never used to search, choose or illustrate anything")}
+SETS = {"development": (1000, "used while the sampler was developed"), "held-out": (2000, "never used for any search, choice or illustration")}
 SHOWN = "held-out"  # the set whose figures are in evidence/results
 
 
@@ -154,7 +154,7 @@ def crops(name=SHOWN, scenes=SCENES, size=None, crop=CROP):
 
 def parse_options(command, text, arguments, counts, choose=True, **defaults):
     """The options of `renders` and `denoise`, with views, labels, counts and command. choose: whether --samplers is an option. Trials and
-    other sets than SHOWN go to out."""
+    sets other than SHOWN go to out."""
     parser = Parser(command, text)
     parser.add_argument("--views", choices=SETS, default=SHOWN, metavar="SET", help=(
         "; ".join(f"{name}: {what}" for name, (_, what) in SETS.items()) + f" (default {SHOWN})"))
@@ -164,15 +164,15 @@ def parse_options(command, text, arguments, counts, choose=True, **defaults):
                         f"{LARGE_SIZE[0]}x{LARGE_SIZE[1]} or more)")
     parser.add_argument("--crop", type=parse_size, metavar="WxH",
                         help=f"size of the crops, four per image (default {CROP[0]}x{CROP[1]})")
-    parser.add_argument("--quick", action="store_true", help=f"crops of {QUICK_CROP[0]}x{QUICK_CROP[1]} pixels; such a check "
-                        "writes its figures only to out/")
+    parser.add_argument("--quick", action="store_true", help=f"crops of {QUICK_CROP[0]}x{QUICK_CROP[1]} pixels, with "
+                        "figures written only to out/")
     if choose:
         parser.add_argument("--samplers", type=names_of("sampler", variants.OWN), default=variants.OWN, metavar="A,B,...",
                             help=f"samplers from {', '.join(variants.OWN)}; {', '.join(variants.ALWAYS)} are always included")
     parser.number("--spp", max(counts), f"largest sample count, at most {max(counts)}")
-    parser.number("--seeds", SEEDS, "seeds per image")
+    parser.number("--seeds", SEEDS, "number of seeds per image")
     parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of the references, a multiple of 32")
-    parser.number("--jobs", os.cpu_count() or 1, "images to render in parallel with one thread each", ": one per core")
+    parser.number("--jobs", os.cpu_count() or 1, "number of single-threaded renders to run in parallel", ": one per core")
     parser.add_argument("--out", type=Path, help="folder for the report (default evidence/results; out for trials)")
     parser.pathtracer()
     parser.set_defaults(**defaults)
