@@ -15,7 +15,7 @@ FLAGS = ("--headless=new", "--disable-dev-shm-usage", "--remote-debugging-pipe",
 
 
 def chromium():
-    """The path of Chromium, or None if there is none; BN_CHROMIUM overrides it."""
+    """The path to Chromium, or None if it is not installed; BN_CHROMIUM overrides it."""
     names = [os.environ.get("BN_CHROMIUM"), "chromium", "chromium-browser", "google-chrome", "google-chrome-stable"]
     return next((path for name in names if name for path in [shutil.which(name)] if path), None)
 
@@ -64,7 +64,7 @@ class Browser:
                 raise TimeoutError(f"the browser did not respond for {self.seconds} s")
             read = os.read(self.into, 1 << 16)
             if not read:
-                raise ConnectionError(f"the browser ended; see {self.log.name}")
+                raise ConnectionError(f"the browser exited; see {self.log.name}")
             self.text += read
         message, self.text = self.text.split(b"\0", 1)
         return json.loads(message)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shared by all commands: argument types, path options, and errors that end a command with a one-line message."""
+"""Shared by all commands: argument types, path options, and errors that exit with a one-line message."""
 
 import argparse
 import importlib
@@ -18,7 +18,7 @@ def package(name, install):
     try:
         return importlib.import_module(name)
     except ImportError:
-        raise CommandError(f"the package {name.replace('_', '-')} is missing; run {install}") from None
+        raise CommandError(f"the {name.replace('_', '-')} package is missing; run {install}") from None
 
 
 def output_of(command, remedy, **options):
@@ -30,7 +30,7 @@ def output_of(command, remedy, **options):
 
 
 def run_or_say_why(run, arguments, program):
-    """Runs a command; errors end the program with a one-line message."""
+    """Runs a command. On errors, the program exits with a one-line message."""
     try:
         return run(list(arguments))
     except (CommandError, OSError) as error:

@@ -27,7 +27,7 @@ MORE = (("#9467bd", "p"), ("#bcbd22", "<"), ("#d62728", ">"), ("#2ca02c", "d"), 
 
 
 def style(name, names):
-    """Keyword arguments for the Matplotlib line of one of `names`."""
+    """Matplotlib keyword arguments for the line of one of `names`."""
     others = [other for other in names if other not in STYLES]
     colour, marker = STYLES.get(name) or MORE[others.index(name) % len(MORE)]
     return {"color": colour, "marker": marker, "markersize": 4, "label": name,

@@ -64,7 +64,7 @@ class Comparison:
         return {scene: tuple(views) for scene, views in scenes.items()}
 
     def samples_for(self, label, spp, measure, counts):
-        """The number of samples that a sampler needs for the error of the base at `spp`, divided by spp: an Estimate over the views in
+        """The number of samples a sampler needs to reach the base's error at `spp`, divided by spp: an Estimate over the views in
         which it reaches this error."""
         found = {}
         for view in self.views:
@@ -77,7 +77,7 @@ class Comparison:
         return estimate(found, len(self.views) - len(found))
 
     def rows(self, counts, measures, by_scene=()):
-        """Dicts with FIELDS: over all scenes, and for the measures in by_scene also over each scene."""
+        """Dicts with FIELDS for all scenes together and, for the measures in by_scene, for each scene."""
         found = []
         for measure in measures:
             parts = {"": None, **(self.by_scene() if measure in by_scene else {})}

@@ -13,7 +13,7 @@
  * `lanes` calls the library's bn_sample_4d() for each lane, and `many` calls bn_sample_wavefront() once
  * for all lanes. BN_SIMD selects the instruction set.
  *
- * Each time is the minimum of ROUNDS short, interleaved measurements, so that other load drops out. In
+ * Each time is the minimum of ROUNDS short, interleaved measurements, so that other jobs have no effect. In
  * each round, a form runs twice, and its first run warms the caches. */
 #include <bn/bn.h>
 

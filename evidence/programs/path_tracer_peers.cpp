@@ -25,12 +25,12 @@ uint64_t mix64(uint64_t v) {
 
 #ifdef BN_WITH_BOOST
 
-// The sampler "sobol-global": one Sobol' sequence over the whole screen, as in pbrt (Gruenschloss, Raab and
+// The "sobol-global" sampler: one Sobol' sequence over the whole screen, as in pbrt (Gruenschloss, Raab and
 // Keller, "Enumerating Quasi-Monte Carlo Point Sequences in Elementary Intervals", 2012). Its first two
 // dimensions give the position on a screen of 4096 x 4096 pixels, which repeats. Every 2^24 points hit each
 // pixel exactly once; sample i of a pixel is its point in round i. The other numbers are further dimensions of that
 // point: time, lens, first light, then six for each ray. Boost.Random supplies Joe and Kuo's direction
-// numbers. Each dimension uses its own Owen scrambling; for the position, it also differs in each pixel.
+// numbers. Each dimension uses its own Owen scrambling; for the position, the scrambling also differs in each pixel.
 // Loops, and rays past the last dimension, use random numbers.
 
 constexpr unsigned SCREEN = 12, BITS = 64; // log2 of the screen's width; digits
@@ -132,7 +132,7 @@ class SobolGlobal final : public PeerSampler {
 
 // OpenQMC's blue-noise samplers (Framestore, https://github.com/AcademySoftwareFoundation/openqmc), used as
 // its README recommends: the root is a sampler for one pixel and index, each of a path's decisions is a child
-// of it, and split light samples come from newDomainSplit(). OpenQMC takes no seed, so the frame number is
+// of this root, and split light samples come from newDomainSplit(). OpenQMC takes no seed, so the frame number is
 // a hash of the seed, which shifts the tables by the same amount in all pixels.
 
 template <typename Native>

@@ -34,7 +34,7 @@ bool is_net(const std::vector<Point> &points, int m, int t, const std::vector<si
     return true;
 }
 
-// In an aligned block of 8 x 8 pixels, the screen positions and times of all samples form a net, too.
+// In an aligned block of 8 x 8 pixels, the screen positions and times of all samples also form a net.
 void test_the_screen_is_a_net() {
     bool built = false; // with Boost
     for (const SamplerEntry &entry : sampler_entries())

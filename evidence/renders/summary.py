@@ -136,7 +136,7 @@ def of_cost(found, samples, draws):
     if samples:
         cost = over(samples, "white")
         share = {label: f"{100 * time * found[TO_WHITE, '', label, 16].value:.0f}" for label, time in cost.items() if (TO_WHITE, "", label, 16) in found}
-        text += (f". `blue` reaches the visible error of 16 independent random samples in {share['blue']}% of their CPU time. The other samplers take longer: "
+        text += (f". `blue` reaches the visible error of 16 independent random samples in {share['blue']}% of their CPU time. The same error takes "
                  f"{share['openqmc-latticebn']}% with OpenQMC latticebn, {share['zorder']}% with Z-order, {share['sobol']}% with padded Sobol' and {share['sobol-global']}% with global Sobol' "
                  "([measured](results/times.csv) in eight scenes)")
     yield "What does it cost?", text, "samplers.md#time-per-draw"

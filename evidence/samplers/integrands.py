@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Integrands that were never used in a search, and the errors and spectral peaks of samplers with them.
+"""Integrands that were never used in a search, and the samplers' errors and spectral peaks for them.
 
-Images are 64 x 64 pixels. One run gives all sample counts, except that zorder needs one run per sample count. Families, seeds and
+Images are 64 x 64 pixels. One run gives all sample counts, except for zorder, which needs one run per sample count. Families, seeds and
 integrands are random."""
 
 import functools
@@ -160,7 +160,7 @@ def images_of_run(draw, run, counts):
 
 
 def images_at_every_count(draw, run, counts):
-    """The same for only half-planes and products of two, which leaves time for thousands of samples."""
+    """Like images_of_run(), but only for half-planes and products of two, which leaves time for thousands of samples."""
     u, r = np.moveaxis(draw(run, counts[-1], run % 4), -1, 0), np.random.default_rng([run, 9])
     for _ in range(6):
         first, second = Plane(r), Plane(r)

@@ -2,7 +2,7 @@
 """Measures screen-space error and spectral peaks of the samplers: `scripts/bench samplers` writes evidence/results/samplers.*
 
 Every pixel integrates the same function, or a function that drifts slowly across the screen (integrands.py). The program
-bench_draws times draws. samplers.csv lists all errors and peaks.
+bench_draws times draws, and samplers.csv lists all errors and peaks.
 """
 
 import csv
@@ -32,7 +32,7 @@ ROWS = {
     "half-planes, sigma 1.0": "Half-planes over a pair, after sigma 1.0",
     "half-planes, single pixels": "Half-planes over a pair, without a blur",
     "half-planes, period 64": "Half-planes that drift with a period of 64 pixels, after sigma 2.1",
-    "products of both pairs": "Products of half-planes over both pairs, after sigma 2.1",
+    "products of both pairs": "Products of half-planes across the two pairs, after sigma 2.1",
     "products of two members": "Products of half-planes over two domains of a family, after sigma 2.1",
     "single numbers": "Steps in a single number, after sigma 2.1",
     "edges along the pixel's sides": "Edges parallel to the sides of the pixel, blurred along the edge",
@@ -63,6 +63,11 @@ def measure_all(ways, runs, counts=COUNTS, images_of=integrands.images_of_run):
             for row in found[BASE] for name in ways for i, (spp, value) in enumerate(zip(counts, found[name][row]))]
 
 
+def pairs(row):
+    """A row's name on the page."""
+    return row.replace("of both pairs", "across the two pairs")
+
+
 def row_table(rows, row, counts=COUNTS):
     found = {}
     for each in rows:
@@ -80,7 +85,7 @@ def wins_table(rows):
         if value < (1 - WIN) * errors[row, "blue", spp]:
             found.setdefault((row if "sigma" in row or "pixels" in row or row.startswith("edges along") else f"{row}, sigma 2.1", name), []).append(
                 f"{100 * (1 - value / errors[row, 'blue', spp]):.0f}% at {spp}")
-    return md_table(["integrand", "sampler", "less error than `blue`"], [[row, NAMES.get(name, name), ", ".join(less)] for (row, name), less in sorted(found.items())], 2)
+    return md_table(["integrand", "sampler", "less error than `blue`"], [[pairs(row), NAMES.get(name, name), ", ".join(less)] for (row, name), less in sorted(found.items())], 2)
 
 
 def times_table(times):
@@ -110,8 +115,8 @@ def answer(rows):
         return f"{min(values):.2f} to {max(values):.2f}" if row != PEAKS else f"{max(values):.1f}"
 
     return (f"After a 2.1-pixel blur, `blue` has {ends('half-planes', 'blue')} times the error of padded Sobol' for half-planes over a pair of numbers, "
-            f"and {ends('products of both pairs', 'blue')} times its error for products over both pairs. Without a blur, it has {ends('half-planes, single pixels', 'blue')} "
-            f"times its error for half-planes. It shows no patterns: its largest spectral peaks are {ends(PEAKS, 'blue')} times the mean power, compared with "
+            f"and {ends('products of both pairs', 'blue')} times that error for products across the two pairs. Without a blur, the factor for half-planes is "
+            f"{ends('half-planes, single pixels', 'blue')}. It shows no patterns: its largest spectral peaks are {ends(PEAKS, 'blue')} times the mean power, compared with "
             f"{ends(PEAKS, 'white')} for white noise, {ends(PEAKS, 'zorder')} for Z-order and {ends(PEAKS, 'sobol-global')} for global Sobol'.")
 
 
@@ -121,26 +126,26 @@ def report_text(rows, times, every, options):
              "![Flat and drifting half-planes at 1 and 4 samples](../../docs/patterns.png)", "",
              "*A constant and a drifting half-plane at 1 and 4 samples. Global Sobol' arranges samples like an ordered-dither matrix, which shows as a weave. "
              "Drawn by `scripts/bench samplers --picture docs/patterns.png`.*", "",
-             f"Errors are relative to padded Sobol' at the same sample count, so values below 1 are better. Images have {SIDE}x{SIDE} pixels; the Gaussian blur is toroidal. "
+             f"Errors are relative to padded Sobol' at the same sample count, so values below 1 are better. Images are {SIDE}x{SIDE} pixels; the Gaussian blur is toroidal. "
              f"Each error is a root mean square over {options.runs} seeds, all four domains of a family, and random integrands that were never used in a search. Samplers run "
-             "progressively, except that `zorder` is tuned for each sample count. `sobol-global` uses dimensions 2 to 17 of one sequence over the screen. "
+             "progressively, except for `zorder`, which is tuned for each sample count. `sobol-global` uses dimensions 2 to 17 of one sequence over the screen. "
              + (f"OpenQMC is at commit {variants.commit(options.openqmc)}; its `sobolbn` draws SZ sequences. " if options.openqmc else "")
              + "[samplers.csv](samplers.csv) contains all rows.", ""]
     for row, what in ROWS.items():
         parts += [f"## {what}", "", row_table(rows, row), ""]
-    parts += ["## Where others win", "", f"The table lists all cases in samplers.csv in which another sampler has at least {100 * WIN:.0f}% less error than `blue`, at 1 to 64 "
+    parts += ["## Where others win", "", f"The table below lists every case in samplers.csv in which another sampler has at least {100 * WIN:.0f}% less error than `blue`, at 1 to 64 "
               "samples. *Choice* selects one of two half-planes by a third number. *Edges that lean* are half-planes nearly parallel to a side of the pixel. *Edges that move* depend on "
               "the pixel position and on a third number. *Period* is the period of a drift across the screen.", "", wins_table(rows), ""]
-    parts += ["## Every count", "", "These tables show some of the sample counts measured: 1 to 32, and powers of two up to 4,096. They use other integrands and "
-              f"{RUNS_OF_EVERY} seeds. [samplers_counts.csv](samplers_counts.csv) lists all sample counts.", ""]
+    parts += ["## Every count", "", "We measured sample counts of 1 to 32, and powers of two up to 4,096, with other integrands and "
+              f"{RUNS_OF_EVERY} seeds. The tables below show some of them; [samplers_counts.csv](samplers_counts.csv) lists all of them.", ""]
     for row in ("half-planes", "half-planes, single pixels", "products of both pairs", "products of both pairs, single pixels"):
-        parts += [f"{row.capitalize()}{'' if row.endswith('pixels') else ', after sigma 2.1'}:", "", row_table(every, row, SHOWN_COUNTS), ""]
-    parts += ["## Spectral peaks", "", "The eye sees spectral peaks as a weave or a checkerboard. The table shows the mean power of the strongest 1% of frequencies (41) in an error "
-              "image's spectrum, divided by the mean power, for the worst pair of numbers. Regular sample arrangements have low error after a blur, but strong peaks.", "",
+        parts += [f"{pairs(row).capitalize()}{'' if row.endswith('pixels') else ', after sigma 2.1'}:", "", row_table(every, row, SHOWN_COUNTS), ""]
+    parts += ["## Spectral peaks", "", "The eye sees spectral peaks as a weave or a checkerboard. The table below shows the mean power of the strongest 1% of frequencies (41) in an error "
+              "image's spectrum, divided by the mean power of all frequencies, for the worst pair of numbers. Regular sample arrangements have low error after a blur, but strong peaks.", "",
               row_table(rows, PEAKS), "",
-              "## Time per draw", "", "The table shows nanoseconds per 4-D draw on one core, measured by `bench_draws`. It draws in a path tracer's order: pixel by pixel, with 16 sample "
+              "## Time per draw", "", "The table below shows nanoseconds per 4-D draw on one core. The `bench_draws` program draws in a path tracer's order: pixel by pixel, with 16 sample "
               "indices per pixel and six domains per index. *Inline* uses `bn_draw.h`, *a call* is `bn_sample_4d()`, and *a block* is `bn_sample_block()`. Each time is the "
-              "minimum of many short, interleaved measurements. Times depend on the machine; their ratios carry over better.", "",
+              "minimum of many short, interleaved measurements. Times depend on the machine, but their ratios carry over better.", "",
               times_table(times), ""]
     return "\n".join(parts)
 
@@ -150,8 +155,8 @@ def run(arguments):
     parser.hidden("--program", "build/evidence/programs/bench_samplers")
     parser.hidden("--draws", "build/evidence/programs/bench_draws")
     parser.pathtracer()
-    parser.number("--runs", 8, "seeds")
-    parser.add_argument("--again", action="store_true", help="measure only what is missing from the files of the previous run")
+    parser.number("--runs", 8, "number of seeds")
+    parser.add_argument("--again", action="store_true", help="measure only results missing from the previous run's files")
     parser.out()
     parser.add_argument("--picture", type=Path, metavar="FILE", help="only draw constant and drifting half-planes with each sampler")
     options = parser.parse_args(arguments)

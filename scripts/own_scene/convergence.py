@@ -103,7 +103,7 @@ def plots(rows):
             values, seconds = ([row[key] for row in own.values()] for key in (measure, "seconds"))
             for axis, x, y in zip(axes[:, column], (list(own), list(own), seconds), (np.divide(base, values), values, values)):
                 axis.loglog(x, y, **style(name, samplers))
-        axes[0, column].set_title(f"{PLOTTED[measure]}: {samplers[0]}'s over it")
+        axes[0, column].set_title(f"{PLOTTED[measure]}: reduction relative to {samplers[0]}")
         for row, label in enumerate(("samples per pixel", "samples per pixel", "seconds of rendering, one thread")):
             axes[row, column].set_xlabel(label)
             plain_numbers(axes[row, column].xaxis, axes[row, column].yaxis)
@@ -185,7 +185,7 @@ def header(samplers):
 
 
 def texts(rows, counts):
-    """The table's lines. The last column is the error after sigma 2.1 divided by the last sampler's error."""
+    """The table's lines. The last column is the error after a 2.1-pixel blur divided by the last sampler's error."""
     *_, last = rows.values()
     return [[label, str(spp), f"{own[spp]['seconds']:.3f}", *(f"{own[spp][name]:.5f}" for name in MEASURES),
              f"{own[spp][ERROR] / last[spp][ERROR]:.2f}" if last[spp][ERROR] else ""] for spp in counts for label, own in rows.items()]
@@ -199,10 +199,10 @@ def text_table(lines):
 def notes_of(options, reference):
     own = ", ".join(f"{reference.own[name]:.5f} ({MEASURES[name]})" for name in ("rmse", "rmse_1.0", "rmse_2.1"))
     return [f"Scene {options.scene}, {options.size[0]}x{options.size[1]} pixels: medians over {options.seeds} seeds. RMSE is the root mean square "
-            "over pixels and channels of linear radiance. Sigma is the width, in pixels, of the Gaussian blur before the error is measured, which leaves what is "
+            "over pixels and channels of linear radiance. Sigma is the width, in pixels, of the Gaussian blur applied before the error is measured; it leaves only the noise "
             "visible from a distance. For errors as displayed, images are first exposed and clipped. Seconds count only rendering, on one thread.",
-            f"The reference uses the sampler sobol, {reference.spp} samples per pixel and a different seed. Its own error is about {own}; errors close to "
-            "that are unreliable."]
+            f"The reference uses the sobol sampler, {reference.spp} samples per pixel and a different seed. Its own error is about {own}; errors close to "
+            "this are unreliable."]
 
 
 # ---- The command
@@ -219,7 +219,7 @@ def parse_options(arguments):
     parser.number("--seeds", 5, "number of seeds for the medians")
     parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="exposure of the images, in stops")
     parser.number("--reference-spp", 2048, f"samples per pixel of the reference, a multiple of {REFERENCE_PARTS}")
-    parser.number("--jobs", 2, "parallel runs with one thread each")
+    parser.number("--jobs", 2, "number of single-threaded runs in parallel")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default out/demo or out/demo/SCENE)")
     parser.hidden("--pathtracer", "build/examples/pathtracer/pathtracer")
     arguments, more = split_more(arguments)

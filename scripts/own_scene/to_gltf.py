@@ -23,7 +23,7 @@ OPTIONS = re.compile(r"^(?:-\w+(?:\s+(?:[-+.\deE]+|on|off))*\s+)+")  # options b
 
 
 def resolver_of(trimesh, path, lost):
-    """Finds the files that a mesh refers to, also with Windows paths, and records missing files."""
+    """Finds the files that a mesh refers to, including those with Windows paths, and records missing files."""
 
     class Resolver(trimesh.resolvers.FilePathResolver):
         def get(self, name):
@@ -198,7 +198,7 @@ def convert(path, output):
 
 
 def scene_for(path, folder, program):
-    """The path of a file that the path tracer reads: this file, or its conversion in the folder, which is reported."""
+    """The path to a file that the path tracer reads: this file, or its conversion in the folder, which is reported."""
     path = Path(path)
     if path.suffix.lower() in GLTF or not path.is_file():
         return str(path)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Turns the plain comments in the public headers into Doxygen comments. A comment before a blank line describes its section and goes to
-# the page of the file; a function without a comment refers to the one above.
+# the file's page; a function without a comment refers to the one above.
 function declare(line) {
     if (line ~ /^} [a-z_]+;/) { above = line; gsub(/[} ;]/, "", above) }
     if (line ~ /^BN_(API|CONSTEXPR|INLINE|UNREAD|DEVICE_INLINE|HOST_INLINE) .*\(/) {

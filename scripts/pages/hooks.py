@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """MkDocs hooks (mkdocs.yml): the site mirrors the folders of the repository, so that links work both there and on code hosts.
 
-Pages in the navigation are files of the repository, and Doxygen writes reference/ from the headers. A link to any other file or folder of
+Pages in the navigation are files in the repository, and Doxygen writes reference/ from the headers. A link to any other file or folder in
 the repository opens a page that shows it.
 """
 

@@ -87,7 +87,7 @@ def render(program, wanted, inputs, arguments):
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
         output = os.path.join(folder, "part.exr")
         command = [program_here(program), *arguments, "--quiet", "-o", output]
-        # On Linux, the program ends if its worker is killed.
+        # On Linux, the program exits if its worker is killed.
         if setpriv := shutil.which("setpriv"):
             command = [setpriv, "--pdeathsig", "KILL", *command]
         # In its own session, so that Ctrl-C in the worker's terminal does not interrupt a part.

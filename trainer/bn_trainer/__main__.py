@@ -25,7 +25,7 @@ def whole(least: int) -> Callable[[str], int]:
 CONFIG = {"type": Path, "help": "TOML file; see trainer/configs"}
 FOLDER = {"type": Path, "help": "folder of the run (default ~/.cache/bn_trainer/<name of the config>)"}
 THREADS = {"type": whole(0), "default": 0, "help": "number of torch threads (default 0: torch chooses)"}
-CHECKPOINT = {"type": Path, "help": "a checkpoint of train"}
+CHECKPOINT = {"type": Path, "help": "a checkpoint written by train"}
 OUTPUT = {"type": Path, "required": True, "help": "the file to write"}
 #: Each command's help, module and options, which are the arguments of its function run().
 COMMANDS: dict[str, tuple[str, str, dict[str, dict[str, Any]]]] = {
@@ -41,13 +41,13 @@ COMMANDS: dict[str, tuple[str, str, dict[str, dict[str, Any]]]] = {
         "--flatness-seeds": {"type": whole(0), "default": 1000, "help": "masks in the test for fixed patterns (default 1000; 0 skips it)"},
         "--threads": THREADS}),
     "export": ("write a checkpoint's model as ONNX", ".export", {"checkpoint": CHECKPOINT, "-o --output": OUTPUT}),
-    "schedule": ("write the steps of a network with model.sharpness = false as the schedule of bn_relax, in JSON", ".schedule", {
+    "schedule": ("write the steps of a network with model.sharpness = false as a JSON schedule for bn_relax", ".schedule", {
         "checkpoint": CHECKPOINT, "-o --output": OUTPUT}),
     "train-paper": ("train the paper's perceptron", ".paper.perceptron", {
         "--config": {**CONFIG, "required": True}, "--folder": FOLDER, "--threads": {**THREADS, "default": 1, "help": "default 1"}}),
     "table": ("reproduce the paper's Table I", ".paper.table", {
-        "--runs": {"type": Path, "help": "folder that contains the run folders paper-64, paper-64-sum, paper-128 and paper-128-sum of "
-                   "train-paper (default ~/.cache/bn_trainer)"},
+        "--runs": {"type": Path, "help": "folder that contains train-paper's run folders paper-64, paper-64-sum, paper-128 and "
+                   "paper-128-sum (default ~/.cache/bn_trainer)"},
         "--sizes": {"type": whole(1), "nargs": "+", "default": [64, 128], "help": "mask sizes (default 64 128)"},
         "--masks": {"type": whole(1), "default": 100, "help": "number of masks per method (default 100)"},
         "--wronski-masks": {"type": whole(1), "default": 8, "help": "number of masks by Wronski's method (default 8)"},
@@ -75,7 +75,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"bn_trainer: {error}", file=sys.stderr)
         return 1
     except ModuleNotFoundError as error:
-        print(f"bn_trainer: the package {error.name} is missing; run pip install './trainer[check]'", file=sys.stderr)
+        print(f"bn_trainer: the {error.name} package is missing; run pip install './trainer[check]'", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("bn_trainer: interrupted; continue with --resume", file=sys.stderr)
