@@ -178,7 +178,7 @@ def test_images_that_pillow_would_degrade_are_rejected(run):
     write_tiff("twelve.tif", 12, 1, 1)
     write_tiff("white.tif", 16, 0, 1)
     write_tiff("deep.tif", 16, 2, 3)
-    for name, words in (("frames.gif", "2 frames"), ("deep.ppm", "16 bits"), ("integers.tif", "32 bits"), ("twelve.tif", "12 bits"),
+    for name, words in (("frames.gif", "2 frames"), ("deep.ppm", "16 bits"), ("integers.tif", "32-bit integers"), ("twelve.tif", "12 bits"),
                         ("white.tif", "0 for white"), ("deep.tif", "16 bits per channel")):
         _, (message,) = run(f"dither {name} out.png", 1)
         assert name in message and words in message, message
@@ -241,7 +241,7 @@ def test_two_channel_texture_loads_as_a_two_channel_mask(run):
         (["dither", "colour.png", "out.png", "--channel", "1"], ["--channel", "--mask"]),
         (["dither", "colour.png", "out.png", "--mask", "volume.npy"], ["volume.npy", "(2, 4, 4)", "--channel"]),
         (["points", "--count", "9", "--method", "mask", "--channel", "1", "-o", "p.csv"], ["--channel", "--mask"]),
-        (["mask", "--size", "4x4x4", "--channels", "2", "-o", "m.npy"], ["2 channels", "(4, 4, 4)"]),
+        (["mask", "--size", "4x4x4", "--channels", "2", "-o", "m.npy"], ["2-channel mask", "(4, 4, 4)"]),
         (["points", "--count", "9", "--method", "mask", "--candidates", "2", "-o", "p.csv"], ["--candidates needs --method best"]),
         (["points", "--count", "-9", "-o", "p.csv"], ["n", "-9"]),
         (["points", "--count", "9", "-o", "p.png"], ["p.png", ".csv"]),

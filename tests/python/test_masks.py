@@ -111,7 +111,7 @@ def test_two_channel_masks_come_from_the_network():
         (relax, (8, 8), {"sweeps": 4}, TypeError, ["sweeps"]),
         (anneal, (4, 4, 4), {}, ValueError, ["shape", "(4, 4, 4)"]),
         (anneal, (4, 4), {"order_ends": "no"}, TypeError, ["order_ends", "no"]),
-        (mask, (4, 4, 4), {"channels": 2}, ValueError, ["2 channels", "(4, 4, 4)"]),
+        (mask, (4, 4, 4), {"channels": 2}, ValueError, ["2-channel mask", "(4, 4, 4)"]),
         (anneal, (8, 8), {"sigma": 0.2}, ValueError, ["sigma", "0.2"]),
         (anneal, (8, 8), {"sigma": 4.1}, ValueError, ["sigma", "4.1"]),
         (anneal, (8, 8), {"far_sigma": 0.9}, ValueError, ["far_sigma", "0.9"]),
