@@ -29,11 +29,11 @@ class MaskMeasures:
         Root mean square error of dithering after blurs with standard deviations of 0.75, 1, 1.5 and 2 texels; see
         `dithering_error`.
     anisotropy : float
-        In dB: 10 log10 of the power's variance on a ring divided by its squared mean, averaged over rings of at least 32 texels.
+        In dB: the mean, over rings of at least 32 texels, of 10 log10(variance of the power on the ring / squared mean power).
         It is about 0 for a single mask, whose spectrum is noisy (for sets of masks, see `anisotropy`), and NaN for small masks.
     low_frequency : dict of float to float
         For each grey level, the thresholded mask's mean power below half the principal frequency; it is 1 for white noise. The
-        principal frequency is sqrt(g) cycles per texel for a grey level g of up to 1/2, and sqrt(1 - g) for a higher level. NaN
+        principal frequency is sqrt(g) cycles per texel for a grey level g of up to 1/2, and sqrt(1 - g) above that. NaN
         if the mask has no frequencies below half the principal frequency.
     exact : bool
         Whether all texels have different values, so every rank occurs exactly once. Measures always use ranks; ties are ordered
@@ -149,7 +149,7 @@ def anisotropy(masks: Union[npt.ArrayLike, Sequence[npt.ArrayLike]]) -> float:
     Returns
     -------
     float
-        In dB: 10 log10 of the power's variance on a ring divided by its squared mean, averaged over rings of at least 32 texels.
+        In dB: the mean, over rings of at least 32 texels, of 10 log10(variance of the power on the ring / squared mean power).
         Rings are one frequency step wide. NaN if no ring is large enough. An isotropic generator gives about -10 log10 k, for
         example -12 dB for 16 masks.
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures the error of an image against its reference.
 
-Blue noise does not reduce the error of single pixels; it moves the error to high frequencies, where the eye and any
+Blue noise does not reduce the error of individual pixels; it moves the error to high frequencies, where the eye and any
 later filter average it away. The error is therefore measured without a blur and after Gaussian blurs of sigma 1.0 and
 2.1 pixels, which model a near and a distant viewer. Images are float arrays (height, width) or (height, width, channels) of
 linear radiance. MEASURES names the measures, and WHAT_FOR describes them.

@@ -205,7 +205,7 @@ class Report:
                  "![Error over padded Sobol', after the denoiser](denoise.png)", "",
                  f"Errors are relative to padded Sobol' with the same denoiser, so values below 1 are better. The images are {crops} crops from [renders.md](renders.md). They show "
                  f"{len(self.compared.by_scene())} scenes, rendered with {'one seed' if options.seeds == 1 else f'{options.seeds} seeds'}; each crop is denoised separately. {MARKED} "
-                 "[denoise.csv](denoise.csv) contains the intervals, the errors of single scenes, and more measures. *Relative RMSE* divides the difference by the reference "
+                 "[denoise.csv](denoise.csv) contains the intervals, per-scene errors, and more measures. *Relative RMSE* divides the difference by the reference "
                  "plus a tenth of the reference's mean.", ""]
         parts += ["## FLIP", "", "FLIP (Andersson et al., 2020) is the mean difference that a viewer of the displayed image sees, here on a "
                   f"{FLIP_DPI} dpi screen at distances of 75 and 35 cm. Part of this difference remains at any sample count, so FLIP ratios are closer to 1 than RMSE ratios.", ""]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the error of single pixels, without a blur, with that of scrambled Sobol' points: making the error blue on screen must not
+"""Compares the error of individual pixels, without a blur, with that of scrambled Sobol' points: making the error blue on screen must not
 increase it.
 
 For each of 64 seeds, the RMSE of the `blue` sampler over pixels, domains and integrands, each relative to white noise, is divided by that
