@@ -138,7 +138,7 @@ class NeuralGenerator:
         out : ndarray of uint32, optional
             A C-ordered array of the result's shape, which is filled and returned.
         progress : callable, optional
-            Called with the fraction done; the last call passes 1. A true return value stops the work with ``CancelledError``.
+            Called with the fraction completed; the last call passes 1. If it returns a true value, `CancelledError` is raised.
 
         Returns
         -------

@@ -60,7 +60,7 @@ def points(
     seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
         See `mask`.
     progress : callable, optional
-        Called with the fraction done; the last call passes 1. A true return value stops the work with ``CancelledError``.
+        Called with the fraction completed; the last call passes 1. If it returns a true value, `CancelledError` is raised.
     candidates : int, optional
     mask : array_like of int, optional
     jitter : bool, optional

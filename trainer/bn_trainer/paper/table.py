@@ -36,7 +36,7 @@ TABLE_SIGMA = 1.0
 CALIBRATING = 8  # masks per method used to find the blur at which void-and-cluster has the paper's ratio
 LEVELS = (1 / 16, 1 / 4, 1 / 2)
 MEASURED = 16  # masks per method for E and spectra
-# RMSE in Table I of the paper (which states neither image nor blur), and seconds at 64x64 and 128x128
+# RMSE in Table I of the paper (which specifies neither image nor blur), and seconds at 64x64 and 128x128
 PUBLISHED_RMSE = {"white": 0.069, "perceptron": 0.046, "wronski": 0.046, "void-and-cluster": 0.029}
 PUBLISHED_SECONDS = {"perceptron": {64: 0.0167, 128: 0.0189}, "wronski": {64: 280, 128: 1590},
                      "void-and-cluster": {64: 0.64, 128: 2.97}}
