@@ -118,8 +118,8 @@ def _scipy(method: str) -> None:
 
 
 def _white(seed: int, most: int) -> Callable[[int, int], npt.NDArray[np.float32]]:
-    """Returns a function of x and count. That function returns ``count`` random points, at most ``most``, which differ for each
-    x. They come from the library's sampler, so they do not depend on NumPy. The next call overwrites them."""
+    """Returns a function of x and ``count`` that generates ``count`` random points, a different set for each x; ``count`` must not
+    exceed ``most``. The points come from the library's sampler, so they do not depend on NumPy. Each call overwrites them."""
     sampler = _core.Sampler(_core.sampler_types["white"], seed, 0, None)
     column, row = np.zeros((2, most), np.int32)
     index, domain = np.arange(most, dtype=np.uint32), np.zeros(most, np.uint32)

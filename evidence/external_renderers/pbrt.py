@@ -88,13 +88,14 @@ they are the only source of noise.
 
 `zsobol` rounds sample counts down to powers of two: at 3 and 6 samples, it renders 2 and 4, respectively. `sobol` is one sequence over the whole image.
 """
-    METHOD = f"""pbrt-v4 is at commit `{PBRT_COMMIT[:8]}`. Images use its neutral sensor (`cie1931`), a box filter one pixel wide, and the `volpath`
-integrator. `--spp` and `--seed` set sample counts and seeds; all other sampler options keep pbrt's defaults. `sobol` uses the same
-pixel positions for every seed. The scenes take their meshes, cameras, lamps, plain colours and images from LuxCoreRender. Our own
-image replaces skies and suns, and simple materials replace layered and procedural ones. Objects missing from the checkout are left out.
+    METHOD = f"""pbrt-v4 is at commit `{PBRT_COMMIT[:8]}`. Images are rendered with its neutral sensor (`cie1931`), a one-pixel box filter and the
+`volpath` integrator. `--spp` and `--seed` set sample counts and seeds; all other sampler options keep pbrt's defaults. `sobol` uses the same
+pixel positions for every seed. The meshes, cameras, lights, constant colours and textures come from LuxCoreRender's scenes. An
+environment map of our own replaces skies and suns, and simple materials replace layered and procedural ones. Objects whose files are missing
+from the checkout are omitted.
 
 Each reference is the mean of two images rendered by `paddedsobol`, which hashes pixel, dimension and seed. References have separate
-seeds, so their errors are independent of every other. Half the difference between the two images estimates a reference's own error. A crop counts
+seeds, so their errors are independent of all others. Half the difference between the two images estimates a reference's own error. A crop counts
 only if the error of `blue` is at least three times this error."""
 
     def __init__(self, options, cells, references):

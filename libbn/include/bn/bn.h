@@ -321,8 +321,8 @@ BN_INLINE void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
 
 typedef struct bn_void_and_cluster_options {
     size_t struct_size; /* sizeof(bn_void_and_cluster_options) */
-    /* Standard deviation of the Gaussian in texels, from 0.25 to 16. Default 1.5. After blurs wider than the
-     * default sigma, masks made at sigma 1.9 have lower error. */
+    /* Standard deviation of the Gaussian in texels, from 0.25 to 16. Default 1.5. Masks made with sigma =
+     * 1.9 have lower error if the viewing blur is wider than 1.5 texels. */
     double sigma;
     double initial_fraction; /* fraction of texels set initially, in (0, 0.5]; default 0.1 */
     uint64_t seed;           /* default 0 */
