@@ -90,9 +90,9 @@ def of_renders(found):
                 _, spp, own, blue = min(better)
                 wins.append(f"{NAMES[label]} {after} at {spp} sample{'s' * (spp > 1)} ({own:.2f}, compared with {blue:.2f} for `blue`)")
     yield "Where do others win?", (
-        "averaged over scenes, other samplers lead `blue` by the widest margin in the following cases (brackets show errors relative to padded Sobol'): " + ("; ".join(wins) or "none") + ". Their leads are larger in [single frames]"
-        "(results/realtime.md), for single numbers, and where u[3] selects a light or lobe ([list](results/samplers.md#where-others-win)). Beyond 64 samples, Z-order "
-        "has lower error for products across four numbers"), "renders.md"
+        "averaged over scenes, other samplers lead `blue` after these blurs by the widest margin in the following cases (brackets show errors relative to padded Sobol'): " + ("; ".join(wins) or "none") + ". Their leads are larger in [single frames]"
+        "(results/realtime.md), for single numbers, and where u[3] selects a light or lobe ([list](results/samplers.md#where-others-win)). Z-order also has "
+        "lower error for products across four numbers, most of all beyond 64 samples ([counts](results/samplers.md#every-count))"), "renders.md"
 
 
 def of_denoise(found):
@@ -103,10 +103,11 @@ def of_denoise(found):
 
 
 def of_pbrt(rows):
-    found = {(scene, label, spp): own.value for (measure, scene, label, spp), own in rows.items() if measure == HEADLINE}
-    fixed, random = ([f"{found[scene, 'zsobol', spp]:.2f}" for spp in (2, 4, 16)] for scene in ("Fixed wavelengths", "Four random wavelengths"))
-    yield "In pbrt-v4?", (f"with four random wavelengths per path (pbrt's default), `zsobol` has {series(random)} times the error of `blue` at 2, 4 and 16 samples after a 2.1-pixel blur (the last difference is "
-                          f"not significant). With fixed wavelengths, the factors are {series(fixed)} (none of them significant)"), "pbrt.md"
+    found = {(scene, label, spp): own for (measure, scene, label, spp), own in rows.items() if measure == HEADLINE}
+    fixed, random = ([found[scene, "zsobol", spp] for spp in (2, 4, 16)] for scene in ("Fixed wavelengths", "Four random wavelengths"))
+    yield "In pbrt-v4?", (f"with four random wavelengths per path (pbrt's default), `zsobol` has {series([f'{own.value:.2f} (95% interval {own.low:.2f} to {own.high:.2f})' for own in random])} times the error of `blue` "
+                          "at 2, 4 and 16 samples after a 2.1-pixel blur. A few scenes account for nearly all of this gain ([limits](../examples/pbrt/README.md)). With fixed wavelengths, "
+                          f"the factors are {series([f'{own.value:.2f}' for own in fixed])}, none of them significant"), "pbrt.md"
 
 
 def of_cycles(rows):
@@ -132,13 +133,14 @@ def of_cost(found, samples, draws):
     times = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in draws}
     inline = {"`blue`": times["blue", "inline"], "libbn's padded Sobol'": times["sobol", "inline"],
               **{NAMES.get(name, name): value for (name, form), value in times.items() if form == "peer"}}
-    text = f"drawing four numbers inline takes {series([f'{value:.0f} ns with {name}' for name, value in inline.items()])}"
+    text = (f"drawing four numbers inline takes {series([f'{value:.0f} ns with {name}' for name, value in inline.items()])}. In wavefronts, it takes "
+            f"{times['blue', 'many']:.1f} ns with `blue` and {times['sobol', 'many']:.1f} ns with padded Sobol'")
     if samples:
         cost = over(samples, "white")
         share = {label: f"{100 * time * found[TO_WHITE, '', label, 16].value:.0f}" for label, time in cost.items() if (TO_WHITE, "", label, 16) in found}
+        others = [f"{share[label]}% with {NAMES[label].partition(', ')[0]}" for label in sorted(share, key=lambda label: float(share[label])) if label not in ("white", "blue", "mask")]
         text += (f". `blue` reaches the visible error of 16 independent random samples in {share['blue']}% of their CPU time. The same error takes "
-                 f"{share['openqmc-latticebn']}% with OpenQMC latticebn, {share['zorder']}% with Z-order, {share['sobol']}% with padded Sobol' and {share['sobol-global']}% with global Sobol' "
-                 "([measured](results/times.csv) in eight scenes)")
+                 f"{series(others)} ([measured](results/times.csv) in eight scenes, between which times vary)")
     yield "What does it cost?", text, "samplers.md#time-per-draw"
 
 
@@ -147,7 +149,7 @@ def of_samplers(rows):
     for row in rows:
         if row["row"] == PEAKS:
             peaks[row["sampler"]] = max(peaks.get(row["sampler"], 0), row["value"])
-    yield "Does it show patterns?", (f"no. Its largest spectral peaks are {peaks['blue']:.1f} times the mean power, compared with {peaks['white']:.1f} for white noise, {peaks['zorder']:.1f} for "
+    yield "Does it show patterns?", (f"no. Its largest spectral peaks are {peaks['blue']:.1f} times the mean power, compared with {peaks['white']:.1f} for white noise and padded Sobol', {peaks['zorder']:.1f} for "
                                      f"Z-order, {peaks['mask']:.1f} for a mask and {peaks['sobol-global']:.1f} for global Sobol'"), "samplers.md#spectral-peaks"
 
 
