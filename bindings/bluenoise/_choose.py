@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Discrete choices with random numbers, which leave a reusable remainder: bn_choose.h on arrays."""
+"""Discrete choices with random numbers, whose remainders can be reused: bn_choose.h on arrays."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uin
     Parameters
     ----------
     cdf : array_like of float
-        Cumulative sums of weights, one-dimensional and ascending. The last sum is between 1e-30 and 1e30 and need not be 1.
+        Cumulative sums of weights, one-dimensional and ascending. The last sum must be between 1e-30 and 1e30, but need not be 1.
     u : array_like of float
         See `choose`.
 

@@ -317,7 +317,7 @@ class _Bar:
 
     @staticmethod
     def end_line() -> None:
-        """Ends the bar's line, so that messages start on a new line."""
+        """Ends the bar's line so that messages start on a new line."""
         if _Bar.shown is not None:
             _Bar.shown = None
             print(file=sys.stderr, flush=True)

@@ -302,7 +302,7 @@ def _generate(
 
 
 def _start_from(ranks: Ranks, given: npt.ArrayLike, channels: int) -> None:
-    """Copies the ranks to start from into the array for the result, and checks the copy."""
+    """Copies the initial ranks into the result array and checks the copy."""
     start = arguments.array("start_from_ranks", given)
     if start.shape != ranks.shape:
         raise ValueError(f"start_from_ranks must have shape {ranks.shape}, not {start.shape}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random numbers for paths, requested by purpose. Works like bn_path.h on arrays and returns identical bits."""
+"""Random numbers for paths, requested by purpose: bn_path.h on arrays. Results are bit-identical to those in C."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ class PathSampler:
     def first_light(self, count: int = 1, k: npt.ArrayLike = 0) -> _Floats:
         """Draw the light sample at the end of ray 0. Shape ``(..., 2)``.
 
-        Use this if a lens takes that ray's second pair, or if you take multiple light samples.
+        Use this if a lens uses that ray's second pair, or if you take multiple light samples.
 
         Parameters
         ----------

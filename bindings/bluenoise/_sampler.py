@@ -204,7 +204,7 @@ class Sampler:
         *,
         out: Optional[npt.NDArray[np.float32]] = None,
     ) -> npt.NDArray[np.float32]:
-        """Draw all samples in a rectangle of pixels. This is faster than `sample` and gives identical bits.
+        """Draw all samples in a rectangle of pixels. This is faster than `sample` and gives bit-identical results.
 
         Parameters
         ----------

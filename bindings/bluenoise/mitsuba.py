@@ -11,7 +11,7 @@ Samples are bit-identical to those of ``bluenoise.Sampler("blue", seed=seed)`` a
 ``seed`` ranges from 0 to 2**31 - 1. The seed passed to ``mitsuba.render`` becomes the stream of a ``bluenoise.PathSampler``, so you
 can pass a frame number. Two-dimensional draws 2 r and 2 r + 1 are ``draw_direction`` and ``draw_end_light`` of ray r: for the
 camera ray, the pixel position and the first light; for later rays, the direction and the next light. One-dimensional draws
-are ``next_1d`` of the ray whose direction or light is drawn next.
+are ``next_1d`` calls on the ray whose direction or light is drawn next.
 
 Draws run in Dr.Jit, even inside recorded loops. Scalar variants are not supported.
 """

@@ -35,11 +35,11 @@
  *
  * Threads. You can call any function from any number of threads. Drawing does not modify the sampler.
  *
- * Reproducibility. The same seed gives bit-identical results on every machine, with every compiler and any
+ * Reproducibility. The same seed gives bit-identical results on every machine, with any compiler and any
  * number of threads, whatever rounding mode, flush-to-zero mode or floating-point traps the program has set.
  * Exceptions: neural.h; bn_mask_error() and bn_power_spectrum(), which call the C math library; and
  * bn_rank_to_float() for 2^27 ranks or more, which follows the program's rounding mode. Starting with version
- * 0.1, the bits of a sampler type never change: improvements become new sampler types. Masks may change
+ * 0.1, the bits a sampler type returns never change: improvements become new sampler types. Masks may change
  * between versions; CHANGELOG.md says when. */
 #ifndef BN_BN_H
 #define BN_BN_H
@@ -262,7 +262,7 @@ BN_API void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, ui
 
 /* Draws a block of samples into out[height][width][index_count][4], starting at pixel (x0, y0) and
  * first_index. The samples are bit-identical to those of bn_sample_4d(). Samples within a pixel share work:
- * for many indices, BLUE is faster than single draws, and SOBOL and WHITE are nearly as fast as in a
+ * if index_count is large, BLUE is faster than single draws, and SOBOL and WHITE are nearly as fast as in a
  * wavefront. Errors: INVALID_ARGUMENT (sampler or out is NULL, an extent is zero, or the block runs past the
  * last coordinate or index), SIZE_MISMATCH. */
 BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uint32_t width,

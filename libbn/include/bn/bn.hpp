@@ -95,7 +95,7 @@ class Error : public std::runtime_error {
     bn_result result_;
 };
 
-// Throws bn::Error unless the result is BN_SUCCESS. You can also use it for other functions of bn.h:
+// Throws bn::Error unless the result is BN_SUCCESS. You can also use it with other functions in bn.h:
 // bn::check("bn_dither", bn_dither(...)).
 inline void check(const char *function, bn_result result) {
     if (result != BN_SUCCESS) throw Error(function, result);
@@ -209,7 +209,7 @@ class Sampler {
         return out;
     }
 
-    // The sampler to pass to functions of bn.h and bn_path.h.
+    // The sampler to pass to functions in bn.h and bn_path.h.
     constexpr const bn_sampler *get() const noexcept { return &sampler_; }
     // The result of bn_sampler_seed(), for shaders.
     constexpr std::array<uint32_t, 2> seed() const noexcept {
@@ -353,7 +353,7 @@ class PathSampler {
     RaySampler ray(uint32_t number) const noexcept {
         return RaySampler(sampler_, bn_path_ray(&state_, number));
     }
-    // The light sample at the end of ray 0, for when a lens takes that ray's second pair, or light sample k of
+    // The light sample at the end of ray 0, for when a lens uses that ray's second pair, or light sample k of
     // `count`.
     std::array<float, 2> first_light(uint32_t count = 1, uint32_t k = 0) const noexcept {
         std::array<float, 2> out{};
@@ -405,9 +405,9 @@ class SequentialSampler {
         path_ = bn_path_start(x, y, index, stream);
         begin(0);
     }
-    // Call this before each later ray so that neighbouring paths are back in step. To continue the current ray, as in
+    // Call this before each later ray so that neighbouring paths get back in step. To continue the current ray, as in
     // loops that step over transparent surfaces, pass its number again. An earlier number also continues the current
-    // ray, because the earlier rays' numbers are used up; debug builds assert.
+    // ray, because the earlier rays' numbers are used up; in debug builds, it fails an assertion.
     void start_ray(uint32_t ray) noexcept {
         assert(ray >= ray_);
         if (ray > ray_) begin(ray);

@@ -45,7 +45,7 @@ BN_DEVICE_INLINE uint32_t bn_choose_u32(uint32_t count, float *u);
 
 /* Returns item i with probability proportional to cdf[i] - cdf[i - 1]: the first item for which *u * sum <
  * cdf[i]. The cumulative weights must be non-decreasing, with a sum between 1e-30 and 1e30. They are rounded
- * up to multiples of 2^-24 of the sum; if they already are multiples, the probabilities are exact. An item
+ * up to multiples of 2^-24 of the sum; if they are already multiples, the probabilities are exact. An item
  * whose bounds round to the same step is never chosen. Any table is safe: even if it is out of order,
  * contains a NaN or has a sum outside that range, the function returns an item. Returns 0 if count is 0.
  *

@@ -46,7 +46,7 @@ precision highp int;
 #define BN_TABLE
 #define BN_PASS_TABLE
 #define bn_draw_domain_child bn_domain_child
-/* Newer versions have a built-in function for this. */
+/* Newer GLSL versions have a built-in function for this. */
 #if __VERSION__ >= 400 || (defined(GL_ES) && __VERSION__ >= 310)
 #define BN_REVERSE_BITS(v) bitfieldReverse(v)
 #endif

@@ -24,7 +24,7 @@
  * On x86-64, a 4-D draw takes about 115 instructions and four loads of 8 to 16 bytes from 47 KiB of tables;
  * each member of a family uses half of the tables. Drawing one pair or one dimension takes slightly fewer
  * instructions. When inlined into a loop, draws for many domains or indices in one pixel share work. For
- * indices of 256 and above, each further four bits of the index cost one more XOR. With SSE2, the last step
+ * indices of 256 and above, every four additional index bits cost one more XOR. With SSE2, the last step
  * handles all four dimensions at once. Define BN_DRAW_PLAIN to disable SSE2, as in CUDA and HIP; the results
  * are bit-identical. */
 #ifndef BN_BN_DRAW_H
@@ -124,7 +124,7 @@ BN_DEVICE_INLINE void bn_draw_white_2d(bn_uint2 seed, int32_t x, int32_t y, uint
 /* The tables returned by bn_tables(). */
 BN_API extern const uint32_t bn_tables_7[BN_WORD_COUNT];
 
-/* The lowest eight bits of an index, bit-reversed, and bn_draw_flip() of these bits. */
+/* The lowest eight bits of an index, bit-reversed, and the value bn_draw_flip() returns for them. */
 typedef struct bn_index_digits {
     uint32_t reversed, flip;
 } bn_index_digits;

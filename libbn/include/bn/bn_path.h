@@ -22,7 +22,7 @@
  *     u[2], u[3]   the light sample at its end
  *
  * The two pairs' contributions multiply in the integrand, so the pairs are stratified together. If the lens
- * takes u[2] and u[3] of ray 0, or if you take multiple light samples there, call bn_path_first_light() for
+ * uses u[2] and u[3] of ray 0, or if you take multiple light samples there, call bn_path_first_light() for
  * the light. Call bn_path_time_wavelength() for time and wavelength, once for all branches of the path.
  *
  * For every other decision, call bn_ray_next_1d(), bn_ray_next_2d() or bn_ray_next_4d(). Each function has
@@ -199,8 +199,8 @@ BN_HOST_INLINE void bn_ray_next_4d(const bn_sampler *s, bn_ray *ray, float out[4
 
 /* ---- Once per path */
 
-/* The light sample at the end of ray 0, for when a lens takes that ray's second pair, or light sample k of
- * `count`. The number must be the same for all samples of the pixel; 0 means 1. */
+/* The light sample at the end of ray 0, for when a lens uses that ray's second pair, or light sample k of
+ * `count`. `count` must be the same for all samples of the pixel; 0 means 1. */
 BN_HOST_INLINE void bn_path_first_light(const bn_sampler *s, const bn_path *path, uint32_t count,
                                         uint32_t k, float out[2]) {
     bn_draw_2d(s, (int32_t)path->x, (int32_t)path->y, path->index * (count == 0 ? 1 : count) + k,

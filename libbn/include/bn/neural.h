@@ -45,8 +45,8 @@
  * and comparisons (ONNX Runtime 1.17.3 and 1.31.1 agree). The two-channel network also uses divisions and
  * square roots, which these two versions round differently. Bits can change if a version of ONNX Runtime
  * fuses operations, if a model uses other operations, or if the network runs on a GPU. On a CPU, within one
- * process, the number of threads and a window's extents change values by less than 1e-5; on a GPU this is
- * likely but not guaranteed. */
+ * process, the number of threads and a window's extents change values by less than 1e-5; on a GPU this bound
+ * is likely to hold but not guaranteed. */
 #ifndef BN_BN_NEURAL_H
 #define BN_BN_NEURAL_H
 
@@ -80,8 +80,8 @@ typedef struct bn_neural_options {
     size_t model_size; /* size of model in bytes; 0 if it is NULL */
     /* The ONNX Runtime library. NULL (default): search for it. */
     const char *runtime_path;
-    /* Threads for each mask or window. 0 (default): one per CPU, but at most four if a GPU runs the network:
-     * they generate noise while the GPU works. */
+    /* Threads for each mask or window. 0 (default): one per CPU, but at most four if a GPU runs the network
+     * (they generate noise while the GPU works). */
     uint32_t threads;
     /* "cpu" (same as NULL, the default) or "cuda"; see GPU above. */
     const char *provider;
@@ -158,8 +158,8 @@ BN_API bn_result bn_neural_window(const bn_neural *neural, int64_t x0, int64_t y
 
 /* Computes the network's input so that you can train a network or run it elsewhere. noise[height][width] is
  * white noise in [0, 1): a hash of the seed and the coordinates, which is bit-identical everywhere. A window
- * holds the network's output for the noise around it; a mask uses the noise that starts at (0, 0) and repeats
- * at the mask's extents. Errors: INVALID_ARGUMENT (noise is NULL, a zero extent, coordinates beyond +-2^41),
+ * holds the network's output for the noise around it; a mask uses the noise that starts at (0, 0), wrapped
+ * around at its edges. Errors: INVALID_ARGUMENT (noise is NULL, a zero extent, coordinates beyond +-2^41),
  * SIZE_MISMATCH, OUT_OF_MEMORY (extents exceed the address space). */
 BN_API bn_result bn_neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t height,
                                  uint64_t seed, float *noise, size_t count);
