@@ -118,7 +118,7 @@ def run(model: Path, seeds: int, flatness_seeds: int, threads: int) -> None:
 def flatness(network: Network, radius: int, seeds: int) -> tuple[float, float, float]:
     """Tests the last channel for a pattern that all masks share. Returns the standard deviation over texels of the mean over masks,
     its expected value for independent uniform masks, and the largest mean of a row, a column or a phase of period 2 or 4, in standard
-    deviations for independent texels (blue noise has smaller ones)."""
+    deviations for independent texels (those of blue noise are smaller)."""
     size = FLATNESS_SIZE
     total = np.zeros((size, size))
     for seed in range(seeds):

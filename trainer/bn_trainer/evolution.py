@@ -2,7 +2,7 @@
 """Evolution strategy with covariance matrix adaptation: minimises a noisy function without its gradient.
 
 Based on N. Hansen, "The CMA Evolution Strategy: A Tutorial" (2016), without restarts. All arithmetic uses float64 on the
-CPU. Candidates come from a generator seeded by (seed, generation), so a resumed search continues exactly.
+CPU. Candidates come from a generator seeded by (seed, generation), so a resumed search continues exactly where it stopped.
 """
 
 from __future__ import annotations

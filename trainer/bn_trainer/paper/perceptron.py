@@ -9,7 +9,7 @@ frequencies), `uniform_spectrum_loss` (no structure in the spectrum) and `histog
 `histogram = "mean"` averages the histogram loss over texels, as in the paper; `"sum"` sums it, which makes it size^2 times
 as strong, as in Wronski's "Optimizing blue noise dithering" (2020), the source of the three losses.
 
-Where the paper is ambiguous, this follows the authors' published program: the spectrum is the absolute value of the
+Where the paper is ambiguous, this module follows the authors' published program: the spectrum is the absolute value of the
 unscaled transform, losses are means over all frequencies, weights are initialised Glorot-uniform with zero biases, and
 Adam's epsilon is 1e-7. (That program trains on 6,400 inputs, not 32,000.) There are two differences. Inputs come from a
 counter-based generator, so they need no storage. Values are not sorted but compared with the ramp at their rank, which gives

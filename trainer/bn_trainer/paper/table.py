@@ -138,8 +138,8 @@ def threshold_error(values: np.ndarray, sigma: float) -> float:
 
 
 def mask_figures(method: Method) -> dict[Any, float]:
-    """Means over at most MEASURED of a method's masks of E_1, E_1.5, the standard deviation of values, and the power below
-    half the principal frequency for each level; and the similarity of all masks."""
+    """E_1, E_1.5, the standard deviation of values, and the power below half the principal frequency for each level, averaged
+    over up to MEASURED of a method's masks; and the similarity of all its masks."""
     values = method.values[:MEASURED]
     measured = [bluenoise.measure(mask) for mask in values]
     if method.raw:

@@ -6,7 +6,7 @@ adopted (see perceptron.py), but sums the histogram loss over texels. Wronski us
 Adam with cosine decay of the learning rate to 0, which reaches a much lower loss in the same number of iterations. Masks are
 independent of one another and run as one batch.
 
-One iteration for a mask of n texels takes a forward and an inverse transform, a sort and about 60 operations per texel.
+One iteration for a mask of n texels needs a forward and an inverse transform, a sort and about 60 operations per texel.
 1,000 iterations take 1 s per mask at 64x64 and 6 s at 128x128 on one core.
 """
 
