@@ -47,7 +47,7 @@ class MaskMeasures:
 
 
 def ranks_of(name: str, value: npt.ArrayLike) -> tuple[arguments.Ranks, bool]:
-    """Returns a copy of a mask's ranks, and whether there are no ties. The mask has shape (height, width) or (n,) and contains
+    """Returns a copy of a mask's ranks, and True if no two values are tied. The mask has shape (height, width) or (n,) and contains
     ranks or values. Other threads cannot change the copy."""
     given = arguments.array(name, value)
     if given.dtype.kind not in "iuf":
