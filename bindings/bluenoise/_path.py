@@ -68,7 +68,7 @@ class PathSampler:
         Sample indices within these pixels, 0 to 2**32 - 1.
     stream : array_like of int, default 0
         Stream numbers, 0 to 2**32 - 1. Streams are independent: use them for the frames of an animation, or for light paths alongside
-        camera paths. If you average frames, keep stream 0 and continue the index across frames.
+        camera paths. If you average frames, use stream 0 and let the index run on across frames.
 
     Examples
     --------

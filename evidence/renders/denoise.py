@@ -188,7 +188,7 @@ class Report:
         scenes = self.compared.by_scene()
         # With a single crop and seed, the interval has no width.
         found = [own for views in scenes.values() for spp in self.counts if (own := self.over("blue", "plain", "displayed", views)(spp)) and own.crops > 1]
-        return (f"After Open Image Denoise, `blue` has the following error relative to padded Sobol', as displayed: {line} samples. After another 2.1-pixel blur, "
+        return (f"After Open Image Denoise, the displayed error of `blue` relative to padded Sobol' is {line} samples. After another 2.1-pixel blur, "
                 f"the errors are {after}. In {sum(own.high < 1 for own in found)} of {len(found)} combinations of a sample count and a scene with more than one crop, "
                 f"`blue` has significantly lower error than padded Sobol'; in {sum(own.low > 1 for own in found)}, it has significantly higher error (not corrected for "
                 f"multiple tests). {self.left()}")

@@ -118,7 +118,7 @@ class Report:
         scenes = {scene: own.value for scene, views in self.compared.by_scene().items() if (own := self.compared.over("blue", 16, HEADLINE, views))}
         order = sorted(scenes, key=scenes.get)
         ends = f" At 16 samples, it gains most in `{order[0]}` ({scenes[order[0]]:.2f}) and least in `{order[-1]}` ({scenes[order[-1]]:.2f})." if order else ""
-        return f"As displayed after a 2.1-pixel blur, `blue` has the following error relative to padded Sobol': {line} samples.{ends} {self.tests_text()}"
+        return f"As displayed after a 2.1-pixel blur, the error of `blue` relative to padded Sobol' is {line} samples.{ends} {self.tests_text()}"
 
     def plot(self, path):
         figure, axes = plt.subplots(1, 2, figsize=(12, 4.4), sharey=True)
@@ -161,8 +161,8 @@ class Report:
                           *(f"- {text}" for text in WHAT_FOR.values()), "",
                           f"References use {options.reference_spp} samples per pixel. A crop counts only if the smaller of the two compared errors is at least {REFERENCE_MARGIN:g} times the "
                           "reference's own error, and if white noise at one sample per pixel differs from the reference by "
-                          f"{VISIBLE:g} or more. As displayed after a 2.1-pixel blur, the first condition excludes the following numbers of crops: "
-                          f"{', '.join(f'{n} at {spp} samples' for spp, n in left.items()) or 'none'}. The second condition excludes "
+                          f"{VISIBLE:g} or more. For RMSE as displayed after a 2.1-pixel blur, the first condition excludes "
+                          f"{', '.join(f'{n} of the crops at {spp} samples' for spp, n in left.items()) or 'none'}. The second excludes "
                           f"{len(self.references) - len(self.compared.views) or 'none'}."]) + "\n"
 
 

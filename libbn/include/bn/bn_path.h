@@ -74,7 +74,7 @@ typedef struct bn_path bn_path;
 /* ---- Paths */
 
 /* Sample `index` of pixel (x, y). Streams are independent: use them for frames of an animation, or for light
- * paths alongside camera paths. If you average frames, keep stream 0 and continue the index across frames. */
+ * paths alongside camera paths. If you average frames, use stream 0 and let the index run on across frames. */
 BN_DEVICE_INLINE bn_path bn_path_start(int32_t x, int32_t y, uint32_t index, uint32_t stream) {
     bn_path path = {(uint32_t)x, (uint32_t)y, index, bn_path_stream_domain(stream)};
     return path;
