@@ -23,7 +23,7 @@ BASE = "independent"
 COUNTS = (1, 4, 16)
 REFERENCE_SPP, REFERENCE_PART = 1024, 512
 # The image at the top of the page.
-PICTURE, PICTURE_SCENE, PICTURE_SPP = "docs/mitsuba.jpg", "Cornell box, direct light", 4
+PICTURE, PICTURE_SCENE, PICTURE_SPP = "docs/mitsuba.jpg", "Cornell box, direct lighting", 4
 PICTURE_SIZE, PICTURE_PART = 320, (20, 110, 200, 200)
 PICTURE_SAMPLERS = ("independent", "multijitter", "bluenoise")
 TRIAL = """import mitsuba
@@ -58,7 +58,7 @@ def grey(value):
 
 
 def balls(mitsuba, size, lights):
-    """Plastic and metal balls on a floor under a sky, with a row of lamps above, seen from the side."""
+    """Plastic and metal balls on a floor under a sky, with a row of lights above, seen from the side."""
     transform = mitsuba.ScalarTransform4f
     scene = {
         "type": "scene", "integrator": {"type": "path", "max_depth": 5},
@@ -81,11 +81,12 @@ def balls(mitsuba, size, lights):
 
 
 SCENES = {
-    "Cornell box, direct light": lambda mitsuba, size: with_film({**mitsuba.cornell_box(), "integrator": {"type": "direct"}}, size),
-    "Cornell box, all light": lambda mitsuba, size: with_film(
+    "Cornell box, direct lighting": lambda mitsuba, size: with_film(
+        {**mitsuba.cornell_box(), "integrator": {"type": "direct"}}, size),
+    "Cornell box, global illumination": lambda mitsuba, size: with_film(
         {**mitsuba.cornell_box(), "integrator": {"type": "path", "max_depth": 6}}, size),
-    "balls under a lamp and the sky": lambda mitsuba, size: balls(mitsuba, size, 1),
-    "balls under 16 lamps": lambda mitsuba, size: balls(mitsuba, size, 16),
+    "balls under one light and the sky": lambda mitsuba, size: balls(mitsuba, size, 1),
+    "balls under 16 lights": lambda mitsuba, size: balls(mitsuba, size, 16),
 }
 
 
