@@ -5,8 +5,8 @@ Arrays are indexed ``[y, x]``. A seed is an integer from 0 to 2**64 - 1, a ``num
 a ``numpy.random.SeedSequence``, or None for fresh entropy. The same seed gives bit-identical results on every machine, except for
 neural masks and points. Functions raise ``ValueError`` for unknown names, numbers out of range, shapes that are wrong or do not
 broadcast, and masks that are not permutations. They raise ``TypeError`` for undocumented argument types. They can also raise
-``MemoryError``, ``OSError``, ``CancelledError`` and ``RuntimeMissingError``. Messages contain the argument's name and value. All
-functions are thread-safe, except the methods of rays and loops, which are stateful. Long computations release the GIL.
+``MemoryError``, ``OSError``, ``CancelledError`` and ``RuntimeMissingError``. Error messages include the argument's name and value.
+All functions are thread-safe, except the methods of rays and loops, which are stateful. Long computations release the GIL.
 """
 
 from . import _subinterpreters

@@ -135,7 +135,7 @@ def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uin
     Raises
     ------
     ValueError, TypeError
-        See `choose`. Also raised if the table is empty, not ascending or not one-dimensional.
+        See `choose`. Also raised if `cdf` is empty, not ascending or not one-dimensional.
 
     Examples
     --------

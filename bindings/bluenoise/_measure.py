@@ -204,8 +204,8 @@ def power_spectrum(mask: npt.ArrayLike) -> npt.NDArray[np.float32]:
     Returns
     -------
     ndarray of float32
-        The power, in the mask's shape, or ``(1, n)`` for a row. White noise has a mean power of 1. Frequencies are ordered as in
-        `numpy.fft.fftfreq`; the power at frequency 0 is 0.
+        The power, as an array of the mask's shape, or ``(1, n)`` for a row. White noise has a mean power of 1. Frequencies are
+        ordered as in `numpy.fft.fftfreq`; the power at frequency 0 is 0.
 
     Raises
     ------

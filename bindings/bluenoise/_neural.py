@@ -42,7 +42,7 @@ class NeuralGenerator:
         The path to an ONNX file, or the file's contents as bytes, in the format documented at ``bn_neural_open`` in
         ``bn/neural.h``. Defaults to the built-in network.
     runtime : path-like, optional
-        The path to the ONNX Runtime library (``libonnxruntime.so``), or None.
+        The path to the ONNX Runtime library (``libonnxruntime.so``). By default, the library is searched for as described above.
     threads : int, default 0
         The number of threads per call; 0 means one per CPU, or at most four if a GPU runs the network. The thread count does not
         affect the results.

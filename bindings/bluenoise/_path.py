@@ -68,7 +68,7 @@ class PathSampler:
         Sample indices within these pixels, 0 to 2**32 - 1.
     stream : array_like of int, default 0
         Stream numbers, 0 to 2**32 - 1. Streams are independent: use them for the frames of an animation, or for light paths alongside
-        camera paths. If you average frames, use stream 0 and let the index run on across frames.
+        camera paths. If you average frames, use stream 0 for all of them and keep increasing the index from frame to frame.
 
     Examples
     --------
@@ -128,7 +128,7 @@ class PathSampler:
     def first_light(self, count: int = 1, k: npt.ArrayLike = 0) -> _Floats:
         """Draw the light sample at the end of ray 0. Shape ``(..., 2)``.
 
-        Use this if a lens uses that ray's second pair, or if you take multiple light samples.
+        Call this if a lens uses that ray's second pair, or if you take multiple light samples.
 
         Parameters
         ----------

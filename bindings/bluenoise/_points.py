@@ -72,9 +72,9 @@ def points(
         ``"poisson-disk"``: ``candidates`` (30) ranges from 1 to 1000. Larger values shrink the radius more slowly, so the final
         radius is larger and the points are packed more densely.
 
-        ``"mask"``: ``mask`` contains ranks of shape (height, width) with at least n texels and is stretched over the square. The
-        default is a void-and-cluster mask with eight texels per point. ``jitter`` (True) places each point at random within its
-        texel instead of at the centre.
+        ``"mask"``: ``mask`` is a mask of shape (height, width) with at least n texels, given as ranks and stretched over the
+        square. The default is a void-and-cluster mask with eight texels per point. ``jitter`` (True) places each point at random
+        within its texel instead of at the centre.
 
     Returns
     -------

@@ -20,8 +20,8 @@ class Sampler:
     """Samples in [0, 1) for every pixel, index and domain. Within a pixel, samples are well distributed. For the ``"blue"``,
     ``"zorder"`` and ``"mask"`` types, the error is also blue noise across the image.
 
-    A sample depends only on the sampler's and the call's arguments, so draw order, tiling, threading and restarts cannot change it.
-    Samplers are immutable and hashable, compare equal if their arguments are equal, and can be pickled.
+    A sample depends only on the arguments to the sampler and the call, so draw order, tiling, threading and restarts cannot
+    change it. Samplers are immutable and hashable, compare equal if their arguments are equal, and can be pickled.
 
     Parameters
     ----------
@@ -273,8 +273,8 @@ class Sampler:
         Returns
         -------
         scipy.stats.qmc.QMCEngine
-            It returns float64 numbers in (0, 1), which keep all 32 bits and lie at the centres of their intervals so that integrals
-            are unbiased. After 2**32 points, the engine raises ``ValueError``.
+            An engine that returns float64 numbers in (0, 1). They keep all 32 bits and lie at the centres of their intervals so
+            that integrals are unbiased. After 2**32 points, the engine raises ``ValueError``.
 
         Raises
         ------
@@ -327,8 +327,8 @@ def domain(*keys: npt.ArrayLike) -> Union[int, npt.NDArray[np.uint32]]: ...
 def domain(*keys: Any) -> Any:
     """Return the domain of a decision, given the path of keys that leads to it from the root.
 
-    Samples of different domains are independent. Domains that differ only in their last key, within an aligned group of four (0 to 3,
-    4 to 7, ...), form a family, which ``"blue"`` stratifies together. `PathSampler` chooses the domains of a path for you.
+    Samples from different domains are independent. Domains that differ only in their last key, within an aligned group of four (0
+    to 3, 4 to 7, ...), form a family, which ``"blue"`` stratifies together. `PathSampler` chooses the domains of a path for you.
 
     Parameters
     ----------

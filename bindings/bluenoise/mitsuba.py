@@ -80,7 +80,7 @@ def _sensor(number: int) -> Any:
     """The sensor with this number in Dr.Jit's registry, or None.
 
     Dr.Jit numbers the existing sensors from 1, and an array of sensors is an array of these numbers. Mitsuba does not pass the
-    sensor to a sampler, and has no list of sensors without a scene, so this function uses an array with one number instead."""
+    sensor to a sampler, and cannot list sensors without a scene, so this function uses an array with one number instead."""
     try:
         return dr.reinterpret_array(mi.SensorPtr, mi.UInt32(number))[0]
     except RuntimeError:  # no sensor has this number

@@ -12,8 +12,8 @@
  *     float u[4];
  *     bn_ray_draw(&sampler, &ray, u); // u[0], u[1]: the direction; u[2], u[3]: a light at the ray's end
  *
- * To organise the decisions yourself, draw from domains. Call the function below, or include bn_draw.h for
- * inline draws:
+ * To organise a renderer's decisions yourself, draw directly from domains. Call the function below, or
+ * include bn_draw.h for an inline version:
  *
  *     bn_sample_4d(&sampler, x, y, index, bn_domain_child(BN_DOMAIN_ROOT, decision), u);
  *
@@ -26,8 +26,8 @@
  * unless documented otherwise. The library prints nothing and never terminates the program.
  *
  * Options. Pass NULL for the defaults. Otherwise start from bn_*_options_default(), which fills in
- * struct_size. A larger structure from a newer header is accepted if every option unknown to this library is
- * zero; otherwise the result is UNSUPPORTED. Any other struct_size gives INVALID_ARGUMENT.
+ * struct_size. A larger structure from a newer header is accepted as long as every option this library does
+ * not know is zero; otherwise the result is UNSUPPORTED. Any other struct_size gives INVALID_ARGUMENT.
  *
  * Arrays. Images are row-major; x varies fastest. The element count passed with an array must equal the
  * product of its extents, or the result is SIZE_MISMATCH. A zero extent gives INVALID_ARGUMENT, and a mask of
@@ -39,8 +39,8 @@
  * number of threads, whatever rounding mode, flush-to-zero mode or floating-point traps the program has set.
  * Exceptions: neural.h; bn_mask_error() and bn_power_spectrum(), which call the C math library; and
  * bn_rank_to_float() for 2^27 ranks or more, which follows the program's rounding mode. Starting with version
- * 0.1, the bits a sampler type returns never change: improvements become new sampler types. Masks may change
- * between versions; CHANGELOG.md says when. */
+ * 0.1, a sampler type's output never changes, down to the bit: improvements become new sampler types. Masks
+ * may change between versions; CHANGELOG.md says when. */
 #ifndef BN_BN_H
 #define BN_BN_H
 
@@ -107,16 +107,16 @@ enum {
 BN_API const char *bn_result_string(bn_result result);
 BN_API const char *bn_version_string(void);
 
-/* A progress callback, or NULL. Long computations take a callback and a user pointer as their last two
- * arguments. They call the callback periodically on the calling thread and pass it the fraction completed so
- * far, from 0 to 1. To cancel, return a non-zero value; the computation then returns CANCELLED. */
+/* Long computations take a progress callback (or NULL) and a user pointer as their last two arguments. The
+ * callback runs periodically on the calling thread and receives the fraction completed so far, from 0 to 1.
+ * If it returns a non-zero value, the computation stops and returns CANCELLED. */
 typedef int32_t (*bn_progress)(void *user, double fraction);
 
 /* ---- Domains */
 
 /* A domain identifies one decision along a path, or two that belong together, such as a ray's direction and
  * the light sample at its end. Within a pixel, a domain's samples are well distributed; across the image,
- * their error is blue noise. Samples of different domains are independent, except within a family. Derive
+ * their error is blue noise. Samples from different domains are independent, except within a family. Derive
  * domains along the call tree so that adding a decision leaves every other decision's samples unchanged:
  *
  *     uint32_t camera   = bn_domain_child(BN_DOMAIN_ROOT, 0);      // pixel position, first light
@@ -124,12 +124,12 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  *     uint32_t roulette = bn_domain_child(ray, 0);
  *
  * A domain has four dimensions. Use the pairs (0, 1) and (2, 3) for 2-D decisions, and use each dimension
- * only once. Paths in stream 0 use children of the root; if you also use your own domains, put the paths in
- * other streams.
+ * only once. Paths in stream 0 use children of the root, so if you also use your own domains, put your paths
+ * in other streams.
  *
  * Families. A domain's children with keys 4*k to 4*k + 3 form a family. BLUE stratifies a domain's four
- * dimensions together; it stratifies any two members of a family almost as well. Use a family for decisions
- * whose contributions multiply in the integrand, such as the pixel position and the point on a light. For a
+ * dimensions together, and any two members of a family almost as well. Use a family for decisions whose
+ * contributions multiply in the integrand, such as the pixel position and the point on a light. For a
  * discrete choice followed by a pair, such as a light and a point on it, use dimension 2, then (0, 1).
  *
  * Position in the pixel. Draw (x, y) from dimensions (0, 1) of a domain whose key is a multiple of four. Such
@@ -138,17 +138,18 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
 
 #define BN_DOMAIN_ROOT 0u /* the ancestor of all domains */
 
-/* Returns the child of any domain for any key. The child is a hash of the domain and key / 4; key % 4 selects
- * the member of the family. Takes about a nanosecond. Two given families coincide with probability 2^-30: for
- * paths of 16 rays, this happens in one frame in a million. For CUDA and HIP, include bn_draw.h. */
+/* Returns a domain's child for a key; every domain and key is valid. The child is a hash of the domain and
+ * key / 4; key % 4 selects the member of the family. Takes about a nanosecond. Two given families coincide
+ * with probability 2^-30: for paths of 16 rays, a coincidence occurs in one frame in a million. In CUDA and
+ * HIP, include bn_draw.h instead. */
 #if !defined(__CUDACC__) && !defined(__HIPCC__)
 BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 #endif
 
 /* ---- Masks */
 
-/* A mask borrows its ranks: texel (x, y, z) of channel c is ranks[((c * depth + z) * height + y) * width +
- * x]. Each channel holds every rank from 0 to width * height * depth - 1 exactly once and tiles the plane
+/* A mask does not own its ranks. Texel (x, y, z) of channel c is ranks[((c * depth + z) * height + y) * width
+ * + x]. Each channel holds every rank from 0 to width * height * depth - 1 exactly once and tiles the plane
  * seamlessly. Functions that make a mask write to its ranks; all other functions only read them. */
 typedef struct bn_mask {
     const void *ranks;
@@ -189,8 +190,8 @@ enum {
     BN_SAMPLER_WHITE = 2,
     /* One Sobol' sequence along a scrambled Morton curve over the pixels (Ahmed and Wonka, "Screen-Space
      * Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels", 2020). Tuned
-     * for a given sample count; a pixel that stops before half that count has about the same error as it
-     * would with SOBOL. */
+     * for a given sample count; a pixel that stops before reaching half that count has about the same error
+     * as it would with SOBOL. */
     BN_SAMPLER_ZORDER = 3,
     /* A blue-noise mask supplies a pixel's first sample; a shifted, scrambled Sobol' sequence supplies the
      * rest. The error is blue noise at 1 sample, but in rendered images this type is no better than SOBOL at
@@ -198,11 +199,11 @@ enum {
     BN_SAMPLER_MASK = 4
 };
 
-/* A sampler is a plain value of at most 48 bytes. Copy it, store it and share it between threads; there is
- * nothing to destroy. Initialise a sampler with one of the functions below. Its fields are private. */
+/* A sampler is a plain value of at most 48 bytes. You can copy it, store it and share it between threads, and
+ * there is nothing to destroy. Initialise it with one of the functions below. Its fields are private. */
 typedef struct bn_sampler {
     bn_sampler_type type;
-    uint32_t log2_samples;    /* ZORDER: log2 of the sample count of each pixel's block */
+    uint32_t log2_samples;    /* ZORDER: log2 of the number of samples in each pixel's block */
     uint32_t seed[2];         /* hashed; see bn_sampler_seed() */
     const void *mask;         /* MASK: ranks, or NULL for the built-in mask */
     uint64_t mask_scale;      /* 2^63 divided by the number of ranks, rounded up */
@@ -229,7 +230,7 @@ BN_CONSTEXPR bn_sampler bn_sampler_make(uint64_t seed) {
 BN_API bn_result bn_sampler_init(bn_sampler *sampler, bn_sampler_type type, uint64_t seed);
 
 /* Initialises a ZORDER sampler tuned for samples_per_pixel samples. That count is rounded up to a power of
- * two, at most 2^16; 0 means 256. Samples beyond it are valid but less evenly spread. Errors:
+ * two, at most 2^16; 0 means 256. Samples beyond that count are valid but less evenly spread. Errors:
  * INVALID_ARGUMENT (sampler is NULL). */
 BN_API bn_result bn_sampler_init_zorder(bn_sampler *sampler, uint32_t samples_per_pixel,
                                         uint64_t seed);
@@ -269,7 +270,7 @@ BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t 
                                  uint32_t height, uint32_t first_index, uint32_t index_count,
                                  uint32_t domain, float *out, size_t out_count);
 
-/* A wavefront of lanes, in any order. */
+/* The lanes of a wavefront, in any order. */
 typedef struct bn_wavefront {
     size_t struct_size; /* sizeof(bn_wavefront) */
     size_t count;       /* number of lanes, and length of each array below */
@@ -277,8 +278,8 @@ typedef struct bn_wavefront {
     /* One per lane, or NULL (default) if all lanes share shared_index and shared_domain. */
     const uint32_t *index, *domain;
     uint32_t shared_index, shared_domain; /* default to 0 and BN_DOMAIN_ROOT */
-    /* NULL (default), or each lane's ray number, below 2^28. Lane i then draws from bn_path_ray(path,
-     * depth[i]), where the path has the lane's domain. BN_DOMAIN_ROOT stands for the path of stream 0. */
+    /* NULL (default), or one ray number per lane, below 2^28. If set, lane i draws from ray depth[i] of a
+     * path whose domain is the lane's domain; BN_DOMAIN_ROOT stands for the path of stream 0. */
     const uint32_t *depth;
     /* Dimension d of lane i goes to out[d][i * stride]. NULL (default) skips the dimension. */
     float *out[4];
@@ -292,10 +293,10 @@ BN_INLINE bn_wavefront bn_wavefront_default(void) {
 
 /* Draws a sample for every lane of a wavefront. The samples are bit-identical to those of bn_sample_4d(). If
  * only one pair is requested, only that pair is drawn. Arrays must be aligned for their element type and must
- * not overlap the outputs. Allocates nothing and takes no locks. With AVX2 (unless compiled by MSVC or by GCC
- * for Windows), BLUE takes less than half as long as single draws, and SOBOL and WHITE take a tenth as long;
- * the other types are no faster. Errors: INVALID_ARGUMENT (sampler, wavefront, x, y or all of out is NULL,
- * stride is 0, or struct_size is invalid), UNSUPPORTED. */
+ * not overlap the outputs. Allocates nothing and takes no locks. With AVX2 (unless the library was built with
+ * MSVC or with GCC for Windows), a wavefront takes less than half as long as single draws for BLUE, and a
+ * tenth as long for SOBOL and WHITE; for the other types, it is no faster. Errors: INVALID_ARGUMENT (sampler,
+ * wavefront, x, y or all of out is NULL, stride is 0, or struct_size is invalid), UNSUPPORTED. */
 BN_API bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefront *wavefront);
 
 /* ---- Drawing on a GPU (docs/shaders.md) */
@@ -312,12 +313,12 @@ BN_INLINE void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
 
 /* ---- Making masks */
 
-/* Three algorithms make masks. Void-and-cluster makes good masks in milliseconds on one core. Relaxation is
- * nearly as good, runs faster and uses all cores. Annealing is slow, but 10,000 sweeps reach an E_1
- * (bn_mask_error) about 4% below void-and-cluster's. All three call `progress` in C's default floating-point
- * environment. Errors: INVALID_ARGUMENT (a NULL pointer, a zero extent, an option out of range, rank_bits too
- * small or other than 16 or 32, a depth or channel count the algorithm does not support), OUT_OF_MEMORY,
- * CANCELLED, UNSUPPORTED. */
+/* You can make masks with three algorithms. Void-and-cluster makes good masks in milliseconds on one core.
+ * Relaxation is nearly as good, runs faster and uses all cores. Annealing is slow, but 10,000 sweeps reach an
+ * E_1 (bn_mask_error) about 4% below void-and-cluster's. All three call `progress` in C's default
+ * floating-point environment. Errors: INVALID_ARGUMENT (a NULL pointer, a zero extent, an option out of
+ * range, rank_bits too small or other than 16 or 32, a depth or channel count the algorithm does not
+ * support), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
 
 typedef struct bn_void_and_cluster_options {
     size_t struct_size; /* sizeof(bn_void_and_cluster_options) */
@@ -333,9 +334,9 @@ BN_INLINE bn_void_and_cluster_options bn_void_and_cluster_options_default(void) 
     return options;
 }
 
-/* Makes a single-channel mask in two or three dimensions (Ulichney, "The void-and-cluster method for dither
- * array generation", 1993). Runs on the calling thread. In two dimensions, at sigma 1.5, it takes 0.16 to 0.4
- * microseconds and 14 bytes per texel. */
+/* Makes a single-channel 2-D or 3-D mask (Ulichney, "The void-and-cluster method for dither array
+ * generation", 1993). Runs on the calling thread. A 2-D mask at sigma 1.5 needs 0.16 to 0.4 microseconds and
+ * 14 bytes per texel. */
 BN_API bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options,
                                      const bn_mask *mask, bn_progress progress, void *user);
 
@@ -351,16 +352,16 @@ BN_INLINE bn_relax_options bn_relax_options_default(void) {
 }
 
 /* Makes a single-channel 2-D mask with parallel relaxation. This is the fastest way to make a large mask, and
- * the result is nearly as good as void-and-cluster's. Relaxation starts from white noise. Each of 20 learned
- * steps changes every texel at once by a weighted sum of clipped differences from its neighbours. The result
- * is then ranked. */
+ * the result is nearly as good as void-and-cluster's. Relaxation starts from white noise and applies 20
+ * learned steps. Each step updates all texels at once: it adds to every texel a weighted sum of clipped
+ * differences from its neighbours. The final values are then ranked. */
 BN_API bn_result bn_relax(const bn_relax_options *options, const bn_mask *mask,
                           bn_progress progress, void *user);
 
 typedef struct bn_anneal_options {
     size_t struct_size; /* sizeof(bn_anneal_options) */
-    /* Standard deviation, in texels, of the viewing blur whose error is minimised, from 0.25 to 4. Default 1.
-     * Two texels interact with weight exp(-distance^2 / (4 sigma^2)). */
+    /* Standard deviation, in texels, of the viewing blur after which the error is minimised: 0.25 to 4.
+     * Default 1. Two texels interact with weight exp(-distance^2 / (4 sigma^2)). */
     double sigma;
     /* One channel only: the standard deviation of a second, wider blur, from sigma to 4 (default 1.5; raise
      * it along with sigma), and the weight of its squared error relative to that of the first blur (default
@@ -372,8 +373,8 @@ typedef struct bn_anneal_options {
      * <= 1. Cooling is geometric. The defaults are 4e-4 and 2e-6, respectively. */
     double start_temperature, end_temperature;
     uint32_t sweeps; /* trial swaps per texel; default 1000 */
-    /* One channel only. 1 (default): order the first and last ranks with void-and-cluster, because their texels
-     * are too far apart for the blurs to reach. 0: keep them as annealed. */
+    /* One channel only. 1 (default): order the first and last ranks with void-and-cluster, because their
+     * texels are too far apart for the blurs to have any effect. 0: keep them as annealed. */
     int32_t order_ends;
     /* 1: start from the mask's ranks. 0 (default): start from void-and-cluster. */
     int32_t start_from_ranks;

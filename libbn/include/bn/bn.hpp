@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // libbn for C++14 and later: samplers, paths, domains and draws as values. This header is a thin inline layer over bn.h
-// and bn_path.h, which document the functions. Draws are bit-identical to theirs.
+// and bn_path.h, which document the functions. Draws are bit-identical to those in C.
 //
 //     const bn::Sampler sampler(seed);
 //     const bn::PathSampler path(sampler, x, y, index);
@@ -140,7 +140,7 @@ class Sampler {
             throw Error("bn_sampler_init", BN_ERROR_INVALID_ARGUMENT);
         sampler_.type = static_cast<int32_t>(type);
     }
-    // BN_SAMPLER_... is not a seed. Pass a Type.
+    // Rejects BN_SAMPLER_..., which would otherwise be taken for a seed. Pass a Type.
     template <typename Other, typename = std::enable_if_t<std::is_enum<Other>::value &&
                                                           !std::is_same<Other, Type>::value>>
     explicit Sampler(Other type, uint64_t seed = 0) = delete;
@@ -191,7 +191,7 @@ class Sampler {
     }
 
     // Calls bn_sample_block(). The result is [height][width][index_count][4]. Throws INVALID_ARGUMENT for a zero extent
-    // or a block that runs past the last coordinate or index, and OUT_OF_MEMORY if its size overflows.
+    // or a block that runs past the last coordinate or index, and OUT_OF_MEMORY if the size of the result overflows.
     std::vector<float> block(int32_t x0, int32_t y0, uint32_t width, uint32_t height,
                              uint32_t first_index, uint32_t index_count,
                              Domain domain = Domain()) const {
@@ -353,8 +353,8 @@ class PathSampler {
     RaySampler ray(uint32_t number) const noexcept {
         return RaySampler(sampler_, bn_path_ray(&state_, number));
     }
-    // The light sample at the end of ray 0, for when a lens uses that ray's second pair, or light sample k of
-    // `count`.
+    // Light sample k of `count` at the end of ray 0. Call this if a lens uses that ray's second pair, or if you take
+    // multiple light samples.
     std::array<float, 2> first_light(uint32_t count = 1, uint32_t k = 0) const noexcept {
         std::array<float, 2> out{};
         bn_path_first_light(sampler_, &state_, count, k, out.data());
@@ -381,9 +381,9 @@ inline PathSampler Split::operator[](uint32_t k) const noexcept {
 }
 
 // For renderers that ask a stateful sampler for the next number or pair, as pbrt does. A number and the pair after it,
-// or two consecutive pairs, share a domain. Each ray has its own infinite sequence. Draw one pair, not two numbers, for
-// a 2-D decision. Store numbers in variables before you pass them on, because C++ does not specify the evaluation order
-// in f(next_1d(), next_2d()).
+// or two consecutive pairs, share a domain. Each ray has its own infinite sequence. For a 2-D decision, draw one pair
+// instead of two numbers. Do not write f(next_1d(), next_2d()): C++ does not specify the evaluation order, so store the
+// numbers in variables first.
 class SequentialSampler {
   public:
     // Holds a copy of the Sampler. Call start() before you draw.
@@ -406,16 +406,16 @@ class SequentialSampler {
         begin(0);
     }
     // Call this before each later ray so that neighbouring paths get back in step. To continue the current ray, as in
-    // loops that step over transparent surfaces, pass its number again. An earlier number also continues the current
-    // ray, because the earlier rays' numbers are used up; in debug builds, it fails an assertion.
+    // loops that step over transparent surfaces, pass its number again. Passing an earlier number also continues the
+    // current ray, because the earlier rays' numbers have been used up; in debug builds, this fails an assertion.
     void start_ray(uint32_t ray) noexcept {
         assert(ray >= ray_);
         if (ray > ray_) begin(ray);
     }
     // Declares the order of calls: '1' stands for a number and '2' for a pair. Debug builds assert that later calls
-    // follow it. For example, expect("22", "1212") declares the position and the lens on ray 0; on each later ray, it
-    // declares a light, the point on it, a lobe and its direction. Call expect() before start(). The strings must
-    // outlive the object. Calls past the end of a string are not checked.
+    // follow this order. For example, expect("22", "1212") declares the pixel position and the lens for ray 0, and a
+    // light, the point on it, a lobe and its direction for each later ray. Call expect() before start(). The strings
+    // must outlive the object. Calls past the end of a string are not checked.
     void expect(const char *ray_0, const char *later_rays) noexcept {
         expected_[0] = ray_0;
         expected_[1] = later_rays;

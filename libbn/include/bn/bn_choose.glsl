@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Discrete choices with a random number, and reuse of the remainder: bn_choose(), bn_choose_u32()
- * and bn_choose_cdf() in the common subset of GLSL, HLSL, Metal, CUDA and C. bn_choose.h documents
- * them. bn_choose.h, bn_choose.hlsl and bn_choose.metal include this file; libbn/tools/make_wgsl.py
- * translates it to the WGSL files. Results are bit-identical in all languages, except that shader
- * compilers may flush subnormal numbers to 0 and treat NaN as any value.
+ * Makes discrete choices with a random number and rescales its remainder for reuse: bn_choose(),
+ * bn_choose_u32() and bn_choose_cdf() in the common subset of GLSL, HLSL, Metal, CUDA and C.
+ * bn_choose.h documents them. bn_choose.h, bn_choose.hlsl and bn_choose.metal include this file;
+ * libbn/tools/make_wgsl.py translates it to the WGSL files. Results are bit-identical in all
+ * languages, except that shader compilers may flush subnormal numbers to 0 and treat NaN as any value.
  *
  * In a shader (GLSL 3.30 or GLSL ES 3.00, no extensions), include this file, with or without
  * bn_draw.glsl:

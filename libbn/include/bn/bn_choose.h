@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Makes discrete choices with a random number and rescales the remainder for reuse.
+ * Makes discrete choices with a random number and rescales its remainder for reuse.
  *
  * A choice uses only the leading digits of a number. These functions make the choice, then rescale the chosen
- * part of [0, 1) to [0, 1). The choice and the next decision thus share one well-stratified pair, and you
- * save a draw:
+ * part of [0, 1) to the whole interval. That lets the choice and the next decision share one well-stratified
+ * pair, and you save a draw:
  *
  *     float u[4];
  *     bn_sample_4d(sampler, x, y, index, domain, u);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * bn_choose(), bn_choose_u32() and bn_choose_cdf() in the Metal Shading Language, from bn_choose.glsl, which
- * must be in the same folder. bn_choose.h documents them; here u is a reference, and bn_choose_cdf(cdf,
- * count, u) takes a pointer to device memory.
+ * bn_choose(), bn_choose_u32() and bn_choose_cdf() in the Metal Shading Language. This file includes
+ * bn_choose.glsl, which must be in the same folder. bn_choose.h documents the functions; here u is a
+ * reference, and bn_choose_cdf(cdf, count, u) takes a pointer to device memory.
  *
  *     float4 draw = bn_draw_blue_4d(bn_words, seed, uint(pixel.x), uint(pixel.y), index, domain);
  *     float u = draw.x;

@@ -14,8 +14,8 @@
  *     vec4 u = bn_draw_blue_4d(seed, uint(pixel.x), uint(pixel.y), index, domain);
  *     vec2 v = bn_draw_blue_2d(seed, uint(pixel.x), uint(pixel.y), index, domain, 1u); // u.zw
  *
- * Coordinates are signed integers reinterpreted as unsigned: uint(-1) is the column left of zero. In
- * APIs without storage buffers, such as WebGL 2, read the words from a texture:
+ * Coordinates are signed integers reinterpreted as unsigned: uint(-1) is the column to the left of
+ * column 0. In APIs without storage buffers, such as WebGL 2, read the words from a texture:
  *
  *     uniform highp usampler2D bn_words; // R32UI, 64 texels wide
  *     #define BN_WORD(i) texelFetch(bn_words, ivec2((i) & 63u, (i) >> 6u), 0).r
@@ -76,7 +76,7 @@ struct bn_uint2 {
 };
 #endif
 
-/* Four consecutive words. When a two-word entry is read, the two words after it are not used. */
+/* Four consecutive words. For a two-word entry, the last two are ignored. */
 #ifndef BN_ROW
 #define BN_ROW(at) bn_draw_row(BN_PASS_TABLE at)
 BN_FUNCTION bn_uint4 bn_draw_row(BN_TABLE BN_UINT at) {
@@ -124,8 +124,8 @@ BN_FUNCTION BN_UINT bn_hash32(BN_UINT v) {
 /* bn_domain_child(): a hash of the parent and key / 4, which all members of a family share. The upper
  * two bits hold the member number. The draws hash the result once more. Before the last step, which
  * leaves the upper half unchanged, families with the same parent differ by multiples of the golden
- * ratio. As a result, no two of any thirty consecutive families share their upper six bits, from which
- * BLUE takes a family's shift. */
+ * ratio. As a result, no two of any thirty consecutive families share their upper six bits, which BLUE
+ * uses as the family's shift. */
 BN_FUNCTION BN_UINT bn_draw_domain_child(BN_UINT domain, BN_UINT key) {
     BN_UINT v = (domain + (key >> 2u) * 0x121658bdu + 0x9e3779b9u) * 0x21f0aaadu;
     v = ((v ^ (v >> 16u)) & 0xfffffffcu) | (key & 3u);

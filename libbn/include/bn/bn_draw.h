@@ -25,8 +25,8 @@
  * each member of a family uses half of the tables. Drawing one pair or one dimension takes slightly fewer
  * instructions. When inlined into a loop, draws for many domains or indices in one pixel share work. For
  * indices of 256 and above, every four additional index bits cost one more XOR. With SSE2, the last step
- * handles all four dimensions at once. Define BN_DRAW_PLAIN to disable SSE2, as in CUDA and HIP; the results
- * are bit-identical. */
+ * handles all four dimensions at once. CUDA and HIP do not use SSE2. To disable it elsewhere, define
+ * BN_DRAW_PLAIN; the results are bit-identical. */
 #ifndef BN_BN_DRAW_H
 #define BN_BN_DRAW_H
 

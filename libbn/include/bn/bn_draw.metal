@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * BLUE, SOBOL and WHITE draws in the Metal Shading Language, from bn_draw.glsl, which must be in the same
- * folder. BLUE draws take the words of bn_tables(), a `const device uint *`, as their first argument. The
- * seed comes from bn_sampler_seed():
+ * BLUE, SOBOL and WHITE draws in the Metal Shading Language. This file includes bn_draw.glsl, which must be
+ * in the same folder. BLUE draws take the words of bn_tables(), a `const device uint *`, as their first
+ * argument. The seed comes from bn_sampler_seed():
  *
  *     #include <metal_stdlib>
  *     #include "bn_draw.metal"

@@ -7,9 +7,9 @@
  *
  *     let u: vec4f = bn_draw_blue_4d(seed, u32(pixel.x), u32(pixel.y), index, bn_domain_child(0u, ray));
  *
- * Coordinates are signed integers reinterpreted as unsigned: u32(-1i) is the column left of zero.
- * bn_draw_blue_bits() and its variants return all 32 bits of each number. Names that begin with
- * bn_ or BN_ are reserved. bn_draw.h explains how BLUE works. */
+ * Coordinates are signed integers reinterpreted as unsigned: u32(-1i) is the column to the left of
+ * column 0. bn_draw_blue_bits() and its variants return all 32 bits of each number. Names that begin
+ * with bn_ or BN_ are reserved. bn_draw.h explains how BLUE works. */
 
 /* THE TABLES
  *
@@ -26,7 +26,7 @@ const BN_POINTS_AT = 6272u; /* [256][member][4]: the first 256 points, by revers
 const BN_LATER_AT = 10368u; /* [6][16][member][4]: digits for index bits 8 to 31, four at a time */
 const BN_WORD_COUNT = 11904u;
 
-/* Four consecutive words. When a two-word entry is read, the two words after it are not used. */
+/* Four consecutive words. For a two-word entry, the last two are ignored. */
 fn bn_draw_row(at: u32) -> vec4u {
     var row: vec4u;
     row.x = bn_words[at];
@@ -58,8 +58,8 @@ fn bn_hash32(v_in: u32) -> u32 {
 /* bn_domain_child(): a hash of the parent and key / 4, which all members of a family share. The upper
  * two bits hold the member number. The draws hash the result once more. Before the last step, which
  * leaves the upper half unchanged, families with the same parent differ by multiples of the golden
- * ratio. As a result, no two of any thirty consecutive families share their upper six bits, from which
- * BLUE takes a family's shift. */
+ * ratio. As a result, no two of any thirty consecutive families share their upper six bits, which BLUE
+ * uses as the family's shift. */
 fn bn_domain_child(domain: u32, key: u32) -> u32 {
     var v = (domain + (key >> 2u) * 0x121658bdu + 0x9e3779b9u) * 0x21f0aaadu;
     v = ((v ^ (v >> 16u)) & 0xfffffffcu) | (key & 3u);

@@ -124,8 +124,8 @@ BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, B
 
 /* ---- Loops */
 
-/* The 32 bits of a loop's number k, for k of 4 or more, from the loop's domain. WHITE supplies four
- * numbers per step of its counter. The sampler supplies numbers 0 to 3. */
+/* The 32 bits of number k of a loop, where k is at least 4, from the loop's domain. WHITE supplies
+ * four numbers per step of its counter. The sampler supplies numbers 0 to 3. */
 BN_FUNCTION BN_UINT bn_loop_later_bits(bn_uint2 seed, bn_path path, BN_UINT domain, BN_UINT k) {
     bn_uint4 v =
         bn_draw_white_bits(seed, path.x, path.y, path.index, domain + (k >> 2u) * 0x9e3779b9u);
@@ -134,7 +134,7 @@ BN_FUNCTION BN_UINT bn_loop_later_bits(bn_uint2 seed, bn_path path, BN_UINT doma
     return low ^ ((low ^ v.z ^ ((v.z ^ v.w) & odd)) & upper);
 }
 
-/* ---- The objects of bn_path.h for shaders. They draw from BLUE. */
+/* ---- The types of bn_path.h, for shaders. They draw from BLUE. */
 
 #ifdef BN_FLOAT4
 BN_FUNCTION BN_FLOAT4 bn_path_draw_4d(BN_TABLE bn_uint2 seed, bn_path path, BN_UINT domain) {
@@ -146,7 +146,8 @@ BN_FUNCTION BN_FLOAT2 bn_path_draw_2d(BN_TABLE bn_uint2 seed, bn_path path, BN_U
     return bn_draw_blue_2d(BN_PASS_TABLE seed, path.x, path.y, path.index, domain, pair);
 }
 
-/* The light sample at the end of ray 0 if there is a lens, or light sample k of `count`. */
+/* Light sample k of `count` at the end of ray 0. Call this if there is a lens, or if you take multiple
+ * light samples. */
 BN_FUNCTION BN_FLOAT2 bn_path_first_light(BN_TABLE bn_uint2 seed, bn_path path, BN_UINT count,
                                           BN_UINT k) {
     bn_path one = path;

@@ -44,9 +44,9 @@
  *     }
  *
  * `count` must be the same for all samples of the pixel. If it varies, call bn_ray_next_split_from() and pass
- * the number of branches the pixel's earlier samples took. If you do not have that number, pass
- * bn_ray_next_split() a count near the mean; a sample may then use fewer branches, or more (k = count, count
- * + 1, ...).
+ * the number of branches the pixel's earlier samples took. If you do not know that number, pass
+ * bn_ray_next_split() a count near the mean; each sample may use fewer branches or more (k = count, count +
+ * 1, ...).
  *
  * For a loop of unknown length, such as delta tracking or a random walk, draw from bn_ray_next_loop().
  * Decisions that neighbouring pixels reach in different orders, such as stochastic transparency, need a key:
@@ -74,7 +74,8 @@ typedef struct bn_path bn_path;
 /* ---- Paths */
 
 /* Sample `index` of pixel (x, y). Streams are independent: use them for frames of an animation, or for light
- * paths alongside camera paths. If you average frames, use stream 0 and let the index run on across frames. */
+ * paths alongside camera paths. If you average frames, use stream 0 for all of them and keep increasing the
+ * index from frame to frame. */
 BN_DEVICE_INLINE bn_path bn_path_start(int32_t x, int32_t y, uint32_t index, uint32_t stream) {
     bn_path path = {(uint32_t)x, (uint32_t)y, index, bn_path_stream_domain(stream)};
     return path;
@@ -191,16 +192,16 @@ BN_HOST_INLINE void bn_ray_next_2d(const bn_sampler *s, bn_ray *ray, float out[2
     bn_ray_draw_2d(s, ray, ray->drawn_2d++, out);
 }
 
-/* The next four numbers: for two pairs whose contributions multiply, or a choice (out[2]) and a pair (out[0],
- * out[1]). */
+/* The next four numbers. Use them for two pairs whose contributions multiply, or for a choice (out[2])
+ * followed by a pair (out[0], out[1]). */
 BN_HOST_INLINE void bn_ray_next_4d(const bn_sampler *s, bn_ray *ray, float out[4]) {
     bn_ray_draw_4d(s, ray, ray->drawn_4d++, out);
 }
 
 /* ---- Once per path */
 
-/* The light sample at the end of ray 0, for when a lens uses that ray's second pair, or light sample k of
- * `count`. `count` must be the same for all samples of the pixel; 0 means 1. */
+/* Light sample k of `count` at the end of ray 0. Call this if a lens uses that ray's second pair, or if you
+ * take multiple light samples. `count` must be the same for all samples of the pixel; 0 means 1. */
 BN_HOST_INLINE void bn_path_first_light(const bn_sampler *s, const bn_path *path, uint32_t count,
                                         uint32_t k, float out[2]) {
     bn_draw_2d(s, (int32_t)path->x, (int32_t)path->y, path->index * (count == 0 ? 1 : count) + k,

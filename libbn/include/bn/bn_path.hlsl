@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * A path's decisions in HLSL, from bn_path.glsl, which must be in the same folder. Include this file after
- * bn_draw.hlsl. bn_path.h explains the decisions.
+ * A path's decisions in HLSL. Include this file after bn_draw.hlsl; it includes bn_path.glsl, which must be
+ * in the same folder. bn_path.h explains the decisions.
  *
  *     bn_path path = bn_path_start(pixel.x, pixel.y, index, 0);
  *     float4 u = bn_ray_draw(seed, bn_path_ray(path, depth)); */

@@ -116,8 +116,8 @@ fn bn_path_branch(path: bn_path, split: u32, count: u32, k: u32) -> bn_path {
 
 /* ---- Loops */
 
-/* The 32 bits of a loop's number k, for k of 4 or more, from the loop's domain. WHITE supplies four
- * numbers per step of its counter. The sampler supplies numbers 0 to 3. */
+/* The 32 bits of number k of a loop, where k is at least 4, from the loop's domain. WHITE supplies
+ * four numbers per step of its counter. The sampler supplies numbers 0 to 3. */
 fn bn_loop_later_bits(seed: vec2u, path: bn_path, domain: u32, k: u32) -> u32 {
     let v = bn_draw_white_bits(seed, path.x, path.y, path.index, domain + (k >> 2u) * 0x9e3779b9u);
     let odd = 0u - (k & 1u);
@@ -126,7 +126,7 @@ fn bn_loop_later_bits(seed: vec2u, path: bn_path, domain: u32, k: u32) -> u32 {
     return low ^ ((low ^ v.z ^ ((v.z ^ v.w) & odd)) & upper);
 }
 
-/* ---- The objects of bn_path.h for shaders. They draw from BLUE. */
+/* ---- The types of bn_path.h, for shaders. They draw from BLUE. */
 
 fn bn_path_draw_4d(seed: vec2u, path: bn_path, domain: u32) -> vec4f {
     return bn_draw_blue_4d(seed, path.x, path.y, path.index, domain);
@@ -136,7 +136,8 @@ fn bn_path_draw_2d(seed: vec2u, path: bn_path, domain: u32, pair: u32) -> vec2f 
     return bn_draw_blue_2d(seed, path.x, path.y, path.index, domain, pair);
 }
 
-/* The light sample at the end of ray 0 if there is a lens, or light sample k of `count`. */
+/* Light sample k of `count` at the end of ray 0. Call this if there is a lens, or if you take multiple
+ * light samples. */
 fn bn_path_first_light(seed: vec2u, path: bn_path, count: u32, k: u32) -> vec2f {
     var one = path;
     if (count > 1u) {

@@ -33,20 +33,20 @@
  * With the "cuda" provider, the network runs on the first NVIDIA GPU that CUDA finds. This requires an ONNX
  * Runtime with the CUDA execution provider, and the versions of CUDA and cuDNN it was built for. Noise and
  * ranks are still computed on the CPU, and all arguments reside in host memory. Tiles are up to 1024 x 1024
- * texels, so large windows and masks should gain the most (not measured). If the provider or the GPU is
- * missing, or cannot run the whole network, bn_neural_open() fails with RUNTIME. It never falls back to the
- * CPU; to use the CPU, open the network again without a provider.
+ * texels, so large windows and masks should gain the most, although this has not been measured. If the
+ * provider or the GPU is missing, or cannot run the whole network, bn_neural_open() fails with RUNTIME. It
+ * never falls back to the CPU; to use the CPU, open the network again without a provider.
  *
  * REPRODUCIBILITY
  *
  * Mask quality does not depend on the seed or the machine. Only the input noise is guaranteed to be
  * bit-identical everywhere. In practice the built-in single-channel network is also bit-identical on any CPU,
- * with any number of threads and for any window because it uses only additions, subtractions, multiplications
- * and comparisons (ONNX Runtime 1.17.3 and 1.31.1 agree). The two-channel network also uses divisions and
- * square roots, which these two versions round differently. Bits can change if a version of ONNX Runtime
- * fuses operations, if a model uses other operations, or if the network runs on a GPU. On a CPU, within one
- * process, the number of threads and a window's extents change values by less than 1e-5; on a GPU this bound
- * is likely to hold but not guaranteed. */
+ * with any number of threads and for any window, because it uses only additions, subtractions,
+ * multiplications and comparisons (ONNX Runtime 1.17.3 and 1.31.1 agree). The two-channel network also uses
+ * divisions and square roots, which these two versions round differently. Bits can change if a version of
+ * ONNX Runtime fuses operations, if a model uses other operations, or if the network runs on a GPU. On a CPU,
+ * within one process, the number of threads and a window's extents change values by less than 1e-5; on a GPU
+ * this bound is likely to hold but is not guaranteed. */
 #ifndef BN_BN_NEURAL_H
 #define BN_BN_NEURAL_H
 
@@ -119,8 +119,9 @@ BN_INLINE bn_neural_options bn_neural_options_default(void) {
  *
  *   bn.version           1
  *   bn.receptive_radius  r, at most 256: the radius of the receptive field
- *   bn.align             h, w and the first texel's position must be multiples of this number,
- *                        at most 64; 1 for a network without strides. Callers may request any extents
+ *   bn.align             h, w and the first texel's position must be multiples of this number, which
+ *                        is at most 64 (1 for a network without strides). Callers may request any
+ *                        extents
  *   bn.quantiles         optional, for outputs that are not uniform in [0, 1): 65 comma-separated
  *                        integers. The i-th is 2^24 times the i / 64 quantile of the outputs.
  *                        bn_neural_window() uses them to make values uniform
@@ -138,20 +139,20 @@ BN_API uint32_t bn_neural_channels(const bn_neural *neural);
 
 /* ---- Masks and windows */
 
-/* Makes a 2-D mask with C channels and any extents. Quality is guaranteed at 16 x 16 texels and above. Works
- * in tiles. In addition to the ranks, this needs up to 24 bytes per texel and channel, plus a few megabytes
- * per thread (tens of megabytes with a GPU). Reports progress at the start and before each tile the calling
- * thread works on; a tile takes a fraction of a second. The final ranking cannot be cancelled. Errors:
- * INVALID_ARGUMENT (a NULL pointer, a zero extent, or the wrong channels, depth or rank_bits), OUT_OF_MEMORY,
- * BAD_DATA (the network's output is not finite), RUNTIME, CANCELLED. */
+/* Makes a 2-D mask with C channels and any extents. Quality is guaranteed at 16 x 16 texels and above. The
+ * network runs in tiles. In addition to the ranks, the call needs up to 24 bytes per texel and channel, plus
+ * a few megabytes per thread (tens of megabytes with a GPU). Reports progress at the start and before each
+ * tile the calling thread works on; a tile takes a fraction of a second. The final ranking cannot be
+ * cancelled. Errors: INVALID_ARGUMENT (a NULL pointer, a zero extent, or the wrong channels, depth or
+ * rank_bits), OUT_OF_MEMORY, BAD_DATA (the network's output is not finite), RUNTIME, CANCELLED. */
 BN_API bn_result bn_neural_mask(const bn_neural *neural, const bn_mask *mask, uint64_t seed,
                                 bn_progress progress, void *user);
 
-/* Computes a window into a seed's infinite plane: width x height texels starting at (x0, y0). Writes them to
- * values[C][height][width]; they are in [0, 1) and uniformly distributed over the plane. Overlapping windows
- * agree to within 1e-5. Coordinates range from -2^40 to 2^40. For progress and errors, see bn_neural_mask();
- * also fails with SIZE_MISMATCH, and with INVALID_ARGUMENT for a window that extends past that range. If the
- * call fails after work has begun, the contents of values are undefined. */
+/* Computes a window into a seed's infinite plane: width x height texels, starting at (x0, y0). The results go
+ * to values[C][height][width]; they are in [0, 1) and uniformly distributed over the plane. Overlapping
+ * windows agree to within 1e-5. Coordinates range from -2^40 to 2^40. For progress and errors, see
+ * bn_neural_mask(); also fails with SIZE_MISMATCH, and with INVALID_ARGUMENT for a window that extends past
+ * that range. If the call fails after work has begun, the contents of values are undefined. */
 BN_API bn_result bn_neural_window(const bn_neural *neural, int64_t x0, int64_t y0, uint32_t width,
                                   uint32_t height, uint64_t seed, float *values, size_t count,
                                   bn_progress progress, void *user);
