@@ -125,7 +125,7 @@ def void_and_cluster(
 def relax(
     shape: Shape, *, seed: Seed = 0, threads: int = 0, out: Optional[Ranks] = None, progress: Optional[Progress] = None
 ) -> Ranks:
-    """Make a mask with parallel relaxation: the fastest generator for large masks, but slightly worse than void-and-cluster.
+    """Make a mask with parallel relaxation, which is the fastest method for large masks but slightly worse than void-and-cluster.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def anneal(
     sweeps : int, default 1000
         Trial swaps per texel. Each takes about 65 ns.
     sigma, far_sigma : float, default 1 and max(1.5, sigma)
-        Standard deviations, in texels, of the blurs whose dithering errors are minimised, where 0.25 <= sigma <= far_sigma <= 4.
+        Standard deviations, in texels, of the blurs after which the error is minimised, where 0.25 <= sigma <= far_sigma <= 4.
         With multiple channels, only `sigma` is used.
     far_weight : float, default 1
         Weight of the squared error after the second blur; must be at least 0.
@@ -187,7 +187,7 @@ def anneal(
         geometric.
     order_ends : bool, default True
         Whether to order the first and last ranks with void-and-cluster, because their texels are too far apart for the blurs to
-        reach.
+        have any effect.
     start_from_ranks : array_like of int, optional
         A mask of the result's shape to start from, instead of void-and-cluster.
 
@@ -262,7 +262,7 @@ def builtin(shape: Shape, *, out: Optional[Ranks] = None) -> Ranks:
     Parameters
     ----------
     shape : tuple of int
-        ``(64, 64)``. Builds that contain more masks also offer side lengths of 16, 32, 128 and 256.
+        ``(64, 64)``. Builds with more masks also offer side lengths of 16, 32, 128 and 256.
     out : ndarray of uint32, optional
         See `mask`.
 

@@ -36,7 +36,7 @@ class Sampler:
         independent images.
     samples_per_pixel : int, default 0
         The sample count that the ``"zorder"`` type is tuned for: up to 2**32 - 1, rounded up to a power of two (at most 2**16);
-        0 means 256. Higher indices are valid. The other types are progressive and ignore this parameter.
+        0 means 256. Samples beyond that count are also valid. The other types are progressive and ignore this parameter.
     mask : array_like of int, optional
         The mask for the ``"mask"`` type: ranks of shape (height, width), or (n,) for a row, in which each rank from 0 to n - 1 occurs
         exactly once. Defaults to the built-in 64 x 64 mask.
@@ -150,7 +150,7 @@ class Sampler:
 
         Notes
         -----
-        In large arrays, a ``"blue"`` sample takes about ten nanoseconds.
+        For large arrays, each ``"blue"`` sample takes about ten nanoseconds.
         """
         dims = arguments.integer("dims", dims, 1, 4)
         if pair is not None:

@@ -132,9 +132,9 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  * contributions multiply in the integrand, such as the pixel position and the point on a light. For a
  * discrete choice followed by a pair, such as a light and a point on it, use dimension 2, then (0, 1).
  *
- * Position in the pixel. Draw (x, y) from dimensions (0, 1) of a domain whose key is a multiple of four. Such
- * positions are also well distributed along the image's rows and columns, which helps at horizontal and
- * vertical edges. */
+ * Pixel position. Draw it from dimensions (0, 1) of a domain whose key is a multiple of four. The positions
+ * are then also well distributed along the image's rows and columns, which helps at horizontal and vertical
+ * edges. */
 
 #define BN_DOMAIN_ROOT 0u /* the ancestor of all domains */
 

@@ -3,7 +3,7 @@
  *
  * A choice uses only the leading digits of a number. These functions make the choice, then rescale the chosen
  * part of [0, 1) to the whole interval. That lets the choice and the next decision share one well-stratified
- * pair, and you save a draw:
+ * pair, which saves a draw:
  *
  *     float u[4];
  *     bn_sample_4d(sampler, x, y, index, domain, u);
@@ -34,8 +34,8 @@ extern "C" {
 #endif
 
 /* Returns 1 with the given probability (that is, if *u < probability) and 0 otherwise. In both cases, *u
- * becomes the remainder. The actual probability is rounded up to a multiple of 2^-24: if it is far below
- * 2^-12, divide by the rounded value; otherwise the difference biases your estimate. Never returns 1 if the
+ * becomes the remainder. The probability is rounded up to a multiple of 2^-24. If it is far below 2^-12,
+ * divide by the rounded value; otherwise the difference biases your estimate. Never returns 1 if the
  * probability is NaN or at most 0, and always does if it is 1 or more. */
 BN_DEVICE_INLINE int bn_choose(float probability, float *u);
 

@@ -45,8 +45,8 @@
  *
  * `count` must be the same for all samples of the pixel. If it varies, call bn_ray_next_split_from() and pass
  * the number of branches the pixel's earlier samples took. If you do not know that number, pass
- * bn_ray_next_split() a count near the mean; each sample may use fewer branches or more (k = count, count +
- * 1, ...).
+ * bn_ray_next_split() a count near the mean; a sample may then use fewer branches, or more by passing k =
+ * count, count + 1 and so on.
  *
  * For a loop of unknown length, such as delta tracking or a random walk, draw from bn_ray_next_loop().
  * Decisions that neighbouring pixels reach in different orders, such as stochastic transparency, need a key:

@@ -127,8 +127,8 @@ BN_INLINE bn_neural_options bn_neural_options_default(void) {
  *                        bn_neural_window() uses them to make values uniform
  *   bn.sparse_spacing    optional, from 1 to 10,000: the point spacing, in hundredths of a texel,
  *                        beyond which the network places points poorly. bn_neural_mask() reorders
- *                        the first and last ranks, whose points are at least this far apart on
- *                        average, as bn_void_and_cluster() does. Windows are not affected */
+ *                        the first and last ranks as bn_void_and_cluster() would: those whose
+ *                        points are at least this far apart on average. Windows are not affected */
 BN_API bn_result bn_neural_open(const bn_neural_options *options, bn_neural **neural);
 
 /* Closes a network. NULL is allowed. */
