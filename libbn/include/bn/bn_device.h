@@ -46,8 +46,8 @@ typedef unsigned int uint32_t;
 #define BN_FALSE 0
 #define BN_FUNCTION BN_DEVICE_INLINE
 
-/* The leading parameter and argument of every draw function, each including its trailing comma. Both are empty in shaders,
- * which read the table only through BN_WORD. */
+/* The leading parameter and argument of every draw function, each including its trailing comma. Both are
+ * empty in shaders, which read the table only through BN_WORD. */
 #define BN_TABLE const uint32_t *bn_words,
 #define BN_PASS_TABLE bn_words,
 #define BN_WORD(i) bn_words[i]
