@@ -215,17 +215,17 @@ class Report(other_renderer.OtherReport):
 of samples per pixel: 1.20 means that Cycles' pattern has 1.20 times the error of `blue`. The errors are geometric means over scenes and seeds.
 
 Each error is a root mean square over pixels and channels, with or without a Gaussian blur. Images are {SIZE[0]}x{SIZE[1]} pixels and show
-the middle of frames {ZOOM} times as wide. *As displayed* clips the image to 0..1 before the blur. *Exposed and displayed* first scales it
-so that the mean luminance of the reference is {EXPOSED}. *Raw* does neither.
+the middle of a frame {ZOOM} times as wide. *As displayed* clips the image to 0..1 before the blur. *Exposed and displayed* first scales it
+so that the reference's mean luminance is {EXPOSED}. *Raw* does neither.
 """
-    METHOD = """Cycles is at {version}. Its patterns are `tabulated_sobol`, `sobol_burley`, `blue_noise_first` and `blue_noise_pure`, as named by
+    METHOD = """We used Cycles {version}. Its own patterns are called `tabulated_sobol`, `sobol_burley`, `blue_noise_first` and `blue_noise_pure` in
 `sampling_pattern`. They are tuned for each image's sample count (`aa_samples`) unless a table says otherwise; `blue` does not need to know
-the sample count. Indirect light is clamped at Cycles' default, and the pixel filter is the stand-alone program's box filter. With every
-pattern, Cycles places sample 0 at the centre of the pixel. We used `penumbra` and `lens` to decide which effect draws which numbers.
+the sample count. Indirect light is clamped to Cycles' default, and the pixel filter is the stand-alone program's box filter. Cycles always
+places sample 0 at the centre of the pixel. We used `penumbra` and `lens` to decide which effect draws which numbers.
 
-Each reference is the mean of two images rendered by `sobol_burley` with separate seeds, so its error is independent of every other. Half
-the difference between the two images estimates the reference's own error. A scene counts only if the error of `blue` is at least three times
-this error. Cells are empty where the reference is too noisy."""
+Each reference is the mean of two images rendered with `sobol_burley` and separate seeds, so its error is independent of all other errors.
+Half the difference between the two images estimates the reference's own error. A scene counts only if the error of `blue` is at least three
+times this error. Cells are empty where the reference is too noisy."""
 
     def adaptive_ratio(self, name, than):
         """The mean and interval of a figure of adaptive images relative to `blue`, as text."""
@@ -239,7 +239,8 @@ this error. Cells are empty where the reference is too noisy."""
     def sections(self):
         early = [spp for spp in self.counts if spp < PREVIEW_SPP]
         found = {"Stopped early": [
-            f"In the tables below, as in a preview, the patterns are tuned for {PREVIEW_SPP} samples, but rendering stops at the sample count above each column. `blue` does not need to know the sample count.", "",
+            f"The tables below simulate a preview: the patterns are tuned for {PREVIEW_SPP} samples, "
+            "but rendering stops early, at the sample count that heads the column. `blue` does not need to know the sample count.", "",
             *(line for measure in HEADLINE for line in (f"{name_of(measure).capitalize()}:", "", self.ratios(self.compared, measure, early, TOLD), ""))]}
         samples = {label: [np.mean(own) for view in self.compared.views if (own := self.cells.get(view, f"{label} {ADAPTIVE}", ADAPTIVE_SPP, "samples"))]
                    for label in self.samplers}
@@ -286,7 +287,7 @@ set_aa_samples() gets getenv("BN_TOLD") ? atoi(getenv("BN_TOLD")) : params.sampl
 def run(arguments):
     options = parse_options(arguments)
     version = subprocess.run(["git", "-C", options.cycles, "describe", "--tags", "--always"], capture_output=True, text=True, check=False).stdout
-    Report.METHOD = Report.METHOD.format(version=version.strip() or "an unknown version")
+    Report.METHOD = Report.METHOD.format(version=version.strip() or "(unknown version)")
     work, views, seeds = CyclesRun(options.program, options.cycles, options.jobs), [View(name) for name in options.scenes], range(1, options.seeds + 1)
     references = work.references(dict.fromkeys(views, options.reference_spp))
     early = tuple(n for n in options.counts if n < PREVIEW_SPP)

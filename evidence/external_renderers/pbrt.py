@@ -77,26 +77,26 @@ class Report(other_renderer.OtherReport):
     INTRO = f"""Errors on this page are relative to `blue`, the sampler from [examples/pbrt](../../examples/pbrt/README.md), at the same `--spp`, so
 **values above 1 mean that `blue` is better**. The errors are geometric means over scenes, crops and seeds.
 
-Each error is a root mean square over pixels and channels, with or without a Gaussian blur, in crops of {CROP[0]}x{CROP[1]} pixels from
-images of {WIDTH}x{HEIGHT} pixels. *As displayed* clips the image to 0..1 before the blur. *Exposed and displayed* first scales it so that the
+Each error is a root mean square over pixels and channels, with or without a Gaussian blur, in {CROP[0]}x{CROP[1]}-pixel crops of
+{WIDTH}x{HEIGHT}-pixel images. *As displayed* clips the image to 0..1 before the blur. *Exposed and displayed* first scales it so that the
 mean luminance of a crop's reference is {EXPOSED}. *Raw* does neither. The crops were placed by hashes of the scenes' names. These scenes were not
 used to choose or tune anything.
 
 With *fixed wavelengths* (pbrt's `disablewavelengthjitter` option), all samples of an image use the same four wavelengths, so only the
-sampler differs. By default, each path uses four random wavelengths. `blue` spreads these wavelengths evenly. In evenly lit areas,
-they are the only source of noise.
+sampler differs. By default, each path uses four random wavelengths, which are the only source of noise in evenly lit areas. `blue`
+distributes them evenly.
 
 `zsobol` rounds sample counts down to powers of two: at 3 and 6 samples, it renders 2 and 4, respectively. `sobol` is one sequence over the whole image.
 """
-    METHOD = f"""pbrt-v4 is at commit `{PBRT_COMMIT[:8]}`. Images are rendered with its neutral sensor (`cie1931`), a one-pixel box filter and the
+    METHOD = f"""We used pbrt-v4 at commit `{PBRT_COMMIT[:8]}`. Images are rendered with its neutral sensor (`cie1931`), a one-pixel box filter and the
 `volpath` integrator. `--spp` and `--seed` set sample counts and seeds; all other sampler options keep pbrt's defaults. `sobol` uses the same
-pixel positions for every seed. The meshes, cameras, lights, constant colours and textures come from LuxCoreRender's scenes. An
-environment map of our own replaces skies and suns, and simple materials replace layered and procedural ones. Objects whose files are missing
+pixel positions for every seed. The meshes, cameras, lights, constant colours and textures come from LuxCoreRender's scenes. We
+replaced skies and suns with our own environment map, and layered and procedural materials with simple ones. Objects whose files are missing
 from the checkout are omitted.
 
-Each reference is the mean of two images rendered by `paddedsobol`, which hashes pixel, dimension and seed. References have separate
-seeds, so their errors are independent of all others. Half the difference between the two images estimates a reference's own error. A crop counts
-only if the error of `blue` is at least three times this error."""
+Each reference is the mean of two images rendered by `paddedsobol`, which hashes pixel, dimension and seed. References use separate
+seeds, so their errors are independent of all other errors. Half the difference between the two images estimates a reference's own error. A
+crop counts only if the error of `blue` is at least three times this error."""
 
     def __init__(self, options, cells, references):
         thans = {name: f"`{name}`" for name in SAMPLERS if name != "blue"}

@@ -19,7 +19,7 @@ KINDS = {"rmse": "RMSE", "displayed": "RMSE as displayed"}
 MEASURES = tuple(f"{kind}_{sigma}" if sigma else kind for kind in KINDS for sigma in SIGMAS)
 WHAT_FOR = {
     "rmse": "*RMSE* of linear radiance is the error that Monte Carlo theory describes. It matters if the image is composited or filtered later. "
-            "A single lamp or firefly can dominate it.",
+            "A single light source or firefly can dominate it.",
     "displayed": "*RMSE as displayed* measures the noise a viewer sees. The image is multiplied by the exposure, clipped to 0..1 "
                  "as on a screen, and then blurred. Values above white therefore count as white. The blur acts on linear light, without "
                  "a tone curve, because the eye adds light linearly.",

@@ -188,16 +188,17 @@ class Report:
         scenes = self.compared.by_scene()
         # With a single crop and seed, the interval has no width.
         found = [own for views in scenes.values() for spp in self.counts if (own := self.over("blue", "plain", "displayed", views)(spp)) and own.crops > 1]
-        return (f"After Open Image Denoise, the displayed error of `blue` relative to padded Sobol' is {line} samples. After another 2.1-pixel blur, "
-                f"the errors are {after}. In {sum(own.high < 1 for own in found)} of {len(found)} combinations of a sample count and a scene with more than one crop, "
-                f"`blue` has significantly lower error than padded Sobol'; in {sum(own.low > 1 for own in found)}, it has significantly higher error (not corrected for "
+        return (f"After Open Image Denoise, the displayed error of `blue` relative to padded Sobol' is {line} samples. After denoising and a 2.1-pixel blur, it is {after}. "
+                f"We compared every scene with more than one crop at each sample count. In {sum(own.high < 1 for own in found)} of these {len(found)} comparisons, "
+                f"`blue` has significantly lower error than padded Sobol'; in {sum(own.low > 1 for own in found)}, it has significantly higher error (without correction for "
                 f"multiple tests). {self.left()}")
 
     def left(self):
         """How many crops count at each sample count, and why."""
         counted = series([f"{own.crops} at {spp}" for spp in self.counts if (own := self.over("blue", "plain", "displayed")(spp))])
-        return (f"A crop counts only if its error is at least {REFERENCE_MARGIN:g} times the reference's own error. Of the {len(self.compared.views)} crops, {counted} samples "
-                "remain (without the blur). The scenes include no third-party models.")
+        counted = counted.replace(" at", f" of the {len(self.compared.views)} crops at", 1)
+        return (f"A crop counts only if its error is at least {REFERENCE_MARGIN:g} times the reference's own error. Without the blur, this leaves {counted} samples. "
+                "The scenes include no third-party models.")
 
     def text(self):
         options, crops = self.options, len(self.compared.views)
@@ -207,7 +208,7 @@ class Report:
                  f"{len(self.compared.by_scene())} scenes, rendered with {'one seed' if options.seeds == 1 else f'{options.seeds} seeds'}; each crop is denoised separately. {MARKED} "
                  "[denoise.csv](denoise.csv) contains the intervals, per-scene errors, and more measures. *Relative RMSE* divides the difference by the reference "
                  "plus a tenth of the reference's mean.", ""]
-        parts += ["## FLIP", "", "FLIP (Andersson et al., 2020) is the mean difference that a viewer of the displayed image sees, here on a "
+        parts += ["## FLIP", "", "FLIP (Andersson et al., 2020) estimates the mean difference a viewer sees between the displayed image and the reference, here on a "
                   f"{FLIP_DPI} dpi screen at distances of 75 and 35 cm. Part of this difference remains at any sample count, so FLIP ratios are closer to 1 than RMSE ratios.", ""]
         for way in FLIP_WAYS:
             for measure in ("flip_75", "flip_35"):
@@ -216,9 +217,9 @@ class Report:
             parts += [f"## `{way}`: {WAYS[way]}", ""]
             for measure in ("displayed", "displayed_2.1", "relative"):
                 parts += [f"{MEASURES[measure]}:", "", self.table(way, measure), ""]
-        return "\n".join([*parts, "## Which inputs to use", "", "Keep directly visible light (lamps and the sky) out of the denoiser. Denoise the rest, then add this light "
-                          f"from {PRIMARY_RAYS} primary rays, which end at the first surface. Take albedo and normal from the same rays, and declare them noise-free. "
-                          f"The table below compares the {MEASURES['relative']} with that of `plain`:", "", self.way_table("relative")]) + "\n"
+        return "\n".join([*parts, "## Which inputs to use", "", "Do not denoise directly visible light (light sources and the sky). Denoise the rest, then add this light "
+                          f"back from {PRIMARY_RAYS} primary rays, which end at the first surface. Use the same rays for albedo and normals, and declare these inputs noise-free. "
+                          f"The table below shows the {MEASURES['relative']} divided by that of `plain`:", "", self.way_table("relative")]) + "\n"
 
     def draw(self, path):
         figure, axes = plt.subplots(1, len(DENOISED), figsize=(3.4 * len(DENOISED), 3.6), sharey=True)

@@ -106,9 +106,9 @@ class Report:
         biased = [f"{label} in {scene}" for (scene, label), value in biases.items() if value <= statistics.FALSE_ALARMS]
         worst = {scene: sum(at[0] == scene for at in lost) for scene, *_ in lost}
         return (f"`blue` has significantly higher error than padded Sobol' in {len(lost)} of {len(losses)} comparisons (one per scene, sample count and blur)"
-                + (f", {len(lost) - len(blurred)} of them without a blur ({', '.join(f'{scene} {count}' for scene, count in worst.items())})" if lost else "")
-                + f". The {len(biases)} tests for bias (one per scene and sampler) found {len(biased) or 'none'}{': ' * bool(biased)}{', '.join(biased)}. Both sets consist of t-tests with Holm's "
-                f"correction; the probability of any false alarm in a set is {100 * statistics.FALSE_ALARMS:g}%.")
+                + (f", {len(lost) - len(blurred) if blurred else 'all'} of them without a blur ({', '.join(f'{count} in `{scene}`' for scene, count in worst.items())})" if lost else "")
+                + f". The {len(biases)} tests for bias (one per scene and sampler) found {len(biased) or 'none'}{': ' * bool(biased)}{', '.join(biased)}. "
+                f"Both sets consist of t-tests with Holm's correction; in each set, the probability of even one false alarm is {100 * statistics.FALSE_ALARMS:g}%.")
 
     # ---- The page
 
@@ -117,8 +117,8 @@ class Report:
         line = series([f"{own.value:.2f} at {spp}" for spp in self.counts if (own := self.compared.over("blue", spp, HEADLINE))])
         scenes = {scene: own.value for scene, views in self.compared.by_scene().items() if (own := self.compared.over("blue", 16, HEADLINE, views))}
         order = sorted(scenes, key=scenes.get)
-        ends = f" At 16 samples, it gains most in `{order[0]}` ({scenes[order[0]]:.2f}) and least in `{order[-1]}` ({scenes[order[-1]]:.2f})." if order else ""
-        return f"As displayed after a 2.1-pixel blur, the error of `blue` relative to padded Sobol' is {line} samples.{ends} {self.tests_text()}"
+        ends = f" At 16 samples, the gain is largest in `{order[0]}` ({scenes[order[0]]:.2f}) and smallest in `{order[-1]}` ({scenes[order[-1]]:.2f})." if order else ""
+        return f"After a 2.1-pixel blur, the displayed error of `blue` relative to padded Sobol' is {line} samples.{ends} {self.tests_text()}"
 
     def plot(self, path):
         figure, axes = plt.subplots(1, 2, figsize=(12, 4.4), sharey=True)
@@ -153,9 +153,9 @@ class Report:
         parts += ["## Samples needed", "", "The table below shows how many samples each sampler needs to reach the same error, as displayed after a 2.1-pixel blur. Values are "
                   "interpolated between sample counts; they are geometric means over the crops in which the sampler reaches that error. Brackets show 95% intervals.", "", self.reach_table(), ""]
         return "\n".join([*parts, "## How it was measured", "",
-                          "Images are 1280x960 pixels or larger. A hash placed four crops in each image before anything was rendered (the "
+                          "Images are 1280x960 pixels or larger. Before anything was rendered, four crops were placed in each image by a hash (the "
                           f"*{options.views}* set, {views.SETS[options.views][1]}). The third-party models come from the {models.GRADIO} pip package and "
-                          f"the {' and '.join(models.DEBIAN)} Debian packages; they stand on a floor, either under the sky or in a room with a lamp. `zorder` is tuned for each sample "
+                          f"the {' and '.join(models.DEBIAN)} Debian packages; each stands on a floor, either under the sky or in an artificially lit room. `zorder` is tuned for each sample "
                           "count. The mask sampler adds a mask's values to padded Sobol' points."
                           + (f" OpenQMC is at commit {variants.commit(options.openqmc)}." if set(variants.PEERS) & set(self.labels) else ""), "",
                           *(f"- {text}" for text in WHAT_FOR.values()), "",

@@ -66,9 +66,9 @@ def of_renders(found):
     white = {label: f"{16 * own.value:.1f} ({16 * own.low:.1f} to {16 * own.high:.1f})" for (measure, _, label, _), own in found.items() if measure == TO_WHITE}
     yield "How many samples do I save?", (
         f"to match the visible error of 16 independent random samples, you need {white['blue']} samples with `blue`; {white['sobol-global']} with global Sobol'; "
-        f"{white['zorder']} with Z-order, tuned for the sample count; and {white['sobol']} with padded Sobol'. The 95% intervals in brackets are wide because scenes differ"), "renders.md#samples-needed"
+        f"{white['zorder']} with Z-order tuned for the sample count; and {white['sobol']} with padded Sobol'. The 95% intervals in brackets are wide because results vary from scene to scene"), "renders.md#samples-needed"
     sharp = [own for spp in COUNTS if (own := found.get(("displayed", "", "blue", spp)))]
-    ends = " to ".join(f"{end(own.value for own in sharp):.2f}" for end in (min, max)) + " times that of padded Sobol'" + " (not significant)" * (not any(own.significant for own in sharp))
+    ends = " to ".join(f"{end(own.value for own in sharp):.2f}" for end in (min, max)) + " times that of padded Sobol'" + " (none of these differences is significant)" * (not any(own.significant for own in sharp))
     yield "How much does the gain depend on the blur?", (
         f"after a 2.1-pixel blur, `blue` has {less_at(found, 'blue', 'displayed_2.1', (1, 4, 16, 64))} less error than padded Sobol' at 1, 4, 16 and 64 samples, respectively; after a 1.0-pixel "
         f"blur, it has {less_at(found, 'blue', 'displayed_1.0', (1, 4, 16, 64))} less. Without a blur, its error is {ends}"), "renders.md"
@@ -79,7 +79,7 @@ def of_renders(found):
     yield ("Which effects gain most, and which least?", f"the gain over padded Sobol' at 16 samples is largest for {most}, and smallest for {least}",
            "renders.md#scene-by-scene")
     yield "Adaptive sampling or time limits?", (
-        f"`blue` need not know the sample count. At 3 and 6 samples, it has {less_at(found, 'blue', HEADLINE, (3, 6))} less error than padded Sobol', respectively. Z-order has only "
+        f"`blue` doesn't need to know the sample count. At 3 and 6 samples, it has {less_at(found, 'blue', HEADLINE, (3, 6))} less error than padded Sobol', respectively. Z-order has only "
         f"{less_at(found, 'zorder', HEADLINE, (3, 6))} less, even when tuned for these sample counts"), "renders.md"
     wins = []
     for measure, after in ((HEADLINE, "after a 2.1-pixel blur"), ("displayed_1.0", "after a 1.0-pixel blur")):
@@ -90,16 +90,16 @@ def of_renders(found):
                 _, spp, own, blue = min(better)
                 wins.append(f"{NAMES[label]} {after} at {spp} sample{'s' * (spp > 1)} ({own:.2f}, compared with {blue:.2f} for `blue`)")
     yield "Where do others win?", (
-        "averaged over scenes, other samplers lead `blue` after these blurs by the widest margin in the following cases (brackets show errors relative to padded Sobol'): " + ("; ".join(wins) or "none") + ". Their leads are larger in [single frames]"
-        "(results/realtime.md), for single numbers, and where u[3] selects a light or lobe ([list](results/samplers.md#where-others-win)). Z-order also has "
-        "lower error for products across four numbers, most of all beyond 64 samples ([counts](results/samplers.md#every-count))"), "renders.md"
+        "averaged over scenes, the samplers that beat `blue` by the widest margins are " + (series(wins) or "none") + ". The errors in brackets are relative to padded Sobol'. Other samplers win by more in [single frames]"
+        "(results/realtime.md), with single numbers, and where `u[3]` selects a light or lobe ([list](results/samplers.md#where-others-win)). Z-order also has "
+        "lower error for products across two pairs of numbers, especially beyond 64 samples ([counts](results/samplers.md#every-count))"), "renders.md"
 
 
 def of_denoise(found):
     own = [found["plain:displayed", "", "blue", spp] for spp in (1, 4, 16)]
     yield "What about a denoiser?", (
         f"after Open Image Denoise, `blue` has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples, respectively. Only the first gain is "
-        f"significant, and the references are accurate enough in only {series([str(each.crops) for each in own])} of the {own[0].crops + own[0].left_out} crops of built-in scenes. After another 2.1-pixel blur, it has {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))} less"), "denoise.md"
+        f"significant, and the references are accurate enough for only {series([str(each.crops) for each in own])} of the {own[0].crops + own[0].left_out} crops of built-in scenes. After denoising and a 2.1-pixel blur, it has {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))} less"), "denoise.md"
 
 
 def of_pbrt(rows):
@@ -107,14 +107,14 @@ def of_pbrt(rows):
     fixed, random = ([found[scene, "zsobol", spp] for spp in (2, 4, 16)] for scene in ("Fixed wavelengths", "Four random wavelengths"))
     yield "In pbrt-v4?", (f"with four random wavelengths per path (pbrt's default), `zsobol` has {series([f'{own.value:.2f} (95% interval {own.low:.2f} to {own.high:.2f})' for own in random])} times the error of `blue` "
                           "at 2, 4 and 16 samples after a 2.1-pixel blur. A few scenes account for nearly all of this gain ([limits](../examples/pbrt/README.md)). With fixed wavelengths, "
-                          f"the factors are {series([f'{own.value:.2f}' for own in fixed])}, none of them significant"), "pbrt.md"
+                          f"the factors are {series([f'{own.value:.2f}' for own in fixed])}, and none of them is significant"), "pbrt.md"
 
 
 def of_cycles(rows):
     found = {(label, spp): own.value for (measure, scene, label, spp), own in rows.items() if (measure, scene) == (HEADLINE, "Scenes")}
     tabulated, pure = ([f"{found[label, spp]:.2f}" for spp in (4, 16, 64)] for label in ("tabulated_sobol", "blue_noise_pure"))
-    yield "In Cycles?", (f"at 4, 16 and 64 samples, Tabulated Sobol has {series(tabulated)} times the error of `blue` after a 2.1-pixel blur. For blue noise (*pure*), tuned for the sample count, "
-                         f"the factors are {series(pure)} (none of them significant)"), "cycles.md"
+    yield "In Cycles?", (f"at 4, 16 and 64 samples, Tabulated Sobol has {series(tabulated)} times the error of `blue` after a 2.1-pixel blur. For Cycles' *pure* blue noise, which is tuned for the sample count, "
+                         f"the factors are {series(pure)}, and none of them is significant"), "cycles.md"
 
 
 def of_realtime(rows):
@@ -125,8 +125,7 @@ def of_realtime(rows):
                  **({"interleaved gradient noise": "interleaved gradient noise"} if outcome == "one frame" else {})}
         return series([f"{own[way]['half-plane', outcome, 'sigma 1.0']:.2f} for {name}" for way, name in names.items() if way in own])
 
-    yield "Real time?", (f"use `blue` if frames are averaged and each effect takes two or four numbers; for single frames, use interleaved gradient noise, FAST or a mask. With two numbers per effect, the errors relative to padded Sobol' "
-                         f"after a 1.0-pixel blur are {at('average, 0.1')} in averaged frames. In single frames, they are {at('one frame')}"), "realtime.md"
+    yield "Real time?", (f"use `blue` if frames are averaged and each effect uses two or four numbers; for single frames, use interleaved gradient noise, FAST or a mask. With two numbers per effect, these are the errors after a 1.0-pixel blur, relative to padded Sobol'. Averaged frames: {at('average, 0.1')}. Single frames: {at('one frame')}"), "realtime.md"
 
 
 def of_cost(found, samples, draws):
@@ -138,9 +137,9 @@ def of_cost(found, samples, draws):
     if samples:
         cost = over(samples, "white")
         share = {label: f"{100 * time * found[TO_WHITE, '', label, 16].value:.0f}" for label, time in cost.items() if (TO_WHITE, "", label, 16) in found}
-        others = [f"{share[label]}% with {NAMES[label].partition(', ')[0]}" for label in sorted(share, key=lambda label: float(share[label])) if label not in ("white", "blue", "mask")]
-        text += (f". `blue` reaches the visible error of 16 independent random samples in {share['blue']}% of their CPU time. The same error takes "
-                 f"{series(others)} ([measured](results/times.csv) in eight scenes, between which times vary)")
+        others = [f"{share[label]}% for {NAMES[label].partition(', ')[0]}" for label in sorted(share, key=lambda label: float(share[label])) if label not in ("white", "blue", "mask")]
+        text += (f". To reach the visible error of 16 independent random samples, `blue` needs {share['blue']}% of their CPU time. This figure is "
+                 f"{series(others)} ([measured](results/times.csv) in eight scenes; times vary between scenes)")
     yield "What does it cost?", text, "samplers.md#time-per-draw"
 
 
@@ -156,8 +155,8 @@ def of_samplers(rows):
 def of_worst(rows):
     blue, sobol = (sorted(row[name] for row in rows) for name in ("blue", "sobol"))
     worse = sum(row["blue"] > row["sobol"] for row in rows)
-    yield "How bad can a seed be?", (f"at 4 samples per pixel in a crop of `penumbra`, the scene that gains most (`scripts/bench picture`), {worse} of {len(rows)} seeds give `blue` a higher error than padded Sobol'. The worst seed of `blue` has "
-                                       f"{blue[-1] / sobol[len(sobol) // 2]:.2f} times the median error of padded Sobol', and the worst seed of padded Sobol' has {sobol[-1] / sobol[len(sobol) // 2]:.2f} times this median"), "worst.csv"
+    yield "How bad can a seed be?", (f"`blue` has a higher error than padded Sobol' for {worse} of {len(rows)} seeds at 4 samples per pixel in a crop of `penumbra`, the scene that gains most (`scripts/bench picture`). With its worst seed, `blue` has "
+                                       f"{blue[-1] / sobol[len(sobol) // 2]:.2f} times the median error of padded Sobol'; with its own worst seed, padded Sobol' has {sobol[-1] / sobol[len(sobol) // 2]:.2f} times this median"), "worst.csv"
 
 
 def answers(folder):

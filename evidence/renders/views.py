@@ -137,7 +137,7 @@ def crops_of(view, size=CROP):
     return found
 
 
-SETS = {"development": (1000, "used while the sampler was developed"), "held-out": (2000, "never used for any search, choice or illustration")}
+SETS = {"development": (1000, "used while the sampler was developed"), "held-out": (2000, "never used for tuning, decisions or illustrations")}
 SHOWN = "held-out"  # the set whose figures are in evidence/results
 
 
