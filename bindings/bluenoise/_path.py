@@ -218,7 +218,7 @@ class RaySampler(_OnceOnly):
     def next_1d(self) -> _Floats:
         """Draw the next single number. Shape ``(...)``.
 
-        Each group of four numbers is stratified together. Two are drawn at a time, so every second call is free.
+        Every four consecutive numbers are stratified together. They are drawn in pairs, so every second call is free.
         """
         k = self._1d
         if k & 1 == 0:

@@ -107,14 +107,14 @@ def of_pbrt(rows):
     fixed, random = ([found[scene, "zsobol", spp] for spp in (2, 4, 16)] for scene in ("Fixed wavelengths", "Four random wavelengths"))
     yield "In pbrt-v4?", (f"with four random wavelengths per path (pbrt's default), `zsobol` has {series([f'{own.value:.2f} (95% interval {own.low:.2f} to {own.high:.2f})' for own in random])} times the error of `blue` "
                           "at 2, 4 and 16 samples after a 2.1-pixel blur. A few scenes account for nearly all of this gain ([limits](../examples/pbrt/README.md)). With fixed wavelengths, "
-                          f"the factors are {series([f'{own.value:.2f}' for own in fixed])}, and none of them is significant"), "pbrt.md"
+                          f"the factors are {series([f'{own.value:.2f}' for own in fixed])}, none of them significantly different from 1"), "pbrt.md"
 
 
 def of_cycles(rows):
     found = {(label, spp): own.value for (measure, scene, label, spp), own in rows.items() if (measure, scene) == (HEADLINE, "Scenes")}
     tabulated, pure = ([f"{found[label, spp]:.2f}" for spp in (4, 16, 64)] for label in ("tabulated_sobol", "blue_noise_pure"))
     yield "In Cycles?", (f"at 4, 16 and 64 samples, Tabulated Sobol has {series(tabulated)} times the error of `blue` after a 2.1-pixel blur. For Cycles' *pure* blue noise, which is tuned for the sample count, "
-                         f"the factors are {series(pure)}, and none of them is significant"), "cycles.md"
+                         f"the factors are {series(pure)}, none of them significantly different from 1"), "cycles.md"
 
 
 def of_realtime(rows):

@@ -58,7 +58,7 @@ def _within(value: Tensor | float, least: float, most: float) -> float:
 class Step(nn.Module):
     """One step: maps values (n, c, h + 2m, w + 2m) to (n, c, h, w), where m is `margin`.
 
-    The weights are a difference of two Gaussians of the distance, so a step has seven parameters for any reach. Separate
+    The weights are a difference of two Gaussians, evaluated at the distance, so a step has seven parameters for any reach. Separate
     weights for each group of offsets took five times as long to train and resulted in higher error."""
 
     def __init__(self, reach: int, *, sigma: float, scale: float, keep: float) -> None:

@@ -177,7 +177,7 @@ BN_HOST_INLINE void bn_ray_draw_4d(const bn_sampler *s, const bn_ray *ray, uint3
     bn_path_draw_4d(s, &ray->path, bn_ray_4d_domain(ray->domain, k), out);
 }
 
-/* The next single number. Each group of four numbers is stratified together. Every second call is free. */
+/* The next single number. Every four consecutive ones are stratified together. Every second call is free. */
 BN_HOST_INLINE float bn_ray_next_1d(const bn_sampler *s, bn_ray *ray) {
     const uint32_t k = ray->drawn_1d++;
     float pair[2];
