@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <mutex>
+#include <system_error>
 #include <thread>
 
 #include "files.h"
@@ -243,7 +244,10 @@ struct Renderer {
             }
         };
         std::vector<std::thread> threads;
-        while (threads.size() + 1 < settings.threads) threads.emplace_back(work);
+        try {
+            while (threads.size() + 1 < settings.threads) threads.emplace_back(work);
+        } catch (const std::system_error &) { // the threads that did start do the work
+        }
         work();
         for (std::thread &thread : threads) thread.join();
         return done == blocks.size();

@@ -92,13 +92,11 @@ std::string png_encode_preview(const Image &image, float exposure) {
 Texture texture_decode(const std::vector<unsigned char> &bytes) {
     // stb_image ignores gamma and colour profiles, as glTF requires. 16 bits keep the rounding correct.
     Texture texture;
-    int channels = 0;
+    const int size = bytes.size() > INT_MAX ? 0 : int(bytes.size());
     const std::unique_ptr<uint16_t, void (*)(void *)> texels(
-        stbi_load_16_from_memory(bytes.data(), int(bytes.size()), &texture.width, &texture.height,
-                                 &channels, 4),
+        stbi_load_16_from_memory(bytes.data(), size, &texture.width, &texture.height, nullptr, 4),
         stbi_image_free);
-    if (bytes.size() > INT_MAX || !texels)
-        throw Error("is damaged, too large, or neither PNG nor JPEG");
+    if (!texels) throw Error("is damaged, too large, or neither PNG nor JPEG");
     const size_t count = 4 * size_t(texture.width) * size_t(texture.height);
     texture.rgba.reserve(count);
     for (size_t i = 0; i < count; ++i)

@@ -153,11 +153,7 @@ def test_a_full_disk_leaves_the_old_file(pathtracer):
     """A limit on file sizes simulates a full disk: the last bytes cannot be written."""
     old = pathtracer.render(*TINY)
     before = old.read_bytes()
-
-    def limit():
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
-
+    limit = lambda: [signal.signal(signal.SIGXFSZ, signal.SIG_IGN), resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))]
     pathtracer.failure("--size", "128x128", "--spp", 1, "-o", old, said=[str(old), "cannot write"], preexec_fn=limit, timeout=20)
     assert old.read_bytes() == before
 
@@ -174,8 +170,7 @@ def test_progress_is_printed_to_a_terminal(pathtracer):
         leader, follower = pty.openpty()
     except OSError as error:
         pytest.skip(f"cannot open a pseudo-terminal: {error}")
-    short = ["--size", "128x128", "--spp", 16, "--threads", 1, "-o", "out.exr"]
-    shown = b""
+    shown, short = b"", ["--size", "128x128", "--spp", 16, "--threads", 1, "-o", "out.exr"]
     with pathtracer.start(*short, stderr=follower, stdout=subprocess.DEVNULL) as program:
         os.close(follower)
         while b"100.0%" not in shown:

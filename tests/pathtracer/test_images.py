@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests that images do not depend on threads, crops or sample ranges; layers, attributes, adaptive sampling, previews and exposure."""
 
+import resource
+
 import numpy as np
 import pytest
 from pathtracer_driver import PEERS, SAMPLERS, SCENES, assert_same, read_exr, read_layers
@@ -10,6 +12,11 @@ from scene_files import ONE, floor, over_floor, write_environment
 PENUMBRA = ["--scene", "penumbra", "--max-depth", 1]
 ADAPTIVE = [*PENUMBRA, "--noise", 0.1, "--min-spp", 4, "--spp", 64]
 AWAY = ["--eye", "0,5,0", "--target", "0,9,0"]  # turns the camera away from a floor
+
+
+def test_threads_that_the_system_refuses_are_not_needed(pathtracer):
+    limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (2**31, 2**31))  # too little for so many stacks
+    pathtracer.success("--size", "29x21", "--spp", 1, "--threads", 1024, "-o", "out.exr", preexec_fn=limit)
 
 
 @pytest.mark.parametrize(("sampler", "options"), [
