@@ -96,10 +96,18 @@ def of_renders(found):
 
 
 def of_denoise(found):
-    own = [found["plain:displayed", "", "blue", spp] for spp in (1, 4, 16)]
+    own = {spp: found["plain:displayed", "", "blue", spp] for spp in (1, 4, 16)}
+    gains = [str(spp) for spp, each in own.items() if each.significant]
+    significant = f"The gain is significant only at {series(gains)} sample{'s' * (gains != ['1'])}." if gains else "None of these gains is significant."
     yield "What about a denoiser?", (
-        f"after Open Image Denoise, `blue` has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples, respectively. Only the first gain is "
-        f"significant, and the references are accurate enough for only {series([str(each.crops) for each in own])} of the {own[0].crops + own[0].left_out} crops of built-in scenes. After denoising and a 2.1-pixel blur, it has {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))} less"), "denoise.md"
+        f"after Open Image Denoise, `blue` has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples, respectively. {significant} "
+        f"The references are accurate enough for only {series([str(each.crops) for each in own.values()])} of the {own[1].crops + own[1].left_out} crops of built-in scenes. After denoising and a 2.1-pixel blur, it has {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))} less"), "denoise.md"
+
+
+def compared(factors):
+    """Ratios, and which of them differ significantly from 1."""
+    different = [f"{own.value:.2f}" for own in factors if own.significant]
+    return f"{series([f'{own.value:.2f}' for own in factors])}, {'of which ' + series(different) if different else 'none of them'} significantly different from 1"
 
 
 def of_pbrt(rows):
@@ -107,14 +115,14 @@ def of_pbrt(rows):
     fixed, random = ([found[scene, "zsobol", spp] for spp in (2, 4, 16)] for scene in ("Fixed wavelengths", "Four random wavelengths"))
     yield "In pbrt-v4?", (f"with four random wavelengths per path (pbrt's default), `zsobol` has {series([f'{own.value:.2f} (95% interval {own.low:.2f} to {own.high:.2f})' for own in random])} times the error of `blue` "
                           "at 2, 4 and 16 samples after a 2.1-pixel blur. A few scenes account for nearly all of this gain ([limits](../examples/pbrt/README.md)). With fixed wavelengths, "
-                          f"the factors are {series([f'{own.value:.2f}' for own in fixed])}, none of them significantly different from 1"), "pbrt.md"
+                          f"the factors are {compared(fixed)}"), "pbrt.md"
 
 
 def of_cycles(rows):
-    found = {(label, spp): own.value for (measure, scene, label, spp), own in rows.items() if (measure, scene) == (HEADLINE, "Scenes")}
-    tabulated, pure = ([f"{found[label, spp]:.2f}" for spp in (4, 16, 64)] for label in ("tabulated_sobol", "blue_noise_pure"))
-    yield "In Cycles?", (f"at 4, 16 and 64 samples, Tabulated Sobol has {series(tabulated)} times the error of `blue` after a 2.1-pixel blur. For Cycles' *pure* blue noise, which is tuned for the sample count, "
-                         f"the factors are {series(pure)}, none of them significantly different from 1"), "cycles.md"
+    found = {(label, spp): own for (measure, scene, label, spp), own in rows.items() if (measure, scene) == (HEADLINE, "Scenes")}
+    tabulated, pure = ([found[label, spp] for spp in (4, 16, 64)] for label in ("tabulated_sobol", "blue_noise_pure"))
+    yield "In Cycles?", (f"at 4, 16 and 64 samples, Tabulated Sobol has {series([f'{own.value:.2f}' for own in tabulated])} times the error of `blue` after a 2.1-pixel blur. For Cycles' *pure* blue noise, which is tuned for the sample count, "
+                         f"the factors are {compared(pure)}"), "cycles.md"
 
 
 def of_realtime(rows):

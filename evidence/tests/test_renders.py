@@ -116,6 +116,17 @@ def test_readme_tables():
     assert summary.short_table(found).splitlines()[2:] == ["| **`blue`** | **4.8** | no | no |"] and "| **0.70** |" in summary.table(found)
 
 
+def test_answers_for_other_renderers_use_the_headline_measure():
+    def rows(scenes, label, counts):
+        return {(measure, scene, label, spp): Estimate(value, 0.9 * value, 1.1 * value) for measure, value in ((summary.HEADLINE, 1.5), ("rmse", 7))
+                for scene in scenes for spp in counts}
+
+    (_, pbrt, _), = summary.of_pbrt(rows(("Fixed wavelengths", "Four random wavelengths"), "zsobol", (2, 4, 16)))
+    (_, cycles, _), = summary.of_cycles({**rows(("Scenes",), "tabulated_sobol", (4, 16, 64)), **rows(("Scenes",), "blue_noise_pure", (4, 16, 64))})
+    assert "1.50 (95% interval 1.35 to 1.65)" in pbrt and "of which 1.50, 1.50 and 1.50 significantly" in cycles and "7" not in pbrt + cycles
+    assert summary.compared([Estimate(0.99, 0.9, 1.1)]) == "0.99, none of them significantly different from 1"
+
+
 def test_seeds_with_higher_error_are_counted():
     rows = [{"seed": seed, "sobol": sobol, "blue": blue} for seed, (sobol, blue) in enumerate([(1, 0.5), (2, 3), (4, 0.25)])]
     _, text, _ = next(iter(summary.of_worst(rows)))

@@ -55,3 +55,8 @@ def test_bench_rejects_invalid_openqmc_folders(tmp_path, words, said):
                           capture_output=True, text=True)
     assert done.returncode == 1 and done.stdout == ""
     assert said in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_wins_list_only_clear_leads():
+    rows = [{"row": "half-planes", "sampler": name, "spp": 4, "value": value} for name, value in (("blue", 0.8), ("zorder", 0.6), ("mask", 0.77))]
+    assert samplers.wins_table(rows).splitlines()[2:] == ["| half-planes, sigma 2.1 | Z-order, tuned for N | 25% at 4 |"]
