@@ -262,7 +262,7 @@ times this error. Cells are empty where the reference is too noisy."""
                 f"with {error} times its error. " if samples and error else "")
         rows = [[name, *(self.both(self.compared, than, spp) for spp in counts)] for than, name in {**NAMES, **TOLD}.items()]
         return (f"Errors relative to `blue` after a 2.1-pixel blur, as displayed (raw errors in brackets):\n\n{md_table(['pattern, at spp', *map(str, counts)], rows)}\n\n"
-                f"{last}Tabulated Sobol is the default of Cycles' stand-alone program. Its CPU times are [below](#time).")
+                f"{last}Tabulated Sobol is the default of Cycles' stand-alone program. All CPU times are [below](#time).")
 
 
 # ---- The command
