@@ -21,7 +21,7 @@ esac
 # Each compiler process needs about a gigabyte, so machines with little memory run fewer processes than they have cores.
 job_count() {
     local cores memory_gib
-    cores=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1)
+    cores=$(nproc 2>/dev/null || getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1)
     memory_gib=$(awk '/^MemAvailable/ {print int($2 / 1048576)}' /proc/meminfo 2>/dev/null || true)
     [ -n "$memory_gib" ] || memory_gib=$cores
     if [ "$memory_gib" -lt "$cores" ]; then cores=$memory_gib; fi

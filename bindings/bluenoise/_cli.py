@@ -255,7 +255,7 @@ def _size(text: str) -> tuple[int, ...]:
 
 def _integer(text: str) -> int:
     try:
-        return int(text, 0)
+        return int(text, 10 if re.fullmatch(r"[-+]?[0-9]+", text) else 0)  # Python takes no leading zeros
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not an integer") from None
 
@@ -279,7 +279,7 @@ _MASK_OPTIONS: dict[str, dict[str, Any]] = {
     "channels": {"type": _integer, "metavar": "N", "help": "jointly blue channels, 1 to 4; neural: 1, 2 or as in --model (default 1)"},
     "model": {"type": Path, "metavar": "FILE", "help": "an ONNX file (default: a built-in network)"},
     "runtime": {"type": Path, "metavar": "FILE", "help": "the ONNX Runtime library"},
-    "threads": {"type": _integer, "help": "number of threads (default: one per core)"},
+    "threads": {"type": _integer, "help": "number of threads (default: the CPUs that the process may use)"},
     "provider": {"choices": get_args(NeuralProvider), "help": "run on the CPU (default) or a GPU"},
 }
 _POINTS_OPTIONS: dict[str, dict[str, Any]] = {

@@ -34,9 +34,9 @@ def tables() -> npt.NDArray[np.uint32]: ...
 class NeuralGenerator:
     def __init__(
         self,
-        model_path: Optional[str],
+        model_path: Optional[bytes],
         model: Optional[bytes],
-        runtime: Optional[str],
+        runtime: Optional[bytes],
         threads: int,
         provider: Optional[str],
         channels: int,

@@ -132,7 +132,7 @@ def relax(
     shape, seed, out, progress
         See `mask`. `shape` must have one or two dimensions.
     threads : int, default 0
-        Number of threads; 0 means one per core. The thread count does not affect the result.
+        Number of threads; 0 means one per CPU that the process may use. The thread count does not affect the result.
 
     Returns
     -------

@@ -44,8 +44,8 @@ class NeuralGenerator:
     runtime : path-like, optional
         The path to the ONNX Runtime library (``libonnxruntime.so``). By default, the library is searched for as described above.
     threads : int, default 0
-        The number of threads per call; 0 means one per CPU, or at most four if a GPU runs the network. The thread count does not
-        affect the results.
+        The number of threads per call; 0 means one per CPU that the process may use, or at most four if a GPU runs the network.
+        The thread count does not affect the results.
     provider : {"cpu", "cuda"}, optional
         The device that runs the network: ``"cpu"`` (the default) or ``"cuda"``, an NVIDIA GPU. ``"cuda"`` needs the
         ``onnxruntime-gpu`` package instead of ``onnxruntime``, and the versions of CUDA and cuDNN it was built for. The generator
@@ -103,15 +103,16 @@ class NeuralGenerator:
         if named and os.path.exists(named) and not os.path.isfile(named):
             raise _core.RuntimeMissingError(f"runtime {named} is not a regular file")
         found = library or _installed_runtime()
+        where = f"model: {said}, runtime: {found or 'from the system'}" + (f", channels: {wanted}" if wanted else "")
         try:
             generator = _core.NeuralGenerator(
-                path,
+                None if path is None else os.fsencode(path),
                 content,
-                found,
+                None if found is None else os.fsencode(found),
                 count,
                 provider,
                 wanted,
-                f"model: {said}, runtime: {found or 'from the system'}" + (f", channels: {wanted}" if wanted else ""),
+                where.encode(errors="backslashreplace").decode(),  # a file name may not be valid Unicode
             )
         except _core.RuntimeMissingError as error:
             raise _core.RuntimeMissingError(f"{error}; {_MISSING[provider or 'cpu']}") from None

@@ -22,20 +22,19 @@ std::string place(int64_t x0, int64_t y0, uint32_t width, uint32_t height) {
 class NeuralGenerator {
   public:
     /* `where` describes the model and the runtime for error messages. */
-    NeuralGenerator(const std::optional<std::string> &model_path,
-                    const std::optional<py::bytes> &model,
-                    const std::optional<std::string> &runtime, uint32_t threads,
-                    const std::optional<std::string> &provider, uint32_t channels,
+    NeuralGenerator(const std::optional<py::bytes> &model_path,
+                    const std::optional<py::bytes> &model, const std::optional<py::bytes> &runtime,
+                    uint32_t threads, const std::optional<std::string> &provider, uint32_t channels,
                     const std::string &where)
         : neural_(nullptr, bn_neural_close) {
         bn_neural_options options = bn_neural_options_default();
-        if (model_path) options.model_path = model_path->c_str();
+        if (model_path) options.model_path = PyBytes_AsString(model_path->ptr());
         if (model) {
             const std::string_view bytes = *model;
             options.model = bytes.data();
             options.model_size = bytes.size();
         }
-        if (runtime) options.runtime_path = runtime->c_str();
+        if (runtime) options.runtime_path = PyBytes_AsString(runtime->ptr());
         options.threads = threads;
         if (provider) options.provider = provider->c_str();
         options.channels = channels;
@@ -94,8 +93,8 @@ Floats neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t height, uin
 
 void bind_neural(py::module_ &module) {
     py::class_<NeuralGenerator>(module, "NeuralGenerator")
-        .def(py::init<const std::optional<std::string> &, const std::optional<py::bytes> &,
-                      const std::optional<std::string> &, uint32_t,
+        .def(py::init<const std::optional<py::bytes> &, const std::optional<py::bytes> &,
+                      const std::optional<py::bytes> &, uint32_t,
                       const std::optional<std::string> &, uint32_t, const std::string &>(),
              py::arg("model_path"), py::arg("model"), py::arg("runtime"), py::arg("threads"),
              py::arg("provider"), py::arg("channels"), py::arg("where"))

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "options.h"
 
+#include <bn/bn.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <sstream>
-#include <thread>
 
 #include "files.h"
 #include "film.h"
@@ -64,7 +64,8 @@ const Row ROWS[] = {
     {"--clamp", "", "0", FLAG, 0, 0, true, "clamp texels of --env that are not finite"},
     {"--photometric", "", "0", FLAG, 0, 0, true,
      "the file's punctual lights are in candela and lux: divide them by 683"},
-    {"--threads", "N", "", WHOLE, 1, 1024, false, "number of threads (default: number of cores)"},
+    {"--threads", "N", "", WHOLE, 1, 1024, false,
+     "number of threads (default: the CPUs that it may use)"},
     {"--max-memory", "GIB", "", REAL, 0, 1e6, false,
      "fail before the program uses more memory than this (default: half of the\n"
      "machine's memory; 0: no limit)"},
@@ -173,7 +174,7 @@ void Options::set(const std::string &name, const std::string &value) {
 
 Options::Options(int argc, const char *const *argv) {
     for (const Row &row : ROWS) values_[row.name] = row.otherwise;
-    values_["--threads"] = std::to_string(std::max(1u, std::thread::hardware_concurrency()));
+    values_["--threads"] = std::to_string(bn_thread_count());
     const double bytes = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
     values_["--max-memory"] = shortest(0.5 * bytes / (1024 * 1024 * 1024));
     for (int i = 1; i < argc; ++i) {

@@ -296,6 +296,37 @@ static void test_progress(void) {
     }
 }
 
+/* far_weight 0 turns the second blur off whatever far_sigma is, and a large far_weight the first, so these
+ * options all give blue masks. */
+static void test_far_weights(void) {
+    static const double sigmas[] = {0, -1, 1e-200, 1e300, (double)NAN, (double)INFINITY};
+    static uint32_t expected[32 * 32], made[32 * 32];
+    const bn_mask mask = bn_mask_u32(made, 32, 32);
+    bn_anneal_options o = bn_anneal_options_default();
+    o.sweeps = 20, o.sigma = 0.5, o.far_weight = 0, o.far_sigma = 0.5;
+    CHECK(bn_anneal(&o, &mask, NULL, NULL) == BN_SUCCESS);
+    memcpy(expected, made, sizeof made);
+    for (size_t i = 0; i < sizeof sigmas / sizeof *sigmas; ++i) {
+        o.far_sigma = sigmas[i];
+        CHECK(bn_anneal(&o, &mask, NULL, NULL) == BN_SUCCESS);
+        CHECK(memcmp(made, expected, sizeof made) == 0);
+    }
+    o.far_sigma = 0.5, o.far_weight = 1e20; /* so large that the first blur has no effect */
+    CHECK(bn_anneal(&o, &mask, NULL, NULL) == BN_SUCCESS);
+    CHECK(memcmp(made, expected, sizeof made) == 0);
+    o.far_sigma = 1;
+    CHECK(bn_anneal(&o, &mask, NULL, NULL) == BN_SUCCESS);
+    memcpy(expected, made, sizeof made);
+    for (int power = 70; power < 1024; power += 53) {
+        o.far_weight = ldexp(1, power);
+        CHECK(bn_anneal(&o, &mask, NULL, NULL) == BN_SUCCESS);
+        CHECK(memcmp(made, expected, sizeof made) == 0);
+    }
+    o.far_sigma = 0.5, o.far_weight = DBL_MAX; /* far_weight / far_sigma^2 would overflow */
+    CHECK(bn_anneal(&o, &mask, NULL, NULL) == BN_SUCCESS);
+    CHECK(bn_mask_error(&mask, 1, &error, NULL, NULL) == BN_SUCCESS && error < 0.06);
+}
+
 /* far_sigma is checked only if it is used: with one channel and a nonzero far_weight. */
 static void test_unused_far_sigma(void) {
     static uint32_t mask[2 * 64];
@@ -318,6 +349,7 @@ int main(void) {
     test_result_and_version_strings();
     test_progress();
     test_unused_far_sigma();
+    test_far_weights();
     test_struct_sizes();
     return check_result();
 }

@@ -61,14 +61,12 @@ class Installed:
 
     def compile(self, source: Path, program: Path, *flags: str) -> None:
         """Compiles a C program as a Makefile that uses pkg-config would."""
-        static = ["--static"] if self.kind == "static" else []
-        run(CC, *flags, *self.pkg_config("--cflags"), source, "-o", program,
-            *self.pkg_config("--libs", *static), f"-Wl,-rpath,{self.library.parent}")
+        run(CC, *flags, source, "-o", program, *self.pkg_config("--cflags", "--libs"), f"-Wl,-rpath,{self.library.parent}")
 
     def compile_cpp(self, program: Path, *arguments) -> Path:
         """Compiles a C++17 program with warnings as errors and links it with the static library. Returns the program."""
         run(CXX, "-std=c++17", "-Wall", "-Wextra", "-Werror", "-O1", *self.pkg_config("--cflags"), *arguments, "-o", program,
-            *self.pkg_config("--libs", "--static"), "-lm")
+            *self.pkg_config("--libs"))
         return program
 
 

@@ -44,6 +44,12 @@ def test_pkg_config(installed, expected, tmp_path):
     assert run(tmp_path / "consumer") == expected
 
 
+def test_pkg_config_names_the_libraries_that_a_static_library_needs(installed):
+    """Old C libraries keep pthread and dl in libraries of their own."""
+    static = {"-pthread", "-lm", "-ldl"} if installed.kind == "static" else set()
+    assert {word for word in installed.pkg_config("--libs") if word[:2] != "-L"} == {"-lbn", *static}
+
+
 def test_pkg_config_paths_follow_a_moved_installation(installed):
     paths = [word[2:] for word in installed.pkg_config("--cflags", "--libs") if word[:2] in ("-I", "-L")]
     assert paths

@@ -60,6 +60,12 @@ def test_mask_npy_matches_the_library(run, arguments, make):
     np.testing.assert_array_equal(np.load("mask.npy"), make())
 
 
+@pytest.mark.parametrize(("written", "seed"), [("007", 7), ("0", 0), ("00", 0), ("010", 10), ("0x1f", 31)])
+def test_seed_notations(written, seed, run):
+    run(f"mask -o mask.npy --size 16 --seed {written}")
+    np.testing.assert_array_equal(np.load("mask.npy"), bluenoise.mask((16, 16), seed=seed))
+
+
 @needs_package
 def test_neural_masks(run, tmp_path):
     (tmp_path / "model.onnx").write_bytes(convolution(np.full((2, 3, 3), 0.1)))

@@ -81,6 +81,24 @@ def test_seeds_threads_and_paths(one, tmp_path):
     assert (bluenoise.neural((70, 300), seed=2**64 - 1, model=path) == expected).all()
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems reject such names")
+def test_file_names_that_are_not_unicode(one, tmp_path, monkeypatch):
+    folder = tmp_path / os.fsdecode(b"\xff\xe9t\xe9")
+    folder.mkdir()
+    path, broken = folder / "m.onnx", folder / "broken.onnx"
+    path.write_bytes(ONE)
+    broken.write_bytes(b"nothing")
+    runtime = os.path.realpath(_neural._installed_runtime() or os.environ["BN_ONNXRUNTIME"])
+    (folder / "runtime.so").symlink_to(runtime)
+    for arguments in ({"model": path}, {"model": path, "runtime": folder / "runtime.so"}):
+        assert (NeuralGenerator(**arguments).mask((20, 30)) == one.mask((20, 30))).all()
+    with pytest.raises(ValueError, match=r"model: .*\\udcff\\udce9t\\udce9/broken\.onnx"):
+        NeuralGenerator(broken)
+    monkeypatch.setattr(_neural, "_installed_runtime", lambda: None)
+    with pytest.raises(RuntimeMissingError, match="pip install"):
+        NeuralGenerator(path, runtime=broken)
+
+
 def test_providers(one, capfd):
     """The default provider is the CPU. On a GPU, values differ only by rounding; without a GPU, an error is raised."""
     expected = one.window(3, 4, 300, 200, seed=5)

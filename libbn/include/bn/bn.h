@@ -33,6 +33,9 @@
  * product of its extents, or the result is SIZE_MISMATCH. A zero extent gives INVALID_ARGUMENT, and a mask of
  * more than 2^31 - 1 texels gives OUT_OF_MEMORY.
  *
+ * Paths. File names are UTF-8 on Windows, whatever the program's code page. On other systems they are passed
+ * on unchanged.
+ *
  * Threads. You can call any function from any number of threads. Drawing does not modify the sampler.
  *
  * Reproducibility. The same seed gives bit-identical results on every machine, with any compiler and any
@@ -106,6 +109,11 @@ enum {
 /* Return a short English description of any result, and the library's version at run time ("0.1.0"). */
 BN_API const char *bn_result_string(bn_result result);
 BN_API const char *bn_version_string(void);
+
+/* Returns the number of CPUs that the process may use, at least 1: those of its CPU affinity and, on Linux, no
+ * more than its control group's CPU limit, rounded up. Functions with a `threads` option use it if the option
+ * is 0, up to a maximum of 64. On Linux, it reads a few small files. */
+BN_API uint32_t bn_thread_count(void);
 
 /* Long computations take a progress callback (or NULL) and a user pointer as their last two arguments. The
  * callback runs periodically on the calling thread and receives the fraction completed so far, from 0 to 1.
@@ -342,7 +350,7 @@ BN_API bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options,
 
 typedef struct bn_relax_options {
     size_t struct_size; /* sizeof(bn_relax_options) */
-    uint32_t threads;   /* 0 (default): one per CPU */
+    uint32_t threads;   /* 0 (default): bn_thread_count() */
     uint64_t seed;      /* default 0 */
 } bn_relax_options;
 

@@ -78,9 +78,9 @@ typedef struct bn_neural_options {
     const char *model_path;
     const void *model;
     size_t model_size; /* size of model in bytes; 0 if it is NULL */
-    /* The ONNX Runtime library. NULL (default): search for it. */
+    /* The path to the ONNX Runtime library. NULL (default): search for it. */
     const char *runtime_path;
-    /* Threads for each mask or window. 0 (default): one per CPU, but at most four if a GPU runs the network
+    /* Threads for each mask or window. 0 (default): bn_thread_count(), but at most four if a GPU runs the network
      * (they generate noise while the GPU works). */
     uint32_t threads;
     /* "cpu" (same as NULL, the default) or "cuda"; see GPU above. */

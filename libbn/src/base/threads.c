@@ -2,7 +2,6 @@
  * Thread teams. The barrier uses a lock and a condition variable: POSIX barriers are optional, and
  * Windows has none before version 8. Locks, condition variables and threads are the system's. */
 #define _POSIX_C_SOURCE 200809L
-#define _DARWIN_C_SOURCE 1 /* for the number of CPUs on macOS */
 #include "base/threads.h"
 
 enum { BN_THREADS_MOST = 64 };
@@ -18,25 +17,31 @@ static void member_run(team_member *member);
 
 #if defined(_WIN32)
 
-#define WIN32_LEAN_AND_MEAN
-#ifndef _WIN32_WINNT
-#define _WIN32_WINNT 0x0601 /* Windows 7: slim locks and conditions */
-#endif
-#include <windows.h>
+#include "base/windows.h"
 
-typedef SRWLOCK lock;
-typedef CONDITION_VARIABLE condition;
-typedef HANDLE thread;
-#define LOCK_INITIALIZER SRWLOCK_INIT
-#define CONDITION_INITIALIZER CONDITION_VARIABLE_INIT
-#define lock_destroy(l) (void)(l) /* has nothing to release */
+/* Slim locks and conditions: structures of one pointer, without a destructor. */
+typedef struct lock {
+    void *state;
+} lock;
+typedef struct condition {
+    void *state;
+} condition;
+typedef void *thread;
+#define LOCK_INITIALIZER                                                                           \
+    { NULL }
+#define CONDITION_INITIALIZER                                                                      \
+    { NULL }
+#define NO_TIME_LIMIT 0xffffffffu
+#define lock_destroy(l) (void)(l)
 #define condition_destroy(c) (void)(c)
-#define lock_take AcquireSRWLockExclusive
-#define lock_leave ReleaseSRWLockExclusive
-#define condition_wait(c, l) SleepConditionVariableSRW(c, l, INFINITE, 0)
-#define condition_wake_all WakeAllConditionVariable
+#define lock_take(l) AcquireSRWLockExclusive((struct _RTL_SRWLOCK *)(l))
+#define lock_leave(l) ReleaseSRWLockExclusive((struct _RTL_SRWLOCK *)(l))
+#define condition_wait(c, l)                                                                       \
+    SleepConditionVariableSRW((struct _RTL_CONDITION_VARIABLE *)(c), (struct _RTL_SRWLOCK *)(l),   \
+                              NO_TIME_LIMIT, 0)
+#define condition_wake_all(c) WakeAllConditionVariable((struct _RTL_CONDITION_VARIABLE *)(c))
 
-static DWORD WINAPI run(void *member) {
+static unsigned long __stdcall run(void *member) {
     member_run(member);
     return 0;
 }
@@ -47,20 +52,13 @@ static int thread_start(thread *t, team_member *member) {
 }
 
 static void thread_join(thread t) {
-    WaitForSingleObject(t, INFINITE);
+    WaitForSingleObject(t, NO_TIME_LIMIT);
     CloseHandle(t);
-}
-
-static long processor_count(void) {
-    SYSTEM_INFO info;
-    GetSystemInfo(&info);
-    return (long)info.dwNumberOfProcessors;
 }
 
 #else
 
 #include <pthread.h>
-#include <unistd.h>
 
 typedef pthread_mutex_t lock;
 typedef pthread_cond_t condition;
@@ -87,10 +85,6 @@ static void thread_join(thread t) {
     pthread_join(t, NULL);
 }
 
-static long processor_count(void) {
-    return sysconf(_SC_NPROCESSORS_ONLN);
-}
-
 #endif
 
 /* ---- Teams */
@@ -104,11 +98,6 @@ struct bn_team {
     bn_team_work work;
     void *user;
 };
-
-uint32_t bn_thread_count(void) {
-    long count = processor_count();
-    return count < 1 ? 1 : count > BN_THREADS_MOST ? BN_THREADS_MOST : (uint32_t)count;
-}
 
 void bn_team_wait(bn_team *team) {
     lock_take(&team->own);

@@ -10,10 +10,7 @@ typedef struct bn_team bn_team;
 /* The work for member `index` of `size`. Member 0 is the calling thread. */
 typedef void (*bn_team_work)(void *user, bn_team *team, uint32_t index, uint32_t size);
 
-/* The number of CPUs, at least 1. */
-uint32_t bn_thread_count(void);
-
-/* Runs `work` on `threads` threads, or on as many as the system allows, and waits for all of them. */
+/* Runs `work` on `threads` threads, or on as many as the system allows, at most 64, and waits for all of them. */
 void bn_team_run(uint32_t threads, bn_team_work work, void *user);
 
 /* A barrier: waits until all members have called it. Everything written before it is visible to all

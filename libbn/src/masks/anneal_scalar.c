@@ -98,12 +98,17 @@ static int run_sweep(board *b, uint32_t sweep, double temperature) {
     return 1;
 }
 
-/* Adds the Gaussians of both blurs, each with a volume of one, weighted by far_weight. */
+/* Adds the Gaussians of both blurs, each with a volume of one, weighted by far_weight. Both are scaled by a
+ * power of two, which changes no bit of the result, so that no weight overflows. */
 static void fill_weights(board *b) {
     const bn_anneal_options *o = b->job->options;
     const int32_t rx = (int32_t)b->job->reach[0], ry = (int32_t)b->job->reach[1];
-    const double near_share = 1 / (o->sigma * o->sigma);
-    const double far_share = o->far_weight / (o->far_sigma * o->far_sigma);
+    const int has_far = o->far_weight > 0; /* otherwise far_sigma can be any number */
+    int exponent = 0;
+    if (o->far_weight > 1) frexp(o->far_weight, &exponent);
+    const double near_share = ldexp(1 / (o->sigma * o->sigma), -exponent);
+    const double far_share =
+        has_far ? ldexp(o->far_weight, -exponent) / (o->far_sigma * o->far_sigma) : 0;
     double scale = 0;
     for (int pass = 0; pass < 2; ++pass) {
         double sum = 0;
@@ -111,8 +116,9 @@ static void fill_weights(board *b) {
             for (int32_t x = -rx; x <= rx; ++x) {
                 if (x == 0 && y == 0) continue;
                 double square = (double)x * x + (double)y * y;
-                double w = near_share * bn_portable_exp(-square / (4 * o->sigma * o->sigma)) +
-                           far_share * bn_portable_exp(-square / (4 * o->far_sigma * o->far_sigma));
+                double w = near_share * bn_portable_exp(-square / (4 * o->sigma * o->sigma));
+                if (has_far)
+                    w += far_share * bn_portable_exp(-square / (4 * o->far_sigma * o->far_sigma));
                 sum += w;
                 b->weights[(size_t)(y + ry) * b->row_lanes + (size_t)(x + rx)] =
                     (int16_t)(w * scale + 0.5);

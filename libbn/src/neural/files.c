@@ -5,8 +5,30 @@
 #include <stdio.h>
 #include <string.h>
 
+#if defined(_WIN32)
+#include <windows.h>
+
+wchar_t *bn_file_wide(const char *text) {
+    const int size = MultiByteToWideChar(CP_UTF8, MB_ERR_INVALID_CHARS, text, -1, NULL, 0);
+    wchar_t *wide = size > 0 ? bn_allocate((size_t)size, sizeof *wide) : NULL;
+    if (wide != NULL) MultiByteToWideChar(CP_UTF8, 0, text, -1, wide, size);
+    return wide;
+}
+
+static FILE *open_file(const char *path) {
+    wchar_t *wide = bn_file_wide(path);
+    FILE *file = wide != NULL ? _wfopen(wide, L"rb") : NULL;
+    bn_free(wide);
+    return file;
+}
+#else
+static FILE *open_file(const char *path) {
+    return fopen(path, "rb");
+}
+#endif
+
 bn_result bn_file_read(const char *path, size_t limit, unsigned char **bytes, size_t *size) {
-    FILE *file = fopen(path, "rb");
+    FILE *file = open_file(path);
     unsigned char *buffer = NULL;
     size_t capacity = 0, count = 0;
     bn_result result = BN_SUCCESS;

@@ -9,6 +9,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "neural/onnxruntime.h"
 #include "base/memory.h"
+#include "neural/files.h"
 #include "neural/onnxruntime_api.h"
 #include <stdlib.h>
 #include <string.h>
@@ -33,9 +34,12 @@ typedef struct library {
 
 #if defined(_WIN32)
 
-#define library_load(name) (void *)LoadLibraryA(name)
+typedef wchar_t path_char;
+#define NATIVE(text) L##text
+#define library_load(name) (void *)LoadLibraryW(name)
 #define library_unload(handle) FreeLibrary((HMODULE)(handle))
-#define library_is_loaded(name) (GetModuleHandleA(name) != NULL)
+#define library_is_loaded(name) (GetModuleHandleW(name) != NULL)
+#define get_variable(name) _wgetenv(NATIVE(name))
 #define set_variable(name, value) _putenv_s(name, value)
 #define has_more_rights_than_user() 0
 
@@ -45,8 +49,11 @@ static bn_ort_get_api_base library_entry(void *handle) {
 
 #elif defined(BN_HAVE_DLFCN)
 
+typedef char path_char;
+#define NATIVE(text) text
 #define library_load(name) dlopen(name, RTLD_NOW | RTLD_LOCAL)
 #define library_unload(handle) dlclose(handle)
+#define get_variable(name) getenv(name)
 #define set_variable(name, value) setenv(name, value, 0)
 
 static int library_is_loaded(const char *name) {
@@ -81,14 +88,14 @@ static int has_more_rights_than_user(void) {
 #if defined(_WIN32) || defined(BN_HAVE_DLFCN)
 
 #if defined(_WIN32)
-static const char *const library_names[] = {"onnxruntime.dll"};
+static const path_char *const library_names[] = {L"onnxruntime.dll"};
 #elif defined(__APPLE__)
-static const char *const library_names[] = {"libonnxruntime.1.dylib", "libonnxruntime.dylib"};
+static const path_char *const library_names[] = {"libonnxruntime.1.dylib", "libonnxruntime.dylib"};
 #else
-static const char *const library_names[] = {"libonnxruntime.so.1", "libonnxruntime.so"};
+static const path_char *const library_names[] = {"libonnxruntime.so.1", "libonnxruntime.so"};
 #endif
 
-static int load_named(const char *name, library *found) {
+static int load_named(const path_char *name, library *found) {
     found->was_loaded = library_is_loaded(name);
     /* Version 1.29 and later send telemetry before any call can disable it. A variable that is
      * already set is left unchanged; see the note on threads in neural.h. */
@@ -116,8 +123,19 @@ static int load_anywhere(library *found) {
     return 0;
 }
 
-static int load_library(const char *path, library *found) {
-    if (path == NULL && !has_more_rights_than_user()) path = getenv("BN_ONNXRUNTIME");
+static int load_library(const char *given, library *found) {
+    const path_char *path = NULL;
+#if defined(_WIN32)
+    if (given != NULL) {
+        wchar_t *wide = bn_file_wide(given);
+        const int loaded = wide != NULL && load_named(wide, found);
+        bn_free(wide);
+        return loaded;
+    }
+#else
+    path = given;
+#endif
+    if (path == NULL && !has_more_rights_than_user()) path = get_variable("BN_ONNXRUNTIME");
     if (path != NULL && *path != 0) return load_named(path, found);
     return load_anywhere(found);
 }
