@@ -6,7 +6,7 @@ a ``numpy.random.SeedSequence``, or None for fresh entropy. The same seed gives 
 neural masks and points. Functions raise ``ValueError`` for unknown names, numbers out of range, shapes that are wrong or do not
 broadcast, and masks that are not permutations. They raise ``TypeError`` for undocumented argument types. They can also raise
 ``MemoryError``, ``OSError``, ``CancelledError`` and ``RuntimeMissingError``. Error messages include the argument's name and value.
-All functions are thread-safe, except the methods of rays and loops, which are stateful. Long computations release the GIL.
+All functions are thread-safe, except the methods of rays, loops and pans, which are stateful. Long computations release the GIL.
 """
 
 from . import _subinterpreters
@@ -18,6 +18,7 @@ from ._choose import choose, choose_cdf, choose_u32
 from ._core import CancelledError, RuntimeMissingError, __version__
 from ._dither import dither
 from ._files import load, save
+from ._frames import Pan, frame_index, frame_stream
 from ._masks import anneal, builtin, mask, neural, relax, to_float, void_and_cluster
 from ._measure import MaskMeasures, anisotropy, dithering_error, measure, power_spectrum, radial_power
 from ._neural import NeuralGenerator
@@ -30,6 +31,7 @@ __all__ = [
     "MaskMeasures",
     "NeuralGenerator",
     "NeuralProvider",
+    "Pan",
     "PathSampler",
     "PointsMethod",
     "RaySampler",
@@ -48,6 +50,8 @@ __all__ = [
     "dither",
     "dithering_error",
     "domain",
+    "frame_index",
+    "frame_stream",
     "load",
     "mask",
     "measure",

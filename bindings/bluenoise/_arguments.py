@@ -133,6 +133,14 @@ def integers(name: str, value: object, dtype: npt.DTypeLike, low: int, high: int
     return np.require(given, dtype, ["ALIGNED"])
 
 
+def reals(name: str, value: object) -> npt.NDArray[np.float64]:
+    """An array of real numbers."""
+    given = array(name, value)
+    if given.dtype.kind not in "fiu" and given.size:
+        raise TypeError(f"{name} must hold numbers, not {given.dtype} ({reprlib.repr(value)})")
+    return given.astype(np.float64)
+
+
 def output(out: object, extents: Sequence[int], dtype: npt.DTypeLike) -> npt.NDArray[Any]:
     """The array for a result: ``out`` if it fits, or a new array if it is None."""
     extents, kind = tuple(extents), np.dtype(dtype)

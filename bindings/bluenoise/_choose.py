@@ -15,20 +15,13 @@ _STEPS = 2**24
 _Floats = npt.NDArray[np.float32]
 
 
-def _reals(name: str, value: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    array = arguments.array(name, value)
-    if array.dtype.kind not in "fiu" and array.size:
-        raise TypeError(f"{name} must hold numbers, not {array.dtype} ({reprlib.repr(value)})")
-    return array.astype(np.float64)
-
-
 def _bad(name: str, interval: str, values: npt.NDArray[np.float64], bad: npt.NDArray[np.bool_]) -> None:
     if bad.any():
         raise ValueError(f"{name} must be in {interval}, not {values[bad].flat[0]}")
 
 
 def _numbers(u: npt.ArrayLike) -> _Floats:
-    values = _reals("u", u)
+    values = arguments.reals("u", u)
     _bad("u", "[0, 1)", values, ~((values >= 0) & (values < 1)))
     return np.asarray(np.floor(values * _STEPS) / _STEPS, np.float32)
 
@@ -73,7 +66,7 @@ def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np
     >>> chosen.tolist(), rest.round(3).tolist()
     ([True, False], [0.5, 0.5])
     """
-    values = _reals("probability", probability)
+    values = arguments.reals("probability", probability)
     _bad("probability", "[0, 1]", values, ~((values >= 0) & (values <= 1)))
     numbers = _numbers(u)
     arguments.together("probability and u", values.shape, numbers.shape)
@@ -143,7 +136,7 @@ def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uin
     >>> index.tolist(), rest.round(3).tolist()
     ([0, 2], [0.5, 0.5])
     """
-    values = _reals("cdf", cdf)
+    values = arguments.reals("cdf", cdf)
     if values.ndim != 1 or values.size == 0:
         raise ValueError(f"cdf must have shape (count,) with at least one entry, not {values.shape}")
     _bad("cdf", "[0, 1e30]", values, ~((values >= 0) & (values <= 1e30)))

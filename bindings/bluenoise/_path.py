@@ -67,8 +67,8 @@ class PathSampler:
     index : array_like of int
         Sample indices within these pixels, 0 to 2**32 - 1.
     stream : array_like of int, default 0
-        Stream numbers, 0 to 2**32 - 1. Streams are independent: use them for the frames of an animation, or for light paths alongside
-        camera paths. If you average frames, use stream 0 for all of them and keep increasing the index from frame to frame.
+        Stream numbers, 0 to 2**32 - 1. Streams are independent: use them for light paths alongside camera paths. Frames share a stream
+        and continue the index: see `frame_index`.
 
     Examples
     --------

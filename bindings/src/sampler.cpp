@@ -152,6 +152,14 @@ void bind_sampler(py::module_ &module) {
                }));
     module.def("choose_cdf", &choose_cdf);
     module.def("domain_child", py::vectorize(&bn_domain_child), py::arg("domain"), py::arg("key"));
+    module.def(
+        "pan_add", py::vectorize([](uint64_t sum, float motion) {
+            const bn_uint2 at = {static_cast<uint32_t>(sum >> 32), static_cast<uint32_t>(sum)};
+            const bn_uint2 moved = bn_pan_add(at, motion);
+            return uint64_t{moved.x} << 32 | moved.y;
+        }));
+    module.def("frame_index", py::vectorize(&bn_frame_index));
+    module.def("frame_stream", py::vectorize(&bn_frame_stream));
     module.def("stream_domain", py::vectorize(&bn_path_stream_domain));
     module.def("path_ray_domain", py::vectorize([](uint32_t domain, uint32_t ray) {
                    return bn_path_ray_domain({0, 0, 0, domain}, ray);

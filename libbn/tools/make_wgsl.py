@@ -17,14 +17,16 @@ SOURCES = {"bn_draw.glsl": ["bn_draw.wgsl"], "bn_path.glsl": ["bn_path.wgsl"],
            "bn_choose.glsl": ["bn_choose.wgsl", "bn_choose_cdf.wgsl"]}
 
 # The macros that count as defined, as in bn_draw.hlsl or bn_choose.h.
-DEFINED = {"BN_FUNCTION", "BN_TABLE", "BN_ANY", "BN_REVERSE_BITS", "bn_uint4", "BN_FLOAT4", "BN_CHOOSE_U", "BN_CHOOSE_LIMIT"}
+DEFINED = {"BN_FUNCTION", "BN_TABLE", "BN_ANY", "BN_REVERSE_BITS", "bn_uint4", "BN_FLOAT4", "BN_FLOAT_BITS", "BN_TO_UINT", "BN_CHOOSE_U",
+           "BN_CHOOSE_LIMIT"}
 TYPES = {"BN_UINT": "u32", "BN_FLOAT2": "vec2f", "BN_FLOAT4": "vec4f", "bn_uint2": "vec2u", "bn_uint4": "vec4u",
          "float": "f32", "BN_BOOL": "bool", "bn_blue_pixel": "bn_blue_pixel", "bn_path": "bn_path", "bn_ray": "bn_ray",
-         "bn_split": "bn_split", "bn_loop": "bn_loop"}
+         "bn_split": "bn_split", "bn_loop": "bn_loop", "bn_pan": "bn_pan"}
 REPLACEMENTS = {
     r"\b(BN_FUNCTION|BN_TABLE|BN_PASS_TABLE) ": "", r"\bBN_CHOOSE_TABLE ": "BN_UINT first, ", r"\bBN_FALSE\b": "false",
     r"\bbn_draw_domain_child\b": "bn_domain_child", r"\bBN_REVERSE_BITS\(": "reverseBits(", r"\bBN_TO_UINT\(": "u32(",
-    r"\bBN_TO_FLOAT\(": "f32(", r"\bBN_CHOOSE_GET_U\b": "*u", r"\bBN_WORD\(([^()]*)\)": r"bn_words[\1]",
+    r"\bBN_FLOAT_BITS\(": "bitcast<u32>(", r"\bBN_TO_FLOAT\(": "f32(", r"\bBN_CHOOSE_GET_U\b": "*u",
+    r"\bBN_WORD\(([^()]*)\)": r"bn_words[\1]",
     r"\bBN_CHOOSE_LIMIT\(([^()]*)\)": r"bn_cdf[first + \1]", r"\bBN_ANY\((\w+)\)": r"\1 != 0u",
     # A conditional expression, in parentheses or as the whole assigned or returned value.
     r"\(([^()?]+) \? ([^()]+) : ([^()]+)\)": r"select(\3, \2, \1)",

@@ -129,6 +129,14 @@ int wrong_counters(const bn::Sampler &sampler) {
     return count + (path.time_wavelength() != std::array<float, 2>{u[0], u[1]});
 }
 
+// Pans and the frames of a film are those of C.
+int wrong_frames() {
+    bn::Pan pan;
+    for (int frame = 0; frame < 4; ++frame) pan.follow(2.5f, -0.25f);
+    return (pan.x() != 10) + (pan.y() != -1) + (pan.state().x != 10u) +
+           (bn::frame_index(3, 100) != 384) + (bn::frame_stream(1u << 22, 1000) != 1);
+}
+
 // The numbers drawn for a pattern of one-dimensional ('1') and two-dimensional ('2') requests.
 std::vector<float> counted(bn::SequentialSampler &numbers, const char *pattern) {
     std::vector<float> all;
@@ -246,7 +254,7 @@ int main() {
                 static_cast<double>(number[3]), static_cast<unsigned long>(branch.state().domain),
                 static_cast<unsigned long>(branch.state().index));
     int failures = wrong(sampler, light) + wrong_paths() + wrong_counters(sampler) +
-                   wrong_counts(sampler) + tied_choices(sampler) + wrong_moves();
+                   wrong_frames() + wrong_counts(sampler) + tied_choices(sampler) + wrong_moves();
     failures +=
         bn::Sampler(7).sample_4d(1, 2, 3) != bn::Sampler(bn::Type::blue, 7).sample_4d(1, 2, 3);
     failures += light.value() != bn_domain_child(BN_DOMAIN_ROOT, 3) || light == bn::Domain();

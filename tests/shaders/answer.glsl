@@ -63,6 +63,15 @@ void answer(out uint result[16]) {
         + 43u * last.domain + 45u * bn_loop_later_bits(seed, branch, bn_ray_loop_domain(ray, k), k)
         + 47u * bn_ray_child_domain(ray, k) + 49u * domain;
 
+    bn_pan pan;
+    pan.x = x;
+    pan.y = y;
+    pan.x_rest = (CASE(5u) & 0xffffffu) - 0x800000u;
+    pan.y_rest = (index & 0xffffffu) - 0x800000u;
+    pan = bn_follow(pan, uintBitsToFloat(CASE(4u)), -16.0 * uintBitsToFloat(CASE(7u)));
+    result[15] += 85u * pan.x + 87u * pan.y + 89u * pan.x_rest + 91u * pan.y_rest + 93u * bn_frame_index(index, CASE(8u))
+        + 95u * bn_frame_stream(index, CASE(8u));
+
 #ifndef NO_PATH_DRAWS
     bn_ray object = bn_path_ray(path, CASE(12u));
     bn_ray part = bn_ray_child(object, k);

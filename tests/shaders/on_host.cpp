@@ -8,6 +8,10 @@
 static const uint32_t *words;
 static const float *cdf;
 
+static uint floatBitsToUint(float v) {
+    return as_type<uint>(v);
+}
+
 #ifdef GLSL
 #define BN_WORD(i) words[i]
 #include "bn/bn_draw.glsl"
@@ -46,12 +50,6 @@ static const float *cdf;
 #define bn_loop_draw_1d(...) bn_loop_draw_1d(words, __VA_ARGS__)
 #define bn_choose_cdf(first, ...) bn_choose_cdf(cdf + (first), __VA_ARGS__)
 #endif
-
-static uint floatBitsToUint(float v) {
-    uint bits;
-    memcpy(&bits, &v, sizeof bits);
-    return bits;
-}
 
 static float uintBitsToFloat(uint bits) {
     float v;

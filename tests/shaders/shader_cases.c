@@ -7,9 +7,10 @@
  *                   cdf_count; the two words of a seed; a path's ray number, k, branch count and frame
  *     expected.bin  [cases][16]: the draws of the path's objects, from drawn_words(); the draw as bits and as
  *                   floats; the results of bn_choose(), bn_choose_u32() and bn_choose_cdf(), each followed by
- *                   its remainder of u; and a sum of v.x + 3 v.y + 5 w.x + 7 w.y and, from path_words(), the
- *                   domain and all words of the path, each multiplied by a different odd number. v is the pair
- *                   drawn alone, as bits, and w is the same pair as floats. */
+ *                   its remainder of u; and a sum of v.x + 3 v.y + 5 w.x + 7 w.y and, from path_words() and
+ *                   frame_words(), the domain, all words of the path, a pan and a film's frame, each
+ *                   multiplied by a different odd number. v is the pair drawn alone, as bits, and w is the
+ *                   same pair as floats. */
 #include "../c/check.h"
 #include "../c/samplers.h"
 #include <bn/bn_choose.h>
@@ -165,6 +166,21 @@ static uint32_t path_words(uint32_t *record, uint32_t *expected) {
            47u * bn_ray_child(&ray, k).domain + 49u * domain;
 }
 
+static float float_of(uint32_t bits) {
+    float v;
+    memcpy(&v, &bits, sizeof v);
+    return v;
+}
+
+/* A pan followed by any float, NaN included, and by a small one; and a film's frame. */
+static uint32_t frame_words(const uint32_t *record) {
+    bn_pan pan = {record[1], record[2], (record[5] & 0xffffffu) - 0x800000u,
+                  (record[3] & 0xffffffu) - 0x800000u};
+    pan = bn_follow(pan, float_of(record[4]), -16.0f * float_of(record[7]));
+    return 85u * pan.x + 87u * pan.y + 89u * pan.x_rest + 91u * pan.y_rest +
+           93u * bn_frame_index(record[3], record[8]) + 95u * bn_frame_stream(record[3], record[8]);
+}
+
 static void put(const char *folder, const char *name, const void *data, size_t size) {
     char path[4096];
     snprintf(path, sizeof path, "%s/%s", folder, name);
@@ -185,6 +201,7 @@ int main(int count, char **arguments) {
             draw(seeds[seed], at, records[seed][at], expected[seed][at]);
             choose(cdf, records[seed][at], expected[seed][at]);
             expected[seed][at][15] += path_words(records[seed][at], expected[seed][at]);
+            expected[seed][at][15] += frame_words(records[seed][at]);
         }
     }
     put(arguments[1], "words.bin", bn_tables(NULL, NULL), BN_WORD_COUNT * sizeof(uint32_t));

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * C++ stand-ins for the types and functions of GLSL and Metal that the tests use. */
 #include <stdint.h>
+#include <string.h>
 
 typedef uint32_t uint;
 struct uint2 {
@@ -25,6 +26,13 @@ typedef uint2 uvec2;
 typedef uint4 uvec4;
 typedef float2 vec2;
 typedef float4 vec4;
+
+template <class To>
+static inline To as_type(float v) {
+    To bits;
+    memcpy(&bits, &v, sizeof bits);
+    return bits;
+}
 
 namespace metal {
 static inline uint reverse_bits(uint v) {

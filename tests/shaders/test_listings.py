@@ -64,7 +64,7 @@ def test_wgsl():
 
 
 def test_cuda(tmp_path):
-    assert ".entry draw(" in compile_with_nvrtc(listing("example.cu").encode())
+    assert b".entry draw(" in compile_with_nvrtc(listing("example.cu").encode())
 
 
 def test_metal(tmp_path):
@@ -79,7 +79,8 @@ SAMPLING = "uint64_t seed, int32_t x, int32_t y, uint32_t index, uint32_t depth"
 # For each header, declarations and parameters that provide the undeclared names in its listings.
 C_LISTINGS = {
     "bn.h": ("", f"{SAMPLING}, uint32_t decision, uint32_t bounce"),
-    "bn_path.h": ("", f"{SAMPLING}, uint32_t max_depth, uint32_t count, const bn_sampler *sampler, bn_ray ray, uint32_t primitive"),
+    "bn_path.h": ("", f"{SAMPLING}, uint32_t max_depth, uint32_t count, const bn_sampler *sampler, bn_ray ray, uint32_t primitive, "
+                      "uint32_t frame, uint32_t most, uint32_t i, bn_pan pan, float motion_x, float motion_y"),
     "bn_choose.h": ("""typedef struct vec3 { float x, y, z; } vec3;
 vec3 point_on_light(uint32_t, float, float), sample_coat(float, float), sample_base(float, float);
 """, f"{SAMPLING}, uint32_t domain, const bn_sampler *sampler, uint32_t light_count, float coat_probability"),

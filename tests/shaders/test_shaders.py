@@ -35,7 +35,7 @@ def with_texts(source):
     return re.sub(r'^#include "(\S+)"$', text, source, flags=re.M)
 
 
-TYPES = {"uint": "u32", "float": "f32", "vec2": "vec2f", "vec4": "vec4f", "bn_uint2": "vec2u", "bn_uint4": "vec4u"}
+TYPES = {"uint": "u32", "float": "f32", "vec2": "vec2f", "vec4": "vec4f", "bn_uint2": "vec2u", "bn_uint4": "vec4u", "bn_pan": "bn_pan"}
 
 
 def wgsl():

@@ -6,6 +6,7 @@
 
 #define BN_SAME(condition) _Static_assert(condition, "src/lib.rs has another type: " #condition)
 BN_SAME(sizeof(bn_path) == 16 && offsetof(bn_path, index) == 8 && offsetof(bn_path, domain) == 12);
+BN_SAME(sizeof(bn_pan) == 16 && offsetof(bn_pan, y) == 4);
 BN_SAME(sizeof(bn_ray) == 44 && offsetof(bn_ray, domain) == 16 && offsetof(bn_ray, splits) == 32);
 BN_SAME(sizeof(bn_split) == 24 && offsetof(bn_split, domain) == 16);
 BN_SAME(sizeof(bn_loop) == 36 && offsetof(bn_loop, counter) == 16 &&
@@ -30,6 +31,9 @@ typedef uint32_t u32;
 
 BN_INLINE(bn_sampler, sampler_make, (uint64_t seed), (seed))
 BN_INLINE(bn_path, path_start, (int32_t x, int32_t y, u32 i, u32 stream), (x, y, i, stream))
+BN_INLINE(bn_pan, follow, (bn_pan pan, float x, float y), (pan, x, y))
+BN_INLINE(u32, frame_index, (u32 frame, u32 most), (frame, most))
+BN_INLINE(u32, frame_stream, (u32 frame, u32 most), (frame, most))
 BN_INLINE(bn_ray, path_ray, (const bn_path *p, u32 ray), (p, ray))
 BN_INLINE(bn_ray, ray_child, (const bn_ray *r, u32 key), (r, key))
 BN_INLINE(bn_split, ray_next_split, (bn_ray * r, u32 count), (r, count))

@@ -380,6 +380,33 @@ inline PathSampler Split::operator[](uint32_t k) const noexcept {
     return PathSampler(sampler_, bn_split_path(&split_, k));
 }
 
+// ---- Frames
+
+// How far a picture has moved, in whole pixels. Call follow() once per frame, and draw at (x - pan.x(), y - pan.y()).
+class Pan {
+  public:
+    // Calls bn_follow(): the picture moved by (x, y) pixels, in the directions in which coordinates grow.
+    void follow(float x, float y) noexcept { state_ = bn_follow(state_, x, y); }
+
+    int32_t x() const noexcept { return static_cast<int32_t>(state_.x); }
+    int32_t y() const noexcept { return static_cast<int32_t>(state_.y); }
+
+    // The 16-byte state, for shaders.
+    const bn_pan &state() const noexcept { return state_; }
+
+  private:
+    bn_pan state_{};
+};
+
+// Call bn_frame_index() and bn_frame_stream(): the first index of a film's frame, and its stream. `most` is the largest
+// number of samples that a pixel takes in any frame.
+inline uint32_t frame_index(uint32_t frame, uint32_t most) noexcept {
+    return bn_frame_index(frame, most);
+}
+inline uint32_t frame_stream(uint32_t frame, uint32_t most) noexcept {
+    return bn_frame_stream(frame, most);
+}
+
 // For renderers that ask a stateful sampler for the next number or pair, as pbrt does. A number and the pair after it,
 // or two consecutive pairs, share a domain. Each ray has its own infinite sequence. For a 2-D decision, draw one pair
 // instead of two numbers. Do not write f(next_1d(), next_2d()): C++ does not specify the evaluation order, so store the

@@ -134,6 +134,87 @@ BN_FUNCTION BN_UINT bn_loop_later_bits(bn_uint2 seed, bn_path path, BN_UINT doma
     return low ^ ((low ^ v.z ^ ((v.z ^ v.w) & odd)) & upper);
 }
 
+/* ---- Frames */
+
+#ifndef BN_FLOAT_BITS
+#ifdef BN_FLOAT4
+#define BN_FLOAT_BITS(v) floatBitsToUint(v)
+#endif
+#endif
+#ifndef BN_TO_UINT
+#define BN_TO_UINT(v) uint(v)
+#define BN_TO_FLOAT(v) float(v)
+#endif
+
+#ifdef BN_FLOAT_BITS
+/* How far the picture, or a layer of it, has moved since the start, in two's complement. Start with
+ * zeros. */
+struct bn_pan {
+    BN_UINT x, y;           /* whole pixels, to subtract from the coordinates of draws */
+    BN_UINT x_rest, y_rest; /* the rest, in units of 2^-24 pixels */
+};
+
+/* Adds a motion to (whole pixels, rest). */
+BN_FUNCTION bn_uint2 bn_pan_add(bn_uint2 at, float motion) {
+    BN_UINT bits = BN_FLOAT_BITS(motion);
+    /* 2^24 pixels or more, or NaN. */
+    if ((bits & 0x7fffffffu) >= 0x4b800000u) return at;
+    float size = motion < 0.0f ? -motion : motion;
+    BN_UINT whole = BN_TO_UINT(size);
+    BN_UINT units = BN_TO_UINT((size - BN_TO_FLOAT(whole)) * 16777216.0f);
+    BN_UINT sign = 0u - (bits >> 31u);
+    /* The rest, plus half a pixel to round and a whole one to stay positive. */
+    BN_UINT sum = at.y + ((units ^ sign) - sign) + 0x1800000u;
+    at.x += ((whole ^ sign) - sign) + (sum >> 24u) - 1u;
+    at.y = (sum & 0xffffffu) - 0x800000u;
+    return at;
+}
+
+/* The pan after one more frame, in which the picture moved by (x, y) pixels, in the directions in which
+ * the coordinates grow. pan.x becomes the sum of all x, rounded to the nearest integer (halves upwards),
+ * modulo 2^32. Each motion is truncated to a multiple of 2^-24 and then added without rounding, so errors
+ * do not grow with the distance, and a motion and its opposite cancel. Coordinates that are NaN or at
+ * least 2^24 in size count as 0. Results are bit-identical in all languages. */
+BN_FUNCTION bn_pan bn_follow(bn_pan pan, float x, float y) {
+    bn_uint2 at;
+    at.x = pan.x;
+    at.y = pan.x_rest;
+    at = bn_pan_add(at, x);
+    pan.x = at.x;
+    pan.x_rest = at.y;
+    at.x = pan.y;
+    at.y = pan.y_rest;
+    at = bn_pan_add(at, y);
+    pan.y = at.x;
+    pan.y_rest = at.y;
+    return pan;
+}
+#endif
+
+/* The number of bits of an index that count the samples within a frame. */
+BN_FUNCTION BN_UINT bn_frame_bits(BN_UINT most) {
+    BN_UINT bits = 0u;
+    while (bits < 32u && (1u << bits) < most) bits += 1u;
+    return bits;
+}
+
+/* The index of the first sample of frame 0, 1 ... of a film, and the frame's stream. `most` is the
+ * largest number of samples that a pixel takes in any frame; pass the same one for all frames. The index
+ * is the frame number times the smallest power of two that is at least `most` (0 counts as 1), modulo
+ * 2^32. The stream is 0 until the indices are used up, then 1 and so on: with 1,024 samples, it changes
+ * every 4,194,304 frames. */
+BN_FUNCTION BN_UINT bn_frame_index(BN_UINT frame, BN_UINT most) {
+    BN_UINT bits = bn_frame_bits(most);
+    if (bits > 31u) return 0u;
+    return frame << bits;
+}
+
+BN_FUNCTION BN_UINT bn_frame_stream(BN_UINT frame, BN_UINT most) {
+    BN_UINT bits = bn_frame_bits(most);
+    if (bits == 0u) return 0u;
+    return frame >> (32u - bits);
+}
+
 /* ---- The types of bn_path.h, for shaders. They draw from BLUE. */
 
 #ifdef BN_FLOAT4

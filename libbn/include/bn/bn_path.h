@@ -52,7 +52,22 @@
  * Decisions that neighbouring pixels reach in different orders, such as stochastic transparency, need a key:
  * draw from bn_ray_child(&ray, primitive).
  *
- * Ray numbers and decision counts must be below 2^28, and index * count below 2^32. */
+ * Ray numbers and decision counts must be below 2^28, and index * count below 2^32.
+ *
+ * FRAMES
+ *
+ * In a film, continue the indices from frame to frame, in steps of a power of two:
+ *
+ *     const uint32_t first = bn_frame_index(frame, most), stream = bn_frame_stream(frame, most);
+ *     bn_path path = bn_path_start(x, y, first + i, stream); // sample i = 0, 1 ... of the frame
+ *
+ * `most` is the largest number of samples that a pixel takes in any frame. If a renderer draws one sample
+ * per frame and averages frames along the motion of the picture, the draws should follow the motion too:
+ *
+ *     pan = bn_follow(pan, motion_x, motion_y); // once per frame, starting with bn_pan pan = {0, 0, 0, 0}
+ *     bn_path path = bn_path_start(x - pan.x, y - pan.y, frame, 0);
+ *
+ * docs/realtime.md shows what this gains, and how to choose the motion. */
 #ifndef BN_BN_PATH_H
 #define BN_BN_PATH_H
 
@@ -67,15 +82,28 @@ extern "C" {
 /* A path's 16-byte state. A wavefront keeps one per lane. */
 typedef struct bn_path bn_path;
 
+/* A 16-byte state; zeros to start with. */
+typedef struct bn_pan bn_pan;
+
+BN_DEVICE_INLINE uint32_t bn_path_float_bits(float v) {
+    union {
+        float number;
+        uint32_t bits;
+    } u;
+    u.number = v;
+    return u.bits;
+}
+
+#define BN_FLOAT_BITS(v) bn_path_float_bits(v)
 #define BN_PATH_IN_C
 #include <bn/bn_path.glsl>
 #undef BN_PATH_IN_C
+#undef BN_FLOAT_BITS
 
 /* ---- Paths */
 
-/* Sample `index` of pixel (x, y). Streams are independent: use them for frames of an animation, or for light
- * paths alongside camera paths. If you average frames, use stream 0 for all of them and keep increasing the
- * index from frame to frame. */
+/* Sample `index` of pixel (x, y). Streams are independent: use them for light paths alongside camera paths.
+ * Frames should share a stream and continue the index (FRAMES, above). */
 BN_DEVICE_INLINE bn_path bn_path_start(int32_t x, int32_t y, uint32_t index, uint32_t stream) {
     bn_path path = {(uint32_t)x, (uint32_t)y, index, bn_path_stream_domain(stream)};
     return path;

@@ -7,6 +7,7 @@
 #ifndef BN_PATH_HLSL
 #define BN_PATH_HLSL
 
+#define BN_FLOAT_BITS(v) asuint(v)
 #include "bn_path.glsl"
 
 #endif

@@ -8,6 +8,7 @@
 #ifndef BN_PATH_METAL
 #define BN_PATH_METAL
 
+#define BN_FLOAT_BITS(v) as_type<uint>(v)
 #include "bn_path.glsl"
 
 #endif

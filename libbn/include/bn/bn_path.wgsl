@@ -126,6 +126,87 @@ fn bn_loop_later_bits(seed: vec2u, path: bn_path, domain: u32, k: u32) -> u32 {
     return low ^ ((low ^ v.z ^ ((v.z ^ v.w) & odd)) & upper);
 }
 
+/* ---- Frames */
+
+/* How far the picture, or a layer of it, has moved since the start, in two's complement. Start with
+ * zeros. */
+struct bn_pan {
+    x: u32,
+    y: u32, /* whole pixels, to subtract from the coordinates of draws */
+    x_rest: u32,
+    y_rest: u32, /* the rest, in units of 2^-24 pixels */
+}
+
+/* Adds a motion to (whole pixels, rest). */
+fn bn_pan_add(at_in: vec2u, motion: f32) -> vec2u {
+    var at = at_in;
+    let bits = bitcast<u32>(motion);
+    /* 2^24 pixels or more, or NaN. */
+    if ((bits & 0x7fffffffu) >= 0x4b800000u) {
+        return at;
+    }
+    let size = select(motion, -motion, motion < 0.0f);
+    let whole = u32(size);
+    let units = u32((size - f32(whole)) * 16777216.0f);
+    let sign = 0u - (bits >> 31u);
+    /* The rest, plus half a pixel to round and a whole one to stay positive. */
+    let sum = at.y + ((units ^ sign) - sign) + 0x1800000u;
+    at.x += ((whole ^ sign) - sign) + (sum >> 24u) - 1u;
+    at.y = (sum & 0xffffffu) - 0x800000u;
+    return at;
+}
+
+/* The pan after one more frame, in which the picture moved by (x, y) pixels, in the directions in which
+ * the coordinates grow. pan.x becomes the sum of all x, rounded to the nearest integer (halves upwards),
+ * modulo 2^32. Each motion is truncated to a multiple of 2^-24 and then added without rounding, so errors
+ * do not grow with the distance, and a motion and its opposite cancel. Coordinates that are NaN or at
+ * least 2^24 in size count as 0. Results are bit-identical in all languages. */
+fn bn_follow(pan_in: bn_pan, x: f32, y: f32) -> bn_pan {
+    var pan = pan_in;
+    var at: vec2u;
+    at.x = pan.x;
+    at.y = pan.x_rest;
+    at = bn_pan_add(at, x);
+    pan.x = at.x;
+    pan.x_rest = at.y;
+    at.x = pan.y;
+    at.y = pan.y_rest;
+    at = bn_pan_add(at, y);
+    pan.y = at.x;
+    pan.y_rest = at.y;
+    return pan;
+}
+
+/* The number of bits of an index that count the samples within a frame. */
+fn bn_frame_bits(most: u32) -> u32 {
+    var bits = 0u;
+    while (bits < 32u && (1u << bits) < most) {
+        bits += 1u;
+    }
+    return bits;
+}
+
+/* The index of the first sample of frame 0, 1 ... of a film, and the frame's stream. `most` is the
+ * largest number of samples that a pixel takes in any frame; pass the same one for all frames. The index
+ * is the frame number times the smallest power of two that is at least `most` (0 counts as 1), modulo
+ * 2^32. The stream is 0 until the indices are used up, then 1 and so on: with 1,024 samples, it changes
+ * every 4,194,304 frames. */
+fn bn_frame_index(frame: u32, most: u32) -> u32 {
+    let bits = bn_frame_bits(most);
+    if (bits > 31u) {
+        return 0u;
+    }
+    return frame << bits;
+}
+
+fn bn_frame_stream(frame: u32, most: u32) -> u32 {
+    let bits = bn_frame_bits(most);
+    if (bits == 0u) {
+        return 0u;
+    }
+    return frame >> (32u - bits);
+}
+
 /* ---- The types of bn_path.h, for shaders. They draw from BLUE. */
 
 fn bn_path_draw_4d(seed: vec2u, path: bn_path, domain: u32) -> vec4f {

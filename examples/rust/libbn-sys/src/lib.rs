@@ -65,6 +65,15 @@ pub struct bn_path {
 }
 
 #[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct bn_pan {
+    pub x: u32,
+    pub y: u32,
+    pub x_rest: u32,
+    pub y_rest: u32,
+}
+
+#[repr(C)]
 #[derive(Debug)]
 pub struct bn_ray {
     pub path: bn_path,
@@ -120,6 +129,9 @@ extern "C" {
 
     pub fn bn_rs_sampler_make(seed: u64) -> bn_sampler;
     pub fn bn_rs_path_start(x: i32, y: i32, index: u32, frame: u32) -> bn_path;
+    pub fn bn_rs_follow(pan: bn_pan, x: f32, y: f32) -> bn_pan;
+    pub fn bn_rs_frame_index(frame: u32, most: u32) -> u32;
+    pub fn bn_rs_frame_stream(frame: u32, most: u32) -> u32;
     pub fn bn_rs_path_ray(path: *const bn_path, ray: u32) -> bn_ray;
     pub fn bn_rs_ray_child(ray: *const bn_ray, key: u32) -> bn_ray;
     pub fn bn_rs_ray_next_split(ray: *mut bn_ray, count: u32) -> bn_split;

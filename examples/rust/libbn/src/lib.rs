@@ -24,7 +24,7 @@
 mod path;
 mod sampler;
 
-pub use path::{LoopSampler, PathSampler, RaySampler, Split};
+pub use path::{frame_index, frame_stream, LoopSampler, Pan, PathSampler, RaySampler, Split};
 pub use sampler::{tables, Domain, Sampler, Type};
 
 use libbn_sys as sys;

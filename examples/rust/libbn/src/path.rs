@@ -18,7 +18,7 @@ impl<'s> PathSampler<'s> {
         PathSampler::in_stream(sampler, x, y, index, 0)
     }
 
-    /// Streams are independent: use them for frames of an animation. If you average frames, continue the index instead.
+    /// Streams are independent: use them for light paths alongside camera paths. Frames share a stream and continue the index.
     pub fn in_stream(sampler: &'s Sampler<'s>, x: i32, y: i32, index: u32, stream: u32) -> PathSampler<'s> {
         // SAFETY: a pure function.
         PathSampler { sampler, state: unsafe { sys::bn_rs_path_start(x, y, index, stream) } }
@@ -40,6 +40,40 @@ impl<'s> PathSampler<'s> {
     pub fn time_wavelength(&self) -> [f32; 2] {
         filled(|out| unsafe { sys::bn_rs_path_time_wavelength(&self.sampler.state, &self.state, out) })
     }
+}
+
+/// How far a picture has moved, in whole pixels: draw at `(x - pan.x(), y - pan.y())`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Pan(sys::bn_pan);
+
+impl Pan {
+    /// Call this once per frame: the picture moved by (x, y) pixels, in the directions in which coordinates grow. `bn_path.glsl` has
+    /// the rules for rounding and for values that are not finite.
+    pub fn follow(&mut self, x: f32, y: f32) {
+        // SAFETY: a pure function.
+        self.0 = unsafe { sys::bn_rs_follow(self.0, x, y) };
+    }
+
+    pub fn x(&self) -> i32 {
+        self.0.x as i32
+    }
+
+    pub fn y(&self) -> i32 {
+        self.0.y as i32
+    }
+}
+
+/// The index of the first sample of a film's frame. `most` is the largest number of samples that a pixel takes in any frame; pass
+/// [`frame_stream`] as the stream.
+pub fn frame_index(frame: u32, most: u32) -> u32 {
+    // SAFETY: a pure function.
+    unsafe { sys::bn_rs_frame_index(frame, most) }
+}
+
+/// The stream of a film's frame: 0 until the indices are used up.
+pub fn frame_stream(frame: u32, most: u32) -> u32 {
+    // SAFETY: a pure function.
+    unsafe { sys::bn_rs_frame_stream(frame, most) }
 }
 
 /// One ray of a path. It is stateful, so it can be moved but not copied, because a copy would return the same numbers again: pass

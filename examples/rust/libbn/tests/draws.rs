@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The safe functions return the same bits as C, in the same order.
 
-use libbn::{tables, Domain, Error, PathSampler, Sampler, Type};
+use libbn::{frame_index, frame_stream, tables, Domain, Error, Pan, PathSampler, Sampler, Type};
 use libbn_sys as sys;
 
 /// Calls the C library's bn_sample_4d() without any type or function of the safe crate.
@@ -130,4 +130,16 @@ fn threads_share_a_sampler_and_move_rays() {
             scope.spawn(move || assert_eq!(ray.next_4d(), expected));
         }
     });
+}
+
+#[test]
+fn pans_and_frames_are_those_of_c() {
+    let mut pan = Pan::default();
+    for _ in 0..4 {
+        pan.follow(2.5, -0.25);
+        pan.follow(f32::NAN, 1e30);
+    }
+    assert_eq!((pan.x(), pan.y()), (10, -1));
+    assert_eq!((frame_index(3, 100), frame_stream(3, 100)), (384, 0));
+    assert_eq!((frame_index(4_194_305, 1000), frame_stream(4_194_305, 1000)), (1024, 1));
 }
