@@ -253,6 +253,8 @@ static void test_struct_sizes(void) {
     CHECK_SIZES(bn_anneal_options, bn_anneal_options_default, bn_anneal(&u.o, &mask, NULL, NULL));
     CHECK_SIZES(bn_dither_options, bn_dither_options_default,
                 bn_dither(&u.o, values, 8, 8, 1, outputs, MOST));
+    CHECK_SIZES(bn_visible_noise_options, bn_visible_noise_options_default,
+                bn_visible_noise(&u.o, values, values, 8, 8, 1, MOST, outputs, MOST, NULL, NULL));
     CHECK_SIZES(bn_wavefront, bn_wavefront_default,
                 (u.o.out[0] = outputs, bn_sample_wavefront(&sampler, &u.o)));
 #ifndef BN_NO_NEURAL

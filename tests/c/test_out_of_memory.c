@@ -107,12 +107,15 @@ static bn_result call(int function) {
         return init_sampler(&value);
     case 9:
         return bn_ranks_from_values(many_values, MANY, ranks);
-#ifndef BN_NO_NEURAL
     case 10:
-        return call_network(1, 2);
+        return bn_visible_noise(NULL, values, values, SIZE, SIZE, 1, TEXELS, power, TEXELS, NULL,
+                                NULL);
+#ifndef BN_NO_NEURAL
     case 11:
-        return call_network(0, 2);
+        return call_network(1, 2);
     case 12:
+        return call_network(0, 2);
+    case 13:
         return call_network(0, 1);
 #endif
     default:

@@ -1,0 +1,320 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The visible noise of an image, from the means of two halves of its samples.
+ *
+ * A display clips the image; the eye then averages light over a blur and responds roughly as the sRGB curve
+ * does. Let A and B be the displayed halves after the blur, M their displayed mean, and e() the curve in 8-bit
+ * steps. The error of M is a random part, estimated by half of e(A) - e(B), and a shift of the mean, because
+ * clipping is not linear. Halving the samples increases the shift, and e(M) minus the mean of e(A) and e(B)
+ * shows by how much.
+ *
+ * Each row is blurred once along x into a ring of rows, which the blur along y reads. The squared noise is
+ * pooled in integers, so running sums are exact and results do not depend on where a thread starts. */
+#include "base/check.h"
+#include "base/float_environment.h"
+#include "base/memory.h"
+#include "base/options.h"
+#include "base/portable_math.h"
+#include "base/threads.h"
+#include <float.h>
+
+enum {
+    IMAGES = 3,             /* the first half, the second half and the mean */
+    LANES = 16,             /* values blurred side by side, in registers */
+    CHUNK = 256,            /* rows that a thread takes at a time */
+    REPORT = 16,            /* rows between two calls of `progress` */
+    MOST_TAPS = 2 * 48 + 1, /* at the widest blur */
+    MOST_WINDOW = 1023,
+    MOST_THREADS = 64
+};
+
+static const double BN_MOST_SIGMA = 16, BN_REACH = 3; /* the blur ends at 3 sigma */
+static const double BN_ENERGY_SCALE = 1 << 24;        /* of a squared step, as an integer */
+
+typedef struct meter {
+    const float *image[2]; /* the halves */
+    float *map;
+    uint32_t width, height, channels;
+    int32_t reach;            /* of the blur, in pixels */
+    int32_t around;           /* of the pooling window, in pixels */
+    float kernel[MOST_TAPS];  /* weights from -reach to reach */
+    float exposure, share[2]; /* the halves' shares of the samples */
+    float noise_scale;        /* standard error of the mean over that of the halves' difference */
+    size_t row;               /* values in a row of an image */
+    size_t padded;            /* values in a row of a ring */
+    bn_progress progress;
+    void *progress_user;
+    int cancelled;
+    char *memory;       /* of all threads */
+    size_t each_memory; /* of one thread, in bytes */
+} meter;
+
+typedef struct scratch {
+    float *source[IMAGES]; /* a row before the blur, with mirrored ends */
+    float *ring[IMAGES];   /* the last 2 reach + 1 rows, blurred along x */
+    float *blurred[IMAGES];
+    uint64_t *energy;  /* the last 2 around + 1 rows of squared noise */
+    uint64_t *columns; /* their sum */
+} scratch;
+
+/* The pixel that stands for one outside the image: the image repeats, mirrored. */
+static uint32_t mirrored(int64_t at, uint32_t extent) {
+    const int64_t period = 2 * (int64_t)extent;
+    const int64_t inside = ((at % period) + period) % period;
+    return (uint32_t)(inside < extent ? inside : period - 1 - inside);
+}
+
+static float displayed(float value) { /* NaN, from an infinity minus another, counts as black */
+    const float positive = value > 0 ? value : 0;
+    return positive < 1 ? positive : 1;
+}
+
+/* The sRGB curve for v in [0, 1], in steps of an 8-bit display. Above the linear part, a polynomial of the
+ * fourth root, interpolated at Chebyshev nodes; it is off by at most 0.0006 steps. Has no branches, so that
+ * compilers vectorise its loop. */
+static float encoded(float v) {
+    const float q = sqrtf(sqrtf(v)), line = v * (255 * 12.92f);
+    float curve = 15.742248f;
+    curve = curve * q - 75.033147f;
+    curve = curve * q + 158.35558f;
+    curve = curve * q - 210.44640f;
+    curve = curve * q + 345.41603f;
+    curve = curve * q + 36.199357f;
+    curve = curve * q - 15.233448f;
+    return v <= 0.0031308f ? line : curve;
+}
+
+static int has_nan(const float *values, size_t count) {
+    uint32_t most = 0; /* the largest magnitude, as bits; beyond infinity for a NaN */
+    for (size_t i = 0; i < count; ++i) {
+        uint32_t bits;
+        memcpy(&bits, values + i, sizeof bits);
+        bits &= 0x7fffffff;
+        most = bits > most ? bits : most;
+    }
+    return most > 0x7f800000;
+}
+
+/* Blurs a multiple of LANES values. before[j] and after[j] are at distance j; both are at 0 for j = 0. */
+static void blur(const meter *m, const float *const *before, const float *const *after, float *to,
+                 size_t count) {
+    for (size_t i = 0; i < count; i += LANES) {
+        float sum[LANES];
+        const float *centre = before[0] + i;
+        for (int lane = 0; lane < LANES; ++lane) sum[lane] = m->kernel[0] * centre[lane];
+        for (int32_t j = 1; j <= m->reach; ++j) {
+            const float weight = m->kernel[j], *a = before[j] + i, *b = after[j] + i;
+            for (int lane = 0; lane < LANES; ++lane) sum[lane] += weight * (a[lane] + b[lane]);
+        }
+        for (int lane = 0; lane < LANES; ++lane) to[i + (size_t)lane] = sum[lane];
+    }
+}
+
+/* Blurs row y of the displayed images along x into the rings. */
+static void blur_row(const meter *m, const scratch *s, uint32_t y) {
+    const size_t channels = m->channels, margin = (size_t)m->reach * channels;
+    const float *first = m->image[0] + y * m->row, *second = m->image[1] + y * m->row;
+    float *a = s->source[0] + margin, *b = s->source[1] + margin, *mean = s->source[2] + margin;
+    for (size_t i = 0; i < m->row; ++i) {
+        const float one = first[i] * m->exposure, other = second[i] * m->exposure;
+        a[i] = displayed(one);
+        b[i] = displayed(other);
+        mean[i] = displayed(m->share[0] * one + m->share[1] * other);
+    }
+    const size_t slot = y % (2 * (uint32_t)m->reach + 1);
+    for (int k = 0; k < IMAGES; ++k) {
+        float *row = s->source[k] + margin;
+        for (int64_t x = 1; x <= m->reach; ++x) {
+            const uint32_t left = mirrored(-x, m->width);
+            const uint32_t right = mirrored(m->width - 1 + x, m->width);
+            for (size_t c = 0; c < channels; ++c) {
+                row[c - (size_t)x * channels] = row[left * channels + c];
+                row[m->row + (size_t)(x - 1) * channels + c] = row[right * channels + c];
+            }
+        }
+        const float *before[MOST_TAPS], *after[MOST_TAPS];
+        for (int32_t j = 0; j <= m->reach; ++j) {
+            before[j] = row - (size_t)j * channels;
+            after[j] = row + (size_t)j * channels;
+        }
+        blur(m, before, after, s->ring[k] + slot * m->padded, m->padded);
+    }
+}
+
+/* Computes row y of the squared noise from the rings. */
+static void measure_row(const meter *m, const scratch *s, uint32_t y) {
+    const uint32_t taps = 2 * (uint32_t)m->reach + 1;
+    for (int k = 0; k < IMAGES; ++k) {
+        const float *before[MOST_TAPS], *after[MOST_TAPS];
+        for (int32_t j = 0; j <= m->reach; ++j) {
+            before[j] = s->ring[k] + mirrored((int64_t)y - j, m->height) % taps * m->padded;
+            after[j] = s->ring[k] + mirrored((int64_t)y + j, m->height) % taps * m->padded;
+        }
+        blur(m, before, after, s->blurred[k], m->padded);
+    }
+    float *a = s->blurred[0];
+    const float *b = s->blurred[1], *mean = s->blurred[2];
+    for (size_t i = 0; i < m->row; ++i) {
+        const float one = encoded(a[i]), other = encoded(b[i]);
+        const float noise = m->noise_scale * (one - other);
+        const float shift = encoded(mean[i]) - (m->share[0] * one + m->share[1] * other);
+        a[i] = noise * noise + shift * shift;
+    }
+    uint64_t *energy = s->energy + y % (2 * (uint32_t)m->around + 1) * m->width;
+    const double scale = BN_ENERGY_SCALE / m->channels;
+    for (size_t x = 0; x < m->width; ++x) {
+        double sum = 0;
+        for (size_t c = 0; c < m->channels; ++c) sum += (double)a[x * m->channels + c];
+        energy[x] = (uint64_t)(int64_t)(sum * scale);
+        s->columns[x] += energy[x];
+    }
+}
+
+/* Removes row y from the sum over the window's rows. */
+static void drop_row(const meter *m, const scratch *s, uint32_t y) {
+    const uint64_t *energy = s->energy + y % (2 * (uint32_t)m->around + 1) * m->width;
+    for (size_t x = 0; x < m->width; ++x) s->columns[x] -= energy[x];
+}
+
+/* Writes a row of the map: the root mean square over the part of the window inside the image. */
+static void pool_row(const meter *m, const scratch *s, uint32_t y, uint32_t rows) {
+    const int64_t width = m->width, around = m->around;
+    uint64_t sum = 0;
+    for (int64_t x = 0; x < around && x < width; ++x) sum += s->columns[x];
+    for (int64_t x = 0; x < width; ++x) {
+        if (x + around < width) sum += s->columns[x + around];
+        if (x - around - 1 >= 0) sum -= s->columns[x - around - 1];
+        const int64_t left = x < around ? 0 : x - around;
+        const int64_t right = x + around < width ? x + around : width - 1;
+        const double pixels = (double)(right - left + 1) * rows;
+        m->map[(size_t)y * m->width + (size_t)x] =
+            (float)sqrt((double)(int64_t)sum / (pixels * BN_ENERGY_SCALE));
+    }
+}
+
+static int32_t clamped_row(const meter *m, int64_t y) {
+    return (int32_t)(y < 0 ? 0 : y < m->height ? y : m->height - 1);
+}
+
+/* Computes rows [first, last) of the map. Returns 0 if cancelled; only member 0 can be. */
+static int measure_rows(meter *m, const scratch *s, uint32_t index, uint32_t first, uint32_t last) {
+    int32_t top = clamped_row(m, (int64_t)first - m->around); /* of the window */
+    int32_t next = top, next_blurred = clamped_row(m, (int64_t)top - m->reach);
+    for (size_t x = 0; x < m->width; ++x) s->columns[x] = 0;
+    for (uint32_t y = first; y < last; ++y) {
+        const int32_t bottom = clamped_row(m, (int64_t)y + m->around);
+        for (; top < (int64_t)y - m->around; ++top) drop_row(m, s, (uint32_t)top);
+        for (; next <= bottom; ++next) {
+            const int32_t until = clamped_row(m, (int64_t)next + m->reach);
+            for (; next_blurred <= until; ++next_blurred) blur_row(m, s, (uint32_t)next_blurred);
+            measure_row(m, s, (uint32_t)next);
+        }
+        pool_row(m, s, y, (uint32_t)(bottom - top + 1));
+        if (index == 0 && m->progress != NULL && (y - first) % REPORT == 0 &&
+            m->progress(m->progress_user, (double)y / m->height) != 0) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* Divides a thread's memory, and returns its size. */
+static size_t scratch_divide(const meter *m, char *memory, scratch *s) {
+    size_t used = 0;
+    const size_t margin = 2 * (size_t)m->reach * m->channels;
+    const size_t ring = 2 * (size_t)m->reach + 1, window = 2 * (size_t)m->around + 1;
+    const size_t floats[3] = {m->padded + margin, ring * m->padded, m->padded};
+    float **const to[3] = {s->source, s->ring, s->blurred};
+    for (int part = 0; part < 3; ++part) {
+        for (int k = 0; k < IMAGES; ++k) {
+            to[part][k] = memory ? (float *)(void *)(memory + used) : NULL;
+            used += (floats[part] * sizeof(float) + 63) / 64 * 64;
+        }
+    }
+    s->energy = memory ? (uint64_t *)(void *)(memory + used) : NULL;
+    s->columns = memory ? s->energy + window * m->width : NULL;
+    return used + ((window + 1) * m->width * sizeof(uint64_t) + 63) / 64 * 64;
+}
+
+static void work(void *user, bn_team *team, uint32_t index, uint32_t threads) {
+    meter *m = user;
+    scratch s;
+    (void)threads;
+    scratch_divide(m, m->memory + index * m->each_memory, &s);
+    for (uint64_t chunk; (chunk = bn_team_next(team)) * CHUNK < m->height;) {
+        const uint64_t end = (chunk + 1) * CHUNK;
+        const uint32_t last = end < m->height ? (uint32_t)end : m->height;
+        if (!measure_rows(m, &s, index, (uint32_t)chunk * CHUNK, last)) {
+            m->cancelled = 1; /* member 0 is the caller's thread */
+            bn_team_stop(team);
+        }
+    }
+}
+
+static BN_NOINLINE bn_result visible_noise(const bn_visible_noise_options *given,
+                                           const float *first, const float *second, uint32_t width,
+                                           uint32_t height, uint32_t channels, size_t count,
+                                           float *map, size_t map_count, bn_progress progress,
+                                           void *user) {
+    bn_visible_noise_options o = bn_visible_noise_options_default();
+    bn_result result = bn_options_read(&o, sizeof o, given);
+    if (result != BN_SUCCESS) return result;
+    if (first == NULL || second == NULL || map == NULL || width == 0 || height == 0 ||
+        channels == 0 || !bn_in_range(o.sigma, 0, BN_MOST_SIGMA) ||
+        !bn_in_range(o.exposure, 1e-30, 1e30) || !bn_in_range(o.first_share, 0.001, 0.999) ||
+        o.window % 2 == 0 || o.window > MOST_WINDOW) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
+    const uint32_t extents[4] = {width, height, channels, 1}, flat[4] = {width, height, 1, 1};
+    uint64_t product, pixels;
+    if (!bn_product(extents, SIZE_MAX / sizeof *first, &product) ||
+        !bn_product(flat, BN_MOST_TEXELS, &pixels) || channels > INT32_MAX / 4096) {
+        return BN_ERROR_OUT_OF_MEMORY;
+    }
+    if (count != product || map_count != pixels) return BN_ERROR_SIZE_MISMATCH;
+    if (has_nan(first, count) || has_nan(second, count)) return BN_ERROR_BAD_DATA;
+
+    meter m = {.image = {first, second},
+               .map = map,
+               .width = width,
+               .height = height,
+               .channels = channels,
+               .reach = (int32_t)ceil(BN_REACH * o.sigma),
+               .around = (int32_t)(o.window / 2),
+               .exposure = (float)o.exposure,
+               .share = {(float)o.first_share, (float)(1 - o.first_share)},
+               .noise_scale = (float)sqrt(o.first_share * (1 - o.first_share)),
+               .row = (size_t)width * channels,
+               .progress = progress,
+               .progress_user = user};
+    m.padded = (m.row + LANES - 1) / LANES * LANES;
+    double weights[MOST_TAPS] = {1}, total = 1;
+    for (int32_t j = 1; j <= m.reach; ++j) {
+        weights[j] = bn_portable_exp(-0.5 * j * j / (o.sigma * o.sigma));
+        total += 2 * weights[j];
+    }
+    for (int32_t j = 0; j <= m.reach; ++j) m.kernel[j] = (float)(weights[j] / total);
+
+    uint32_t threads = o.threads != 0 ? o.threads : bn_thread_count();
+    const uint32_t chunks = (height - 1) / CHUNK + 1;
+    if (threads > chunks) threads = chunks;
+    if (threads > MOST_THREADS) threads = MOST_THREADS;
+    scratch unused;
+    m.each_memory = scratch_divide(&m, NULL, &unused);
+    m.memory = bn_allocate_zero(threads, m.each_memory);
+    if (m.memory == NULL) return BN_ERROR_OUT_OF_MEMORY;
+    bn_team_run(threads, work, &m);
+    bn_free(m.memory);
+    return m.cancelled ? BN_ERROR_CANCELLED : BN_SUCCESS;
+}
+
+bn_result bn_visible_noise(const bn_visible_noise_options *options, const float *first,
+                           const float *second, uint32_t width, uint32_t height, uint32_t channels,
+                           size_t count, float *map, size_t map_count, bn_progress progress,
+                           void *user) {
+    bn_float_environment host;
+    bn_float_environment_set(&host);
+    const bn_result result = visible_noise(options, first, second, width, height, channels, count,
+                                           map, map_count, progress, user);
+    bn_float_environment_restore(&host);
+    return result;
+}
