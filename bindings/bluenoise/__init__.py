@@ -22,6 +22,7 @@ from ._frames import Pan, frame_index, frame_stream
 from ._masks import anneal, builtin, mask, neural, relax, to_float, void_and_cluster
 from ._measure import MaskMeasures, anisotropy, dithering_error, measure, power_spectrum, radial_power
 from ._neural import NeuralGenerator
+from ._noise import visible_noise
 from ._path import LoopSampler, PathSampler, RaySampler, Split
 from ._points import points
 from ._sampler import Sampler, domain, tables
@@ -63,5 +64,6 @@ __all__ = [
     "save",
     "tables",
     "to_float",
+    "visible_noise",
     "void_and_cluster",
 ]

@@ -26,6 +26,7 @@ from . import _masks as masks
 from . import measure as measure_mask
 from . import points as make_points
 from ._arguments import NeuralProvider
+from ._noise import COLOURS, false_colour, visible_noise
 from ._points import METHODS as POINTS_METHODS
 
 # Method -> the function that makes such a mask.
@@ -40,6 +41,7 @@ examples:
   bluenoise mask --size 128 -o mask.png          make a 128x128 mask
   bluenoise measure mask.png                     measure it
   bluenoise dither photo.jpg dithered.png        dither a photograph to black and white
+  bluenoise noise first.exr second.exr -o n.png  measure a render's visible noise from two halves
 """
 
 
@@ -163,7 +165,7 @@ class _Parser(argparse.ArgumentParser):
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="bluenoise",
-        description="Makes and measures blue-noise masks, dithers images with them, and makes points.",
+        description="Makes and measures blue-noise masks, dithers images with them, makes points, and measures the noise of renders.",
         epilog=_EXAMPLES + "\nThe file name - stands for standard input or output.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -216,6 +218,21 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel of --mask to use, counted from 1")
     _add_report(command, "describe the points as JSON on standard output")
     _add_output(command, _POINTS_SUFFIXES, "csv")
+
+    command = add(
+        _noise, "noise", "measure the visible noise of a render",
+        "Prints the visible noise of a render in steps of an 8-bit display, from the means of two halves of its samples, and "
+        "draws a map of it; see bluenoise.visible_noise.",
+    )
+    command.add_argument("first", type=Path, help="the mean of one half of the samples: .exr (needs OpenEXR) or .npy, linear")
+    command.add_argument("second", type=Path, help="the mean of the other half")
+    command.add_argument("--mean", action="store_true", help="SECOND is the mean of all samples")
+    command.add_argument("--sigma", type=float, default=2.1, help="the eye's blur in pixels (default 2.1: 96 dpi at 75 cm)")
+    command.add_argument("--exposure", type=float, default=1.0, metavar="FACTOR", help="white is at 1 / FACTOR (default 1)")
+    command.add_argument("--window", type=_integer, default=33, metavar="N", help="side in pixels of the square that pools the noise "
+                         "(default 33)")
+    command.add_argument("-o", "--output", type=Path, metavar="FILE", help="the map: colours as .png, or steps as .npy")
+    _add_report(command, "print one JSON object")
     return parser
 
 
@@ -470,6 +487,31 @@ def _points(options: argparse.Namespace) -> None:
     if options.json:
         _print(json.dumps({"output": str(path), "format": suffix[1:], "count": options.count, "method": options.method,
                            "seed": options.seed}))
+
+
+def _noise(options: argparse.Namespace) -> None:
+    output = options.output
+    suffix = output.suffix.lower() if output else ""
+    if output:
+        _files.check_output(output, suffix, (".png", ".npy"), options.first, options.second)
+    first, second = _files.load_light(options.first), _files.load_light(options.second)
+    if options.mean and first.shape == second.shape:
+        second = 2 * second - first
+    noise = visible_noise(first, second, sigma=options.sigma, exposure=options.exposure, window=options.window,
+                          progress=_progress(options.quiet))
+    median, high = (float(value) for value in np.percentile(noise, (50, 95)))
+    if output:
+        with _files.replacing(output, suffix) as beside:
+            if suffix == ".npy":
+                _files.save_array(beside, noise)
+            else:
+                beside.write_bytes(_files.png(false_colour(noise), []))
+    if options.json:
+        _print(json.dumps({"median": median, "percentile_95": high, "width": noise.shape[1], "height": noise.shape[0]}))
+        return
+    _print(f"visible noise: median {median:.2f}, 95% of the image below {high:.2f} steps of an 8-bit display")
+    if suffix == ".png":
+        _print("colours: " + ", ".join(f"{name} {steps:g}" for steps, (name, _) in COLOURS.items()) + " steps")
 
 
 def _without_nan(value: Any) -> Any:

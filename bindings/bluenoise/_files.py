@@ -221,19 +221,24 @@ def _decode_npy(path: Path, data: bytes) -> npt.NDArray[Any]:
     return array
 
 
-def _decode_exr(path: Path, data: bytes) -> npt.NDArray[Any]:
-    """(height, width, channels), or (height, width) for a single channel."""
+def _exr_planes(path: Path, data: bytes) -> dict[str, npt.NDArray[Any]]:
+    """{channel: (height, width)}."""
     exr = openexr()
     try:
         with tempfile.TemporaryDirectory() as folder:  # the package reads only from paths
             copy = Path(folder) / "input.exr"
             copy.write_bytes(data)
             with exr.File(str(copy), separate_channels=True) as file:
-                channels = {name: np.array(channel.pixels) for name, channel in file.channels().items()}
+                return {name: np.array(channel.pixels) for name, channel in file.channels().items()}
     except MemoryError:
         raise
     except Exception as error:
         raise ValueError(f"{path} cannot be read as EXR: {error}") from None
+
+
+def _decode_exr(path: Path, data: bytes) -> npt.NDArray[Any]:
+    """(height, width, channels), or (height, width) for a single channel."""
+    channels = _exr_planes(path, data)
     order = sorted(channels, key=lambda name: ("RGBAXYZ".find(name) % 8, name))
     planes = [channels[name] for name in order]
     return planes[0] if len(planes) == 1 else np.stack(planes, axis=-1)
@@ -275,6 +280,22 @@ def load_values(path: Path) -> npt.NDArray[Any]:
             raise ValueError(f"{path} has a palette; a mask is a grey image")
         array = np.asarray(picture.convert("L") if picture.mode == "1" else picture)
     return np.moveaxis(array, -1, 0) if array.ndim == 3 else array
+
+
+def load_light(path: Path) -> npt.NDArray[Any]:
+    """Linear light from the channels R, G and B of an .exr file, or its only channel, or from a .npy file: (height, width) or (height,
+    width, channels)."""
+    data = read_bytes(path)
+    if not data.startswith((_NPY_MAGIC, _EXR_MAGIC)):
+        raise ValueError(f"{path} is neither .exr nor .npy, which hold linear light")
+    if data.startswith(_NPY_MAGIC):
+        return _decode_npy(path, data)
+    planes = _exr_planes(path, data)
+    if all(name in planes for name in "RGB"):
+        return np.stack([planes[name] for name in "RGB"], axis=-1)
+    if len(planes) != 1:
+        raise ValueError(f"{path} has the channels {', '.join(planes)}, but not R, G and B")
+    return next(iter(planes.values()))
 
 
 def load_mask(path: Path, channel: int = 0) -> npt.NDArray[Any]:

@@ -98,6 +98,30 @@ Floats dither(const Floats &image, uint32_t levels, bool srgb, bool channel_offs
     return out;
 }
 
+Floats visible_noise(const Floats &first, const Floats &second, double sigma, double exposure,
+                     double first_share, uint32_t window, py::object progress) {
+    bn_visible_noise_options options = bn_visible_noise_options_default();
+    options.sigma = sigma;
+    options.exposure = exposure;
+    options.first_share = first_share;
+    options.window = window;
+    const auto height = static_cast<uint32_t>(first.shape(0));
+    const auto width = static_cast<uint32_t>(first.shape(1));
+    const auto channels = static_cast<uint32_t>(first.shape(2));
+    Floats map({first.shape(0), first.shape(1)});
+    const float *a = first.data(), *b = second.data();
+    float *to = map.mutable_data();
+    const auto count = static_cast<size_t>(first.size()), pixels = static_cast<size_t>(map.size());
+    Progress reports(std::move(progress));
+    const bn_result result = unlocked([&] {
+        return bn_visible_noise(&options, a, b, width, height, channels, count, to, pixels,
+                                Progress::call, &reports);
+    });
+    reports.finish(result, "images of " + std::to_string(height) + " x " + std::to_string(width) +
+                               " with " + std::to_string(channels) + " channels");
+    return map;
+}
+
 } // namespace
 
 void bind_masks(py::module_ &module) {
@@ -139,6 +163,9 @@ void bind_masks(py::module_ &module) {
     module.def("mask_error", &mask_error, py::arg("ranks").noconvert(), py::arg("sigma"));
     module.def("dither", &dither, py::arg("image").noconvert(), py::arg("levels"), py::arg("srgb"),
                py::arg("channel_offset"), py::arg("mask"));
+    module.def("visible_noise", &visible_noise, py::arg("first").noconvert(),
+               py::arg("second").noconvert(), py::arg("sigma"), py::arg("exposure"),
+               py::arg("first_share"), py::arg("window"), py::arg("progress"));
 }
 
 } // namespace bluenoise
