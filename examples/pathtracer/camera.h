@@ -18,6 +18,7 @@ struct Camera {
     float half_width, half_height; // half the image size, in pixels
     float lens_radius;             // 0: a pinhole
     float focus_distance;          // along `forward`, to the plane in focus
+    bool frames_square;            // narrow images, too, show all that a square one does
 };
 
 // `up` need not be perpendicular to `forward`, a unit vector.
@@ -43,8 +44,11 @@ inline void camera_set_lens(Camera &camera, float radius, Vec3 focus) {
     camera.focus_distance = dot(focus - camera.position, camera.forward);
 }
 
-// Fits the camera to an image of width x height pixels; the vertical angle of view stays the same.
+// Fits the camera to an image of width x height pixels. The vertical angle of view stays the same, unless
+// the camera frames a square and the image is narrower.
 inline void camera_fit(Camera &camera, int width, int height) {
+    if (camera.frames_square && width < height)
+        camera.tan_half_height *= float(height) / float(width);
     camera.half_width = 0.5f * float(width);
     camera.half_height = 0.5f * float(height);
     camera.pixel_size = camera.tan_half_height / camera.half_height;

@@ -192,6 +192,9 @@ Image exr_read(const std::string &path) {
             throw Error("it is a cube map; convert it to latitude-longitude, as exrenvmap does");
         file.setFrameBuffer(buffer);
         file.readPixels(image.crop.y0, image.crop.y1 - 1);
+        const Imath::V2i corner = file.header().displayWindow().min;
+        image.crop = {image.crop.x0 - corner.x, image.crop.y0 - corner.y, image.crop.x1 - corner.x,
+                      image.crop.y1 - corner.y};
         if (Imf::hasChromaticities(file.header())) {
             const Imath::M44f to_rec709 =
                 Imf::RGBtoXYZ(Imf::chromaticities(file.header()), 1) * Imf::XYZtoRGB({}, 1);

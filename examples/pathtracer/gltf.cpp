@@ -82,7 +82,7 @@ const Json &element(const Json &of, const char *list, int64_t number) {
     return elements.at(size_t(number));
 }
 
-// ---- The file
+// ---- Data in text
 
 Bytes base64_decoded(const std::string &text, size_t from) {
     static const std::string digits =
@@ -129,6 +129,46 @@ struct Span {
     size_t size, stride; // stride 0: packed
 };
 
+// ---- Arrays. Elements are read where they are used: primitives may share large arrays.
+
+// The bytes of a number of this component type.
+size_t size_of(int64_t type) {
+    return type < 5122 ? 1 : type < 5125 ? 2 : 4;
+}
+
+// Normalized integers become [0, 1] or [-1, 1].
+double number_at(const unsigned char *at, int64_t type, bool normalized) {
+    const auto as = [&](auto number) {
+        std::memcpy(&number, at, sizeof number);
+        const double limit = std::numeric_limits<decltype(number)>::max(), value = number;
+        return normalized && limit < 1e10 ? std::max(value / limit, -1.0) : value;
+    };
+    if (type < 5122) return type == 5120 ? as(int8_t{}) : as(uint8_t{});
+    if (type < 5125) return type == 5122 ? as(int16_t{}) : as(uint16_t{});
+    return type == 5125 ? as(uint32_t{}) : as(float{});
+}
+
+struct Elements {
+    size_t count, width; // numbers per element
+    int64_t type = 5126;
+    bool normalized = false;
+    Span from = {};                            // without data: zeros
+    std::map<size_t, glm::dvec4> changed = {}; // by a sparse accessor
+
+    // Missing components are 0, but the last is 1.
+    glm::dvec4 operator[](size_t i) const {
+        const auto found = changed.find(i);
+        if (found != changed.end()) return found->second;
+        glm::dvec4 element = {0, 0, 0, width < 4 ? 1 : 0};
+        const unsigned char *at = from.data + i * from.stride;
+        for (int c = 0; c < int(width) && from.data; ++c, at += size_of(type))
+            element[c] = number_at(at, type, normalized);
+        return element;
+    }
+};
+
+// ---- The file
+
 // Extensions that the reader supports, or reports where a texture or a material uses them.
 const std::set<std::string> KNOWN = {
     "KHR_lights_punctual", "KHR_texture_transform", "KHR_mesh_quantization", "EXT_texture_webp",
@@ -149,6 +189,7 @@ struct File {
     Json json = {};
     Span chunk = {};                       // the binary chunk of a .glb
     std::map<int64_t, Bytes> buffers = {}; // those that were read
+    std::map<int64_t, Elements> accessors = {};
 
     File(const std::string &scene_path, const SceneOptions &scene_options)
         : path(scene_path), options(scene_options) {
@@ -231,63 +272,45 @@ struct File {
     }
 };
 
-// ---- Arrays, as vectors of four numbers; missing components are 0, but the last is 1
+// ---- Reading arrays
 
-using Elements = std::vector<glm::dvec4>;
-
-// Calls visit with a value of a component type.
-template <typename Visit>
-void with_number(int64_t type, const char *name, const Visit &visit) {
-    if (type == 5120) return visit(int8_t{});
-    if (type == 5121) return visit(uint8_t{});
-    if (type == 5122) return visit(int16_t{});
-    if (type == 5123) return visit(uint16_t{});
-    if (type == 5125) return visit(uint32_t{});
-    if (type == 5126) return visit(float{});
-    throw Error(name, " has a number type that glTF does not have");
-}
-
-// The elements in a buffer view, or zeros without one. They have the accessor's types; normalized
-// integers become [0, 1] or [-1, 1]. Single numbers are indices, unsigned in the file.
+// The elements in a buffer view, or zeros without one. They have the accessor's types. Single numbers are
+// indices, unsigned in the file.
 Elements stored(File &file, const Json &source, const Json &accessor, size_t width, size_t count,
                 const char *name) {
-    Elements elements(count, {0, 0, 0, width < 4 ? 1 : 0});
+    Elements elements = {count, width};
     if (!source.contains("bufferView")) return elements;
-    const Span from = file.view(source, name);
-    const size_t offset = size_in(source, "byteOffset");
-    with_number(integer(accessor, "componentType"), name, [&](auto number) {
-        using Number = decltype(number);
-        if (width == 1 && !std::is_unsigned_v<Number>)
-            throw Error("has ", name, " that are not unsigned integers");
-        const size_t size = width * sizeof number, stride = from.stride ? from.stride : size;
-        if (stride < size) throw Error(name, " has elements that overlap");
-        if (count > 0 && (offset > from.size || size > from.size - offset ||
-                          (count - 1) > (from.size - offset - size) / stride))
-            throw Error(name, " runs past the end of its buffer view");
-        const bool normalized = std::is_integral_v<Number> && accessor.value("normalized", false);
-        const double limit = normalized ? std::numeric_limits<Number>::max() : 1;
-        const unsigned char *at = from.data + offset;
-        for (glm::dvec4 &element : elements) {
-            for (size_t c = 0; c < width; ++c) {
-                std::memcpy(&number, at + c * sizeof number, sizeof number);
-                element[int(c)] = std::max(double(number) / limit, normalized ? -1 : -HUGE_VAL);
-            }
-            at += stride;
-        }
-    });
+    const int64_t type = elements.type = integer(accessor, "componentType");
+    if (type < 5120 || type == 5124 || type > 5126)
+        throw Error(name, " has a number type that glTF does not have");
+    if (width == 1 && type != 5121 && type != 5123 && type != 5125)
+        throw Error("has ", name, " that are not unsigned integers");
+    elements.normalized = accessor.value("normalized", false);
+    Span &from = elements.from = file.view(source, name);
+    const size_t offset = size_in(source, "byteOffset"), size = width * size_of(type);
+    if (from.stride == 0) from.stride = size;
+    if (from.stride < size) throw Error(name, " has elements that overlap");
+    if (count > 0 && (offset > from.size || size > from.size - offset ||
+                      (count - 1) > (from.size - offset - size) / from.stride))
+        throw Error(name, " runs past the end of its buffer view");
+    from.data += offset;
     return elements;
 }
 
 // The elements of an accessor, such as an attribute, which must have one of these types.
-Elements elements(File &file, const Json &of, const char *name,
-                  const std::set<std::string> &types) {
-    const Json &accessor = element(file.json, "accessors", integer(of, name));
+const Elements &elements(File &file, const Json &of, const char *name,
+                         const std::set<std::string> &types) {
+    const int64_t number = integer(of, name);
+    const Json &accessor = element(file.json, "accessors", number);
     const size_t count = size_in(accessor, "count");
     if (count > MAX_ELEMENTS) throw Error(name, " has ", count, " elements; at most 2^26 are read");
     const std::string type = accessor.value("type", "");
     if (types.count(type) == 0) throw Error(name, " has the wrong number of components");
     const size_t width = type == "SCALAR" ? 1 : size_t(type[3] - '0');
-    Elements values = stored(file, accessor, accessor, width, count, name);
+    const auto [known, is_new] = file.accessors.try_emplace(number, Elements{count, width});
+    Elements &values = known->second;
+    if (!is_new) return values;
+    values = stored(file, accessor, accessor, width, count, name);
     const Json &sparse = member(accessor, "sparse"), &where = member(sparse, "indices");
     const size_t changes = size_in(sparse, "count");
     if (changes > count) throw Error(name, " has invalid sparse parts");
@@ -296,7 +319,7 @@ Elements elements(File &file, const Json &of, const char *name,
     for (size_t i = 0; i < changes; ++i) {
         const auto place = size_t(places[i].x);
         if (place >= count) throw Error("has an index out of range: ", place, " of ", count);
-        values[place] = changed[i];
+        values.changed[place] = changed[i];
     }
     return values;
 }
@@ -317,6 +340,8 @@ struct Reader : File {
     std::vector<std::pair<const Json *, Transform>> placed = {}; // nodes with a camera or a light
     std::map<std::pair<int64_t, bool>, uint32_t> materials = {}; // with vertex colours, or without
     std::map<std::pair<int64_t, bool>, int32_t> textures = {};   // in sRGB, or linear
+    std::map<std::string, std::shared_ptr<const Texels>> images = {}; // by where they are stored
+    std::vector<uint32_t> place = {};   // of the current primitive's vertices
     std::set<std::string> ignored = {}; // features of the file that the scene lacks
 };
 
@@ -338,11 +363,18 @@ int32_t load_texture(Reader &r, int64_t number, bool srgb) {
         r.ignored.insert("the missing " + name);
         return -1;
     }
-    Texture loaded = named(name, [&] {
-        if (!image.contains("bufferView")) return texture_decode(r.resource(uri));
-        const Span bytes = r.view(image, "an image");
-        return texture_decode({bytes.data, bytes.data + bytes.size});
-    });
+    const std::string where = holds_data(uri) ? "image " + std::to_string(source)
+                              : apart         ? "file " + uri
+                                              : image["bufferView"].dump();
+    std::shared_ptr<const Texels> &texels = r.images[where];
+    if (!texels)
+        texels = std::make_shared<Texels>(named(name, [&] {
+            if (!image.contains("bufferView")) return image_decode(r.resource(uri));
+            const Span bytes = r.view(image, "an image");
+            return image_decode({bytes.data, bytes.data + bytes.size});
+        }));
+    Texture loaded;
+    loaded.texels = texels;
     loaded.srgb = srgb;
     if (texture.contains("sampler")) {
         const Json &sampler = element(r.json, "samplers", integer(texture, "sampler"));
@@ -382,8 +414,8 @@ TextureUse texture_use(Reader &r, const Json &info, bool srgb) {
 // ---- Materials: transmissive ones become dielectrics, and those with neither metal nor coat become
 // diffuse; all others use glTF's metallic-roughness model.
 
-// The coat's reflectance at normal incidence, as an index of refraction and a colour. Converters
-// from specular-glossiness write an index of 1000 (or 0: infinity) and the reflectance as colour.
+// The coat's reflectance at normal incidence, as an index of refraction and a colour, and at grazing angles.
+// Converters from specular-glossiness write an index of 1000 (or 0: infinity) and the reflectance as colour.
 void read_coat(Reader &r, const Json &source, double ior, Material &m) {
     const Json &specular = extension(source, "KHR_materials_specular");
     if (specular.contains("specularTexture") || specular.contains("specularColorTexture")) {
@@ -393,8 +425,9 @@ void read_coat(Reader &r, const Json &source, double ior, Material &m) {
     m.ior = bounded(ior, 1, 10);
     const double root = ior < 1 ? 1 : (ior - 1) / (ior + 1);
     const Vec3 tint = clamp(numbers(specular, "specularColorFactor", glm::dvec3(1)), 0.0, 1e9);
-    const Vec3 coat = bounded(specular.value("specularFactor", 1.0)) *
-                      min(float(root * root) * tint, Vec3(0.98f));
+    const float factor = bounded(specular.value("specularFactor", 1.0));
+    const Vec3 coat = factor * min(float(root * root) * tint, Vec3(0.98f));
+    m.coat_edge = ior == 1 ? 0 : factor; // then there is no interface
     m.coat_colour = max_component(coat) > 0 ? coat / max_component(coat) : Vec3(1);
     if (!specular.empty() || ior < 1 || ior > 10) {
         const float edge = std::sqrt(max_component(coat));
@@ -421,7 +454,7 @@ Emission read_emission(Reader &r, const Json &source, SurfaceMaps &maps) {
 void read_holes(Reader &r, const Json &source, double alpha, SurfaceMaps &maps) {
     const std::string mode = source.value("alphaMode", "");
     const int32_t texture = maps.colour.texture;
-    const bool image_has_holes = texture >= 0 && r.scene.textures[texture].has_alpha;
+    const bool image_has_holes = texture >= 0 && r.scene.textures[texture].texels->has_alpha;
     const bool blend = mode == "BLEND" && (alpha < 1 || image_has_holes || maps.vertex_colours);
     if (mode != "MASK" && !blend) return;
     maps.alpha = bounded(alpha);
@@ -456,8 +489,10 @@ uint32_t material_number(Reader &r, int64_t number, bool vertex_colours) {
     read_coat(r, source, ior, m);
     // Metal does not transmit. But metal is the default if a file omits metallicFactor: if it also
     // blends with an alpha below 1, it means glass.
-    const bool transmits =
-        transmission.value("transmissionFactor", 0.0) >= 0.5 && (m.metallic < 0.5f || blended);
+    const double transmitted = transmission.value("transmissionFactor", 0.0);
+    const bool transmits = transmitted >= 0.5 && (m.metallic < 0.5f || blended);
+    if (transmitted > 0 && transmitted < 1)
+        r.ignored.insert("partial transmission (below one half is opaque, the rest is glass)");
     if (transmits) {
         m.kind = Material::DIELECTRIC;
         if (ior >= 1 && ior <= 10) {
@@ -467,16 +502,17 @@ uint32_t material_number(Reader &r, int64_t number, bool vertex_colours) {
         }
         // The uncovered part transmits all colours.
         if (blended) m.albedo = glm::mix(Vec3(1), m.albedo, bounded(base.a));
-        if (transmission.contains("transmissionTexture") ||
-            pbr.contains("metallicRoughnessTexture"))
-            r.ignored.insert("textures of transmission and its roughness");
+        if (pbr.contains("metallicRoughnessTexture"))
+            r.ignored.insert("textures of the roughness of glass");
     } else {
         maps.metallic_roughness = texture_use(r, member(pbr, "metallicRoughnessTexture"), false);
-        const bool bare = m.metallic == 0 && !(m.ior > 1);
+        const bool bare = m.metallic == 0 && !(m.ior > 1) && m.coat_edge == 0;
         m.kind = bare ? Material::DIFFUSE : Material::METALLIC_ROUGHNESS;
         // Objects inside glass are seen through its back.
         m.single_sided = !source.value("doubleSided", false);
     }
+    if (transmitted > 0 && transmission.contains("transmissionTexture"))
+        r.ignored.insert("textures of transmission");
     // Blended glass transmits light instead.
     if (!transmits || alpha_mode == "MASK") read_holes(r, source, base.a, maps);
     const Json &normal = member(source, "normalTexture");
@@ -526,21 +562,22 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
     if (!member(primitive, "targets").empty()) r.ignored.insert("morph targets");
     const Json &attributes = member(primitive, "attributes");
     if (!attributes.contains("POSITION")) return; // glTF says to skip these
-    const Elements positions = elements(r, attributes, "POSITION", {"VEC3"});
-    const size_t count = positions.size();
-    if (r.points.size() + count > MAX_ELEMENTS) throw Error("has more than 2^26 vertices");
+    const Elements &positions = elements(r, attributes, "POSITION", {"VEC3"});
+    const size_t count = positions.count;
     // Other attributes have the same number of elements, or none.
-    const auto optional = [&](const char *name, const std::set<std::string> &types) {
-        if (!attributes.contains(name)) return Elements{};
-        const Elements values = elements(r, attributes, name, types);
-        if (values.size() != count) throw Error("has ", name, " of another count than POSITION");
+    const auto optional = [&](const char *name,
+                              const std::set<std::string> &types) -> const Elements & {
+        static const Elements none = {};
+        if (!attributes.contains(name)) return none;
+        const Elements &values = elements(r, attributes, name, types);
+        if (values.count != count) throw Error("has ", name, " of another count than POSITION");
         return values;
     };
-    const Elements normals = optional("NORMAL", {"VEC3"}),
-                   tangents = optional(normals.empty() ? "" : "TANGENT", {"VEC4"}),
-                   colours = optional("COLOR_0", {"VEC3", "VEC4"}),
-                   coordinates[] = {optional("TEXCOORD_0", {"VEC2"}),
-                                    optional("TEXCOORD_1", {"VEC2"})};
+    const Elements &normals = optional("NORMAL", {"VEC3"}),
+                   &tangents = optional(normals.width == 0 ? "" : "TANGENT", {"VEC4"}),
+                   &colours = optional("COLOR_0", {"VEC3", "VEC4"}),
+                   *coordinates[] = {&optional("TEXCOORD_0", {"VEC2"}),
+                                     &optional("TEXCOORD_1", {"VEC2"})};
 
     // The cofactor matrix transforms normals correctly under any scale. Mirroring would flip them,
     // so its cofactors are negated.
@@ -548,11 +585,23 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
     const glm::dmat3 cofactors(cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1]));
     const bool mirrored = dot(m[0], cofactors[0]) < 0;
     const glm::dmat3 normal_matrix = mirrored ? -cofactors : cofactors;
-    const auto first = uint32_t(r.points.size());
     const auto at = [](const Elements &values, size_t i, double otherwise) {
-        return values.empty() ? glm::dvec4(otherwise) : values[i];
+        return values.width == 0 ? glm::dvec4(otherwise) : values[i];
     };
-    for (size_t i = 0; i < count; ++i) {
+    const bool indexed = primitive.contains("indices");
+    const Elements &order = indexed ? elements(r, primitive, "indices", {"SCALAR"}) : positions;
+    std::vector<uint32_t> indices(order.count);
+    for (size_t i = 0; i < indices.size(); ++i) {
+        indices[i] = indexed ? uint32_t(order[i].x) : uint32_t(i);
+        if (indices[i] >= count)
+            throw Error("has an index out of range: vertex ", indices[i], " of ", count);
+    }
+    // Only the vertices that triangles use count, and each once.
+    r.place.resize(std::max(r.place.size(), count), UINT32_MAX);
+    for (const uint32_t i : indices) {
+        if (r.place[i] != UINT32_MAX) continue;
+        if (r.points.size() == MAX_ELEMENTS) throw Error("has more than 2^26 vertices");
+        r.place[i] = uint32_t(r.points.size());
         const Point3d position = transform * positions[i];
         if (!is_finite(position) || max_magnitude(position) > MAX_COORDINATE)
             throw Error("has a vertex that is not a finite number, or beyond 1e15");
@@ -560,19 +609,10 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
         r.scene.normals.push_back(direction(normal_matrix, at(normals, i, 0)));
         r.scene.colours.push_back(clamp(at(colours, i, 1), 0.0, 1.0));
         for (int set = 0; set < 2; ++set)
-            r.scene.texture_coordinates[set].push_back(at(coordinates[set], i, 0));
+            r.scene.texture_coordinates[set].push_back(at(*coordinates[set], i, 0));
     }
 
-    const uint32_t material = material_number(r, integer(primitive, "material"), !colours.empty());
-    std::vector<uint32_t> indices;
-    if (!primitive.contains("indices"))
-        for (uint32_t i = 0; i < count; ++i) indices.push_back(i);
-    else
-        for (const glm::dvec4 &v : elements(r, primitive, "indices", {"SCALAR"}))
-            indices.push_back(uint32_t(v.x));
-    for (const uint32_t vertex : indices)
-        if (vertex >= count)
-            throw Error("has an index out of range: vertex ", vertex, " of ", count);
+    const uint32_t material = material_number(r, integer(primitive, "material"), colours.width > 0);
     for (size_t i = 0; i + 2 < indices.size(); i += mode == 4 ? 3 : 1) {
         std::array<size_t, 3> corners = {i, i + 1, i + 2};
         if (mode == 5) corners = {i, i + 1 + i % 2, i + 2 - i % 2};
@@ -581,7 +621,7 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
         Triangle triangle;
         for (size_t c = 0; c < 3; ++c) {
             const uint32_t vertex = indices[corners[c]];
-            triangle.vertices[c] = first + vertex;
+            triangle.vertices[c] = r.place[vertex];
             const glm::dvec4 tangent = at(tangents, vertex, 0);
             const float sign = (tangent.w < 0) != mirrored ? -1 : 1;
             r.scene.tangents.push_back({direction(m, tangent), sign});
@@ -589,6 +629,7 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
         r.scene.triangles.push_back(triangle);
         r.scene.surfaces.push_back({material, -1});
     }
+    for (const uint32_t i : indices) r.place[i] = UINT32_MAX;
 }
 
 // ---- Nodes
@@ -786,7 +827,7 @@ bool make_area_lights(Reader &r) {
     return lit;
 }
 
-// A three-quarter front view, slightly from above, that just fits everything into a square.
+// A three-quarter front view, slightly from above, that just fits everything into a square image.
 Camera framing_camera(const Scene &scene) {
     const auto [low, high] = scene_bounds(scene);
     const Vec3 middle = 0.5f * (low + high), half = 0.5f * (high - low);
@@ -800,6 +841,7 @@ Camera framing_camera(const Scene &scene) {
         distance = std::max(distance, margin * aside / tan_half_height - dot(v, camera.forward));
     }
     camera.position = middle + (distance > 0 ? distance : 1) * to_eye;
+    camera.frames_square = true;
     return camera;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -39,18 +40,24 @@ std::string png_encode_preview(const Image &image, float exposure);
 
 // ---- Textures, looked up with bilinear interpolation
 
-struct Texture {
-    enum Wrap : uint8_t { REPEAT, MIRROR, CLAMP };
+// An image file's texels, which textures share.
+struct Texels {
     int width = 0, height = 0;
-    Wrap wrap_u = REPEAT, wrap_v = REPEAT;
-    bool nearest = false;      // use the nearest texel
-    bool srgb = false;         // decode red, green and blue; alpha is always linear
     bool has_alpha = false;    // some texel is not opaque
     std::vector<uint8_t> rgba; // height rows of width texels, top row first
 };
 
-// Decodes the bytes of an image file. Throws Error with a message that continues the image's name.
-Texture texture_decode(const std::vector<unsigned char> &bytes);
+struct Texture {
+    enum Wrap : uint8_t { REPEAT, MIRROR, CLAMP };
+    std::shared_ptr<const Texels> texels;
+    Wrap wrap_u = REPEAT, wrap_v = REPEAT;
+    bool nearest = false; // use the nearest texel
+    bool srgb = false;    // decode red, green and blue; alpha is always linear
+};
+
+// Decodes the bytes of a PNG or JPEG file. As glTF requires, gamma and colour profiles are ignored. Throws
+// Error with a message that continues the image's name.
+Texels image_decode(const std::vector<unsigned char> &bytes);
 
 // The colour at uv: (0, 0) is the image's top-left corner, (1, 1) the bottom-right.
 glm::vec4 texture_at(const Texture &texture, Vec2 uv);

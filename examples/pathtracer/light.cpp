@@ -131,9 +131,16 @@ Environment environment_read(const std::string &path, bool clamp) {
     if (path == "sky") return environment_sky(normalize(Vec3{-0.40f, 0.62f, 0.68f}));
     if (path == "none") return environment_create(2, 1, {{0, 0, 0}, {0, 0, 0}});
     return named("the environment " + path, [&] {
-        Image image = exr_read(path);
-        return environment_create(width(image.crop), height(image.crop), std::move(image.rgb),
-                                  clamp);
+        // The sphere is the display window: a cropped file is black elsewhere, and overscan is cut off.
+        const Image image = exr_read(path);
+        const int w = image.full_width, h = image.full_height;
+        const Crop &c = image.crop;
+        if (size_t(w) * size_t(h) > 4 * MAX_PIXELS) throw Error("its display window is too large");
+        std::vector<Vec3> texels(size_t(w) * size_t(h), Vec3(0));
+        for (int y = std::max(c.y0, 0); y < std::min(c.y1, h); ++y)
+            for (int x = std::max(c.x0, 0); x < std::min(c.x1, w); ++x)
+                texels[size_t(y) * w + x] = image.rgb[size_t(y - c.y0) * width(c) + (x - c.x0)];
+        return environment_create(w, h, std::move(texels), clamp);
     });
 }
 

@@ -83,7 +83,7 @@ void listen_to_interrupts() {
 
 // ---- Before the first ray
 
-// Builds or reads the scene. `record` gets every file that is read.
+// Builds or reads the scene, and prints what it lacks. `record` gets every file that is read.
 Scene load_scene(const Options &o, InputRecord &record) {
     SceneOptions options;
     if (!o.text("--camera").empty()) options.camera.number = o.number<uint32_t>("--camera");
@@ -98,7 +98,9 @@ Scene load_scene(const Options &o, InputRecord &record) {
     if (!environment.empty())
         options.environment =
             std::make_shared<Environment>(environment_read(environment, o.flag("--clamp")));
-    return scene_build(o.text("--scene"), options);
+    Scene scene = scene_build(o.text("--scene"), options);
+    for (const std::string &note : scene.notes) say(note);
+    return scene;
 }
 
 void check_samples(const Options &o, const Scene &scene, const Sampler &sampler) {
@@ -296,8 +298,10 @@ int run_render(Options o) {
     const ExrHead resumed = resumes ? resume_settings(o) : ExrHead{};
     InputRecord record;
     Scene scene = load_scene(o, record);
-    if (!o.flag("--quiet"))
-        for (const std::string &note : scene.notes) say(note);
+    if (scene.cameras.size() > 1 && o.text("--camera").empty() && o.text("--eye").empty() &&
+        !o.flag("--quiet"))
+        say(joined(o.text("--scene"), ": shows the first of ", scene.cameras.size(),
+                   " cameras; see --list-cameras and --camera"));
     std::vector<std::string> inputs;
     for (const auto &file : record.files) inputs.push_back(file.first);
     check_outputs(o, inputs);

@@ -25,9 +25,11 @@ float alpha_of(const Material &m) {
 struct Mixture : ConductorRow {
     float metallic, alpha;
     Vec3 reflectance;    // at normal incidence
+    float grazing;       // reflectance at grazing angles
     Vec3 multiple;       // colour of multiple scattering
     float mean_loss;     // mean energy loss of facets
-    float coat = 0;      // reflectance of the coat alone
+    float coat = 0;      // reflectance of the coat alone, at normal incidence
+    float coat_edge;     // and at grazing angles
     float coat_multiple; // colour of its multiple scattering
     float mean_left;     // mean share that the coat leaves to the base
     Vec3 ground;         // albedo of the base, over mean_left
@@ -37,9 +39,9 @@ struct Mixture : ConductorRow {
 
 // The colour of multiply scattered light: a geometric series in which every facet reflects the mean
 // Fresnel term, and a share mean_loss of that light hits another facet.
-Vec3 multiple_colour(Vec3 albedo, float mean_loss) {
+Vec3 multiple_colour(Vec3 albedo, float edge, float mean_loss) {
     if (mean_loss < LEAST_LOSS) return Vec3(0);
-    const Vec3 mean = albedo + (1.0f - albedo) / 21.0f;
+    const Vec3 mean = albedo + (edge - albedo) / 21.0f;
     return mean * mean * (1 - mean_loss) / (1.0f - mean * mean_loss);
 }
 
@@ -51,11 +53,14 @@ Mixture::Mixture(const Material &m)
     const float mean_edge = mean(conductor_table().mean_edge);
     const float root = (m.ior - 1) / (m.ior + 1);
     coat = root * root;
-    coat_multiple = multiple_colour(Vec3(coat), mean_loss).x;
-    mean_left = std::max(
-        1 - coat * (1 - mean_loss - mean_edge) - mean_edge - coat_multiple * mean_loss, 1e-4f);
+    coat_edge = m.coat_edge;
+    coat_multiple = multiple_colour(Vec3(coat), coat_edge, mean_loss).x;
+    mean_left = std::max(1 - coat * (1 - mean_loss - mean_edge) - coat_edge * mean_edge -
+                             coat_multiple * mean_loss,
+                         1e-4f);
+    grazing = 1 - (1 - metallic) * (1 - coat_edge);
     reflectance = metallic * m.albedo + (1 - metallic) * coat * m.coat_colour;
-    multiple = metallic * multiple_colour(m.albedo, mean_loss) + (1 - metallic) * coat_multiple;
+    multiple = metallic * multiple_colour(m.albedo, 1, mean_loss) + (1 - metallic) * coat_multiple;
     ground = ((1 - metallic) / mean_left) * m.albedo;
 }
 
@@ -78,7 +83,8 @@ float edge_at(const Mixture &x, float cosine) {
 // The share of light that the coat transmits to the base.
 float left(const Mixture &x, float cosine) {
     const float lost = loss(x, cosine), edge = edge_at(x, cosine);
-    return std::max(0.0f, 1 - x.coat * (1 - lost - edge) - edge - x.coat_multiple * lost);
+    return std::max(0.0f,
+                    1 - x.coat * (1 - lost - edge) - x.coat_edge * edge - x.coat_multiple * lost);
 }
 
 // The probability of sampling the cosine lobe: metal's energy loss, or the share of light that facets
@@ -87,14 +93,15 @@ float wide_share(const Mixture &x, float cosine) {
     const float lost = loss(x, cosine);
     if (x.metallic == 1) return lost;
     const float edge = edge_at(x, cosine);
-    const float facets = luminance(x.reflectance) * (1 - lost - edge) + edge;
+    const float facets = luminance(x.reflectance) * (1 - lost - edge) + x.grazing * edge;
     const float rest =
         luminance(x.ground) * left(x, cosine) * x.mean_left + luminance(x.multiple) * lost;
     return rest > 0 ? std::clamp(rest / (facets + rest), 0.01f, 0.9f) : 0;
 }
 
-Vec3 fresnel_conductor(Vec3 reflectance, float cosine) {
-    return clamp(reflectance + (1.0f - reflectance) * schlick_edge(cosine), 0.0f, 1.0f);
+// `grazing`: the reflectance at grazing angles.
+Vec3 fresnel_schlick(Vec3 reflectance, float grazing, float cosine) {
+    return clamp(reflectance + (grazing - reflectance) * schlick_edge(cosine), 0.0f, 1.0f);
 }
 
 MaterialValue mixture_value(const Material &m, Vec3 wo, Vec3 wi) {
@@ -105,7 +112,7 @@ MaterialValue mixture_value(const Material &m, Vec3 wo, Vec3 wi) {
     const float share = wide_share(x, wo.z);
     const float wide =
         x.mean_loss >= LEAST_LOSS ? loss(x, wo.z) * loss(x, wi.z) * wi.z / (PI * x.mean_loss) : 0;
-    Vec3 eval = facets * fresnel_conductor(x.reflectance, dot(wo, h)) + wide * x.multiple;
+    Vec3 eval = facets * fresnel_schlick(x.reflectance, x.grazing, dot(wo, h)) + wide * x.multiple;
     if (x.metallic < 1) eval += left(x, wo.z) * left(x, wi.z) * wi.z / PI * x.ground;
     return {eval, (1 - share) * 0.25f * ggx_masking(x.alpha, wo) * density + share * wi.z / PI};
 }
@@ -155,7 +162,7 @@ MaterialValue dielectric_value(const Material &m, bool front, Vec3 wo, Vec3 wi) 
 MaterialSample sample_smooth(const Material &m, bool front, Vec3 wo, float lobe) {
     const Vec3 mirrored = {-wo.x, -wo.y, wo.z};
     if (m.kind == Material::METALLIC_ROUGHNESS)
-        return {mirrored, fresnel_conductor(m.albedo, wo.z), 1, true};
+        return {mirrored, fresnel_schlick(m.albedo, 1, wo.z), 1, true};
     if (std::abs(m.ior - 1) < SAME_IOR) return {-wo, m.albedo, 1, true};
     const float eta = relative_ior(m, front);
     const float fresnel = fresnel_dielectric(wo.z, eta);

@@ -40,6 +40,7 @@ struct Material {
     float metallic = 1;   // METALLIC_ROUGHNESS: fraction of metal, in [0, 1]
     float ior = 1.5f;     // index of refraction, inside over outside. DIELECTRIC, and the coat of
                           // METALLIC_ROUGHNESS
+    float coat_edge = 1;  // METALLIC_ROUGHNESS: the coat's reflectance at grazing angles
     float anisotropy = 0; // PHASE: the mean cosine of the scattering angle
     bool single_sided = false; // the camera does not see its back
     int32_t maps = -1;         // varying properties: index into Scene::maps, or -1

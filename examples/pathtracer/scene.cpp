@@ -232,6 +232,7 @@ void choose_camera(Scene &scene, const CameraChoice &choice) {
         camera = scene.cameras[*choice.number].camera;
     }
     if (choice.fov) camera.tan_half_height = tan_half(*choice.fov);
+    camera.frames_square = camera.frames_square && !choice.fov && !choice.eye && !choice.target;
     const Point3d eye = choice.eye.value_or(Point3d(camera.position) + scene.origin);
     const Point3d target = choice.target.value_or(Point3d(camera.target) + scene.origin);
     const Vec3 position = Vec3(eye - scene.origin), ahead = Vec3(target - scene.origin);
@@ -301,8 +302,5 @@ Scene scene_build(const std::string &name, const SceneOptions &options) {
                     "or a file named .gltf or .glb");
     named(name, [&] { choose_camera(scene, options.camera); });
     scene_finish(scene);
-    if (scene.cameras.size() > 1 && !options.camera.number && !options.camera.eye)
-        scene.notes.push_back(joined(name, ": shows the first of ", scene.cameras.size(),
-                                     " cameras; see --list-cameras and --camera"));
     return scene;
 }

@@ -10,7 +10,7 @@ import subprocess
 import numpy as np
 import pytest
 import scene_files as files
-from scene_files import DOWN, FOUR, ONE, QUAD, SIX, Gltf, ball, encoded, floor, picture, textured_floor, write_exr
+from scene_files import DOWN, FOUR, LARGE_FOUR, ONE, QUAD, SIX, Gltf, ball, encoded, floor, picture, textured_floor, write_exr
 
 BOUND = 0.25  # --max-memory in GiB; a normal run takes 0.03
 OUT = [*ONE, "-o", "out.exr"]
@@ -100,14 +100,14 @@ def zeros(g, count=2**26, place=None):
 
 def one_mesh_in_many_nodes(g):
     mesh = g.mesh(np.random.default_rng(0).random((5000, 3), np.float32), np.arange(3000, dtype=np.uint16))
-    for _ in range(500):
+    for _ in range(2000):
         g.node(mesh=mesh)
 
 
-def many_textures_of_one_image(g):
-    source = g.add("images", bufferView=g.view(encoded(np.zeros((4096, 4096)))))
+def many_large_images(g):
     primitives = g.json["meshes"][0]["primitives"]
-    for _ in range(4):
+    for _ in range(5):
+        source = g.add("images", bufferView=g.view(encoded(np.zeros((4096, 4096)))))
         pbr = {"baseColorTexture": {"index": g.add("textures", source=source)}}
         primitives.append({**primitives[0], "material": g.add("materials", pbrMetallicRoughness=pbr)})
 
@@ -118,6 +118,7 @@ def claiming(data, at, layout, *values):
 
 
 FLOOR, PNG, JPEG = floor().glb(), encoded(FOUR), encoded(FOUR, "JPEG")
+PROGRESSIVE = encoded(LARGE_FOUR, "JPEG", progressive=True)
 EXR_START, NO_EXR = struct.pack("<II", 20000630, 2), "cannot read the EXR file a.exr"
 WINDOW = struct.pack("<4i", 0, 0, 7, 7)  # of an 8 x 8 image
 START = '{"asset": {"version": "2.0"}, '
@@ -153,7 +154,7 @@ CASES = {
     "version_2_1": (part("asset", version="2.1", minVersion="2.1"), "is glTF 2.1"),
     "unknown_required_extension": (part(extensionsRequired=["KHR_draco_mesh_compression"]), "KHR_draco_mesh_compression"),
     "one_mesh_in_many_nodes": (gltf(one_mesh_in_many_nodes), ""),
-    "large_textures_from_one_image": (gltf(many_textures_of_one_image), ""),
+    "large_images": (gltf(many_large_images), ""),
     "many_materials": (scene(START + '"materials": [' + "{}," * 300000 + "{}]}"), ""),
     "many_json_values": (scene(START + '"extras": [' + "0," * 2**22 + "0]}"), ""),
     "missing_file": (lambda folder: [["--scene", "none.glb"]], "none.glb: there is no such file"),
@@ -165,12 +166,15 @@ CASES = {
     "gltf_is_text": (scene("no glTF"), ""), "gltf_is_a_json_list": (scene("[1, 2]"), ""),
     "deeply_nested_json": (scene(START + '"extras": ' + "[" * 100000 + "]" * 100000 + "}"), "no triangles"),
     # Images
-    "data_uri_is_not_an_image": (gltf(lambda g: texture_on_floor(g, uri="data:image/png;base64,eHh4eA==")), "image 0: is damaged"),
+    "data_uri_is_not_an_image": (gltf(lambda g: texture_on_floor(g, uri="data:image/png;base64,eHh4eA==")), "image 0: is neither"),
     "data_uri_is_not_base64": (gltf(lambda g: texture_on_floor(g, uri="data:image/png;base64,??")), "image 0: is not valid base64"),
     "image_is_text": (image(b"x" * 64), "neither PNG nor JPEG"),
     "image_is_tga": (image(encoded(FOUR, "TGA")), "neither PNG nor JPEG"),
-    "truncated_png": (image(PNG[:50]), "damaged"),
-    "damaged_png": (image(PNG.replace(b"IDATx", b"IDAT-")), "damaged"),
+    **{f"png_without_its_last_{n}_bytes": (image(PNG[:-n]), "damaged") for n in (1, 8, 13, 20, 30)},
+    **{f"png_with_another_byte_{n}": (image(PNG[:n] + bytes([PNG[n] ^ 4]) + PNG[n + 1:]), "damaged") for n in (12, 30, 45, len(PNG) - 17)},
+    **{f"{kind}_jpeg_without_its_last_{n}_bytes": (image(data[:-n]), "damaged")
+       for kind, data in (("plain", JPEG), ("progressive", PROGRESSIVE)) for n in (8, 99, len(data) - 30)},
+    "progressive_jpeg_without_an_end": (image(PROGRESSIVE[:-2]), "damaged"),
     "png_claims_2_60_texels": (image(claiming(PNG, 16, ">II", 2**30, 2**30)), "damaged"),
     "image_outside_its_buffer": (
         gltf(lambda g: texture_on_floor(g, bufferView=g.add("bufferViews", buffer=0, byteOffset=10**6, byteLength=99))), "past the end"),

@@ -7,7 +7,22 @@ Most images are known without rendering, or must equal those of a file that desc
 import numpy as np
 import pytest
 from pathtracer_driver import SCENES, assert_same, read_exr, read_layers
-from scene_files import COMPONENT_TYPES, DOWN, ONE, QUAD, ROOM_EYE, SIX, Gltf, ball, floor, over_floor, picture, room
+from scene_files import (
+    COMPONENT_TYPES,
+    DOWN,
+    ONE,
+    QUAD,
+    ROOM_EYE,
+    SIX,
+    Gltf,
+    ball,
+    encoded,
+    floor,
+    linear,
+    over_floor,
+    picture,
+    room,
+)
 
 
 def test_furnace_from_a_file(pathtracer):
@@ -176,12 +191,13 @@ def test_cameras_of_a_file_are_chosen_by_number(pathtracer):
 
 
 def test_without_a_camera_the_whole_scene_is_visible(pathtracer, even_sky):
-    """Long, flat, tiny and large objects are completely visible, with a margin, and extend over at least half of the image."""
-    for scale in ([1, 1, 1], [5, 1, 1], [1e3, 1e4, 1e3], [1e-5, 1e-5, 3e-5]):
+    """Long, flat, tiny and large objects are completely visible, with a margin, and extend over at least half of an image of any shape."""
+    for scale, size in (([1, 1, 1], "24x24"), ([5, 1, 1], "24x24"), ([1e3, 1e4, 1e3], "24x24"), ([1e-5, 1e-5, 3e-5], "24x60"),
+                        ([5, 1, 1], "24x96"), ([1, 1, 1], "60x24")):
         g = Gltf()
         ball(g, g.material((0, 0, 0)))
         g.json["nodes"][0].update(scale=scale, translation=[700, -50, 20])
-        dark = picture(pathtracer, g, "--spp", 1, "--env", even_sky)[..., 0] < 0.5
+        dark = picture(pathtracer, g, "--spp", 1, "--env", even_sky, "--size", size)[..., 0] < 0.5
         extent = max(np.ptp(places) for places in np.where(dark)) + 1
         assert 12 <= extent <= 24, scale
         assert not (dark[0].any() or dark[-1].any() or dark[:, 0].any() or dark[:, -1].any()), scale
@@ -222,4 +238,36 @@ def test_ignored_features_are_named_once(pathtracer):
         assert said.count(name) == 1, name
     assert "sheen" not in said  # no surface uses that material
     pathtracer.render("--scene", path, *ONE, "--quiet")
-    assert pathtracer.said == ""
+    assert pathtracer.said == said == pathtracer.success("--scene", path, "--list-inputs").stderr
+
+
+@pytest.mark.parametrize(("transmission", "said"), [
+    ({"transmissionFactor": 0.3}, "partial transmission"), ({"transmissionFactor": 0.9}, "partial transmission"), ({}, ""),
+    ({"transmissionFactor": 1, "transmissionTexture": {"index": 0}}, "textures of transmission")])
+def test_partial_transmission_is_reported(pathtracer, transmission, said):
+    g = floor()
+    g.json["materials"][0]["extensions"]["KHR_materials_transmission"] = transmission
+    pathtracer.render("--scene", g, *ONE)
+    assert said in pathtracer.said and bool(said) == bool(pathtracer.said)
+
+
+def test_primitives_share_arrays_and_textures_share_images(pathtracer, even_sky):
+    """Hundreds of primitives that use a few of 90,000 vertices each, and textures of one large image, need little memory."""
+    g, side = Gltf(), 300
+    y, x = np.meshgrid(np.linspace(-1, 1, side), np.linspace(-1, 1, side), indexing="ij")
+    points = np.concatenate([np.stack([x, 0 * x, -y], -1).reshape(-1, 3), [[1e6, 0, 0]]]).astype(np.float32)  # the last is not used
+    first = np.arange(side * (side - 1)).reshape(side - 1, side)[:, :-1].ravel()
+    faces = (first[:, None] + [0, 1, side + 1, 0, side + 1, side]).astype(np.uint32)
+    image = g.add("images", bufferView=g.view(encoded(np.full((4096, 4096, 3), 188))))
+    textures = [g.add("textures", source=image, sampler=g.add("samplers", wrapS=mode)) for mode in (10497, 33648, 33071)]
+    materials = [g.material((1, 1, 1), pbr={"baseColorTexture": {"index": texture}}) for texture in textures]
+    attributes = {"POSITION": g.accessor(points), "TEXCOORD_0": g.accessor(points[:, :2].copy())}
+    parts = [{"attributes": attributes, "indices": g.accessor(part.ravel()), "material": materials[i % 3]}
+             for i, part in enumerate(np.array_split(faces, 400))]
+    g.node(mesh=g.add("meshes", primitives=parts))
+    bound = [] if pathtracer.has_address_sanitizer else ["--max-memory", 0.3]
+    expected = linear([188])[0]
+    image = picture(pathtracer, over_floor(g), "--spp", 1, "--env", even_sky, "--max-depth", 1, *bound)
+    np.testing.assert_allclose(image, expected, rtol=2e-3)
+    pathtracer.render("--scene", g, *ONE, "--eye", "0,9,0", "--target", "0,99,0")
+    assert "reaches from -1,0,-1 to 1,0,1" in pathtracer.said

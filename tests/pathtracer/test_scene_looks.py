@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests lights, textures and materials of scenes from files. Most images are known without rendering."""
 
+import io
 import struct
 
 import numpy as np
 import OpenEXR
+import png
 import pytest
 import scene_files as files
 from pathtracer_driver import assert_equal_means, read_exr
@@ -86,21 +88,29 @@ def test_a_bright_texel_in_a_dark_texture_emits_light(pathtracer):
 
 
 def test_texture_file_formats(pathtracer, even_sky):
-    """Textures are upright, with (0, 0) at the top left, and use sRGB. The files are a JPEG, and PNGs with grey values, with 16 bits,
-    with alpha, with a palette, and with a gamma, which glTF ignores."""
+    """Textures are upright, with (0, 0) at the top left, and use sRGB. The files are JPEGs (one scan, progressive, grey, CMYK, stray bytes
+    between segments, no end marker) and PNGs (grey, 16 bits, alpha, palette, interlaced, and with a gamma, which glTF ignores)."""
     grey, palette, gamma = np.array([[10, 90], [160, 250]], np.uint8), Image.new("P", (2, 2)), PngImagePlugin.PngInfo()
     palette.putpalette(FOUR.tobytes())
     palette.putdata([2, 0, 3, 1])
     gamma.add(b"gAMA", struct.pack(">I", 100000))
     greys = np.tile(files.linear(grey.ravel())[:, None], 3)
+    interlaced, large = io.BytesIO(), Image.fromarray(files.LARGE_FOUR)
+    png.Writer(2, 2, bitdepth=16, greyscale=False, interlace=True).write(interlaced, (FOUR.astype(int) * 257).reshape(2, 6))
+    jpeg = files.encoded(files.LARGE_FOUR, "JPEG")
     for image, expected, options in [
         (FOUR, FOUR_COLOURS, {}), (files.LARGE_FOUR, FOUR_COLOURS, {"kind": "JPEG"}),
+        (large, FOUR_COLOURS, {"kind": "JPEG", "progressive": True}), (interlaced.getvalue(), FOUR_COLOURS, {}),
+        (large.convert("L"), np.tile(files.linear(np.asarray(large.convert("L"))[8::16, 8::16].reshape(4, 1)), 3), {"kind": "JPEG"}),
+        (large.convert("CMYK"), FOUR_COLOURS, {"kind": "JPEG"}), (np.dstack([grey, grey]), greys, {}),
+        *((jpeg[:-2] + end, FOUR_COLOURS, {"kind": "JPEG"}) for end in (b"", bytes(9) + b"\xff\0" + bytes(5) + b"\xff\xd9")),
         (grey, greys, {}), (Image.fromarray(grey.astype(np.uint16) * 257 + 100), greys, {}),
         (np.dstack([FOUR, np.full((2, 2), 7)]), FOUR_COLOURS, {}),  # alphaMode is OPAQUE
         (palette, FOUR_COLOURS[[2, 0, 3, 1]], {"transparency": b"\0\1"}), (FOUR, FOUR_COLOURS, {"pnginfo": gamma}),
     ]:
         atol = 0.03 if "kind" in options else 1e-3
-        assert_corners(pathtracer, textured_floor(files.encoded(image, **options)), expected, "--env", even_sky, atol=atol)
+        data = image if isinstance(image, bytes) else files.encoded(image, **options)
+        assert_corners(pathtracer, textured_floor(data), expected, "--env", even_sky, atol=atol)
 
 
 @pytest.mark.parametrize(("moved", "wrap", "transform", "order"), [
@@ -173,18 +183,24 @@ def test_transmissive_materials_are_glass(pathtracer, even_sky, colour, metallic
 
 
 @pytest.mark.parametrize(("extensions", "coat"), [
-    ({}, 0.04), ({"KHR_materials_specular": {"specularFactor": 0.5}}, 0.02), (ior(2), 1 / 9),
+    ({}, 0.04), ({"KHR_materials_specular": {"specularFactor": 0.5}}, 0.02), (ior(2), 1 / 9), (ior(1), 0),
     # As written by converters from specular-glossiness
     (ior(1000, specularColorFactor=[0.3, 0.3, 0.3]), 0.3), (ior(0, specularColorFactor=[0.3, 0.3, 0.3]), 0.3),
     (ior(1000, specularColorTexture={"index": 0}), 0.04)])
 def test_reflectance_of_coats(pathtracer, even_sky, extensions, coat):
-    """At normal incidence, a smooth coat over black reflects the sky. Roughness and metalness are factors or a texture's green and blue."""
+    """A smooth coat over black reflects the sky as Schlick's formula says, where the reflectance at grazing angles is the specularFactor.
+    Roughness and metalness are factors or a texture's green and blue."""
+    edge = 0 if coat == 0 else extensions.get("KHR_materials_specular", {}).get("specularFactor", 1)
     for factors in (True, False):
         g = Gltf()
         texture = {"metallicRoughnessTexture": {"index": g.texture([[[255, 13, 0]]])}}
         pbr = {"baseColorFactor": [0, 0, 0, 1], **({"metallicFactor": 0, "roughnessFactor": 0.05} if factors else texture)}
         g.quads([QUAD], g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions))
-        assert picture(pathtracer, over_floor(g, yfov=0.01), "--spp", 64, "--env", even_sky).mean() == pytest.approx(coat, rel=0.05)
+        for angle in (0, 80):
+            sine, cosine = np.sin(np.radians(angle)), np.cos(np.radians(angle))
+            view = ["--eye", f"0,{cosine},{sine}", "--target", "0,0,0", "--fov", 0.5, "--spp", 64, "--env", even_sky]
+            expected = coat + (edge - coat) * (1 - cosine) ** 5
+            assert picture(pathtracer, g, *view).mean() == pytest.approx(expected, rel=0.05, abs=1e-4)
 
 
 @pytest.mark.parametrize("plus", [False, True])
@@ -317,6 +333,23 @@ def test_tangents(pathtracer, even_sky):
         np.testing.assert_allclose(normals(attributes, scale=-1, **up)[:, ::-1] * [-1, 1, 1], normals(attributes, **up), atol=0.01)
     seamless = normals(lambda t: {}, 0.15)
     assert max(np.abs(np.diff(seamless, axis=axis)).max() for axis in (0, 1)) < 0.1  # 0.7 with one tangent per face
+
+
+def test_the_display_window_of_an_environment_is_the_sphere(pathtracer):
+    """Where a file has no data, the sky is black; data outside of the display window is cut off."""
+    full = np.zeros((6, 12, 3), np.float32)
+    full[1:3, 4:9] = np.arange(30).reshape(2, 5, 3)
+    wide = np.pad(full, ((1, 2), (3, 4), (0, 0)), constant_values=99)
+    view = ["--scene", floor(), *ONE, "--env", "sky.exr", "--max-depth", 0, "--eye", "0,9,0", "--target", "0,9.7,1", "--fov", 120]
+    images = []
+    for data, corner in ((full, (0, 0)), (full[1:3, 4:9], (4, 1)), (wide, (-3, -1))):
+        low = np.int32(corner) + np.int32(7)  # the display window need not start at the origin
+        size = np.int32(data.shape[1::-1])
+        windows = {"displayWindow": (np.int32([7, 7]), np.int32([18, 12])), "dataWindow": (low, low + size - np.int32(1))}
+        files.write_exr(pathtracer.folder / "sky.exr", windows, RGB=data)
+        images.append(pathtracer.image(*view))
+    assert images[0].max() == 29
+    np.testing.assert_array_equal(images[1:], [images[0]] * 2)
 
 
 def test_exr_attributes_that_change_the_pixels(pathtracer):
