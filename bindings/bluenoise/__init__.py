@@ -13,6 +13,7 @@ from . import _subinterpreters
 
 _subinterpreters.refuse()
 
+from . import arrays
 from ._arguments import NeuralProvider, PointsMethod, SamplerType
 from ._choose import choose, choose_cdf, choose_u32
 from ._core import CancelledError, RuntimeMissingError, __version__
@@ -44,6 +45,7 @@ __all__ = [
     "__version__",
     "anisotropy",
     "anneal",
+    "arrays",
     "builtin",
     "choose",
     "choose_cdf",

@@ -48,13 +48,14 @@ class Sampler:
     (4,)
     """
 
-    __slots__ = ("_core", "_type", "_mask", "_samples_per_pixel", "_seed")
+    __slots__ = ("_core", "_type", "_mask", "_samples_per_pixel", "_seed", "_words")
 
     _core: _core.Sampler
     _type: str
     _mask: Optional[Ranks]
     _samples_per_pixel: int
     _seed: int
+    _words: tuple[int, int]  # the seed for shaders, as int32
 
     def __init__(
         self,
@@ -79,6 +80,7 @@ class Sampler:
         put(self, "_seed", number)
         put(self, "_samples_per_pixel", count)
         put(self, "_mask", ranks)
+        put(self, "_words", tuple(self._core.seed_words().view(np.int32).tolist()))
 
     if TYPE_CHECKING:
 

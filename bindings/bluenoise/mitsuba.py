@@ -29,8 +29,8 @@ try:
 except ImportError as error:
     raise ImportError(f"the sampler needs Mitsuba 3; run pip install 'libbn[mitsuba]' ({error})") from None
 
-from . import _drjit
-from ._sampler import Sampler, tables
+from . import arrays
+from ._sampler import Sampler
 
 __all__: list[str] = []
 
@@ -39,6 +39,11 @@ dr: Any = drjit
 mi: Any = mitsuba
 
 _UNSEEDED = 0xFFFFFFFF  # Mitsuba's value for "keep the wavefront size"
+_CAMERA_KEY, _STREAMS_KEY = 3, -(2**31)  # as in bn_path.glsl
+
+
+def _ray_domain(stream: Any, ray: Any) -> Any:
+    return arrays.domain_child(stream, dr.select(ray >= _CAMERA_KEY, ray + 1, ray))
 
 
 class _Lanes:
@@ -47,18 +52,22 @@ class _Lanes:
 
     def __init__(self, words: Any, seed: Any, frame: Any, x: Any, y: Any) -> None:
         self.words, self.seed, self.x, self.y = words, seed, x, y
-        self.stream = _drjit.stream_domain(frame)
+        below = arrays.domain_child(arrays.domain_child(mi.Int32(0), mi.Int32(_STREAMS_KEY)), frame)
+        self.stream = dr.select(frame == 0, mi.Int32(0), below)
 
     def at_index(self, index: Any, last: int) -> _Lanes:
         """The same lanes at other indices, the largest of which is `last`."""
         self = copy.copy(self)
-        self.index, self.rounds = index, max(0, -(-(last.bit_length() - 8) // 4))
+        self.index, self.rounds = mi.Int32(index), arrays.rounds_of(last)
         return self
 
     def draw(self, domain: Any, pair: Any) -> tuple[Any, Any]:
         """Pair 0 or 1 of a domain."""
-        first, second = _drjit.pair_bits(self.words, self.seed, self.x, self.y, self.index, self.rounds, domain, pair)
-        return mi.Float(first >> 8) * 2.0**-24, mi.Float(second >> 8) * 2.0**-24
+        def word(at: Any) -> Any:
+            return dr.gather(mi.Int32, self.words, mi.UInt32(at))
+
+        first, second = arrays.blue(word, self.seed, self.x, self.y, self.index, domain, (pair,), self.rounds)
+        return mi.Float(mi.UInt32(first) >> 8) * 2.0**-24, mi.Float(mi.UInt32(second) >> 8) * 2.0**-24
 
 
 class _Film:
@@ -119,8 +128,8 @@ def _create_class() -> Any:
             self._lanes: Optional[_Lanes] = None
             # How many pairs have been drawn, and how many single numbers at this ray. Dr.Jit finds both counts and carries them
             # through loops.
-            self._pairs = mi.UInt32(0)
-            self._singles = mi.UInt32(0)
+            self._pairs = mi.Int32(0)
+            self._singles = mi.Int32(0)
 
         def _like(self) -> Any:
             """A sampler with the same properties, not seeded."""
@@ -138,7 +147,7 @@ def _create_class() -> Any:
             if self._lanes is not None:
                 mi.Sampler.seed(other, 0, self.wavefront_size())
             other._per_wavefront, other._advances, other._lanes = self._per_wavefront, self._advances, self._lanes
-            other._pairs, other._singles = mi.UInt32(self._pairs), mi.UInt32(self._singles)
+            other._pairs, other._singles = mi.Int32(self._pairs), mi.Int32(self._singles)
             return other
 
         def set_samples_per_wavefront(self, samples_per_wavefront: int) -> None:
@@ -148,14 +157,14 @@ def _create_class() -> Any:
 
         def seed(self, seed: Any, wavefront_size: int = _UNSEEDED) -> None:
             mi.Sampler.seed(self, seed, wavefront_size)  # for wavefront_size()
-            key = mi.UInt32(seed)
+            key = mi.Int32(mi.UInt32(seed))
             dr.make_opaque(key)
             x0, y0, width = self._place()
             pixel = dr.arange(mi.UInt32, self.wavefront_size()) // self._per_wavefront
             row = pixel // width
-            words, own = mi.UInt32(tables()), self._sampler.seed_words()
-            x, y = pixel - row * width + (x0 & 0xFFFFFFFF), row + (y0 & 0xFFFFFFFF)
-            self._lanes = _Lanes(words, (dr.opaque(mi.UInt32, int(own[0])), dr.opaque(mi.UInt32, int(own[1]))), key, x, y)
+            x, y = mi.Int32(pixel - row * width) + x0, mi.Int32(row) + y0
+            first, second = self._sampler._words
+            self._lanes = _Lanes(mi.Int32(arrays.WORDS), (dr.opaque(mi.Int32, first), dr.opaque(mi.Int32, second)), key, x, y)
             self._advances = -1
             self.advance()
 
@@ -172,7 +181,7 @@ def _create_class() -> Any:
 
         def advance(self) -> None:
             self._advances += 1
-            self._pairs, self._singles = mi.UInt32(0), mi.UInt32(0)
+            self._pairs, self._singles = mi.Int32(0), mi.Int32(0)
             if self._lanes is None:
                 return
             first = self._advances * self._per_wavefront
@@ -186,16 +195,16 @@ def _create_class() -> Any:
         def next_2d(self, active: Any = True) -> Any:
             lanes = self._seeded()
             half = self._pairs & 1
-            first, second = lanes.draw(_drjit.ray_domain(lanes.stream, self._pairs >> 1), half)
+            first, second = lanes.draw(_ray_domain(lanes.stream, self._pairs >> 1), half)
             self._pairs += 1
-            self._singles = dr.select(half == 0, self._singles, mi.UInt32(0))  # the next ray begins
+            self._singles = dr.select(half == 0, self._singles, mi.Int32(0))  # the next ray begins
             return mi.Point2f(first, second)
 
         def next_1d(self, active: Any = True) -> Any:
             lanes = self._seeded()
             k = self._singles
-            ray = _drjit.ray_domain(lanes.stream, self._pairs >> 1)
-            first, second = lanes.draw(_drjit.single_domain(ray, k), k >> 1 & 1)
+            ray = _ray_domain(lanes.stream, self._pairs >> 1)
+            first, second = lanes.draw(arrays.domain_child(ray, k & -4), k >> 1 & 1)
             number = dr.select((k & 1) == 0, first, second)
             self._singles += 1
             return number

@@ -96,8 +96,8 @@ def test_sample_indices_of_every_bit_length():
         index, domain = np.array([2**bits - 1, (2**bits - 1) // 3], np.uint32), bluenoise.domain(5)
         lanes = sampler._lanes.at_index(mitsuba.UInt32(index), int(index[0]))
         for pair in range(2):
-            found = np.stack([np.array(number) for number in lanes.draw(mitsuba.UInt32(domain), mitsuba.UInt32(pair))], -1)
-            x, y = (np.array(place).astype(np.int32) for place in (lanes.x, lanes.y))
+            found = np.stack([np.array(number) for number in lanes.draw(mitsuba.Int32(mitsuba.UInt32(domain)), mitsuba.Int32(pair))], -1)
+            x, y = (np.array(place) for place in (lanes.x, lanes.y))
             assert np.array_equal(found, SAMPLER.sample(x, y, index, domain, pair=pair))
 
 

@@ -36,7 +36,7 @@ def test_public_names_exist_and_have_docstrings():
 
 
 def test_docstring_examples():
-    for name in ("_choose", "_dither", "_frames", "_masks", "_path", "_points", "_sampler"):
+    for name in ("_choose", "_dither", "_frames", "_masks", "_path", "_points", "_sampler", "arrays"):
         failed, tried = doctest.testmod(importlib.import_module(f"bluenoise.{name}"))
         assert failed == 0 < tried, name
 
