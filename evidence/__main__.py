@@ -16,7 +16,7 @@ PARTS = {
     "samplers": ("samplers",),
     "realtime": ("realtime",),
     "masks": ("masks",),
-    "renders": ("renders", "headline", "times", "summary", "denoise", "picture"),
+    "renders": ("renders", "headline", "times", "summary", "denoise", "picture", "stop"),
     "external_renderers": ("mitsuba", "pbrt", "cycles", "web"),
 }
 

@@ -63,6 +63,17 @@ def displayed_rmse(image, reference, exposure=0.0, sigma=0.0):
     return rmse(displayed(image, exposure), displayed(reference, exposure), sigma)
 
 
+def encoded(light):
+    """The sRGB curve of linear light in 0..1, in steps of an 8-bit display."""
+    light = np.asarray(light, np.float64)
+    return 255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 1e-9) ** (1 / 2.4) - 0.055)
+
+
+def visible_error(image, reference, exposure=0.0, sigma=2.1):
+    """The error of the displayed image as seen through a blur, in steps of an 8-bit display, for each pixel and channel."""
+    return encoded(blurred(displayed(image, exposure), sigma)) - encoded(blurred(displayed(reference, exposure), sigma))
+
+
 def relative_rmse(image, reference):
     """RMSE of the difference divided by the reference plus a tenth of its mean, as in the path tracer's relative_rmse."""
     floor = 0.1 * np.mean(reference, dtype=np.float64)

@@ -31,17 +31,25 @@ namespace {
 constexpr const char *COUNT = "count";
 constexpr int LARGEST = 1 << 24; // pixels per side of any image
 
-// The layers of a film, except the counts.
-constexpr std::array<const char *, 14> LAYERS = {
-    "R",        "G",        "B",       "albedo.R",   "albedo.G",   "albedo.B",   "normal.X",
-    "normal.Y", "normal.Z", "depth.Z", "variance.R", "variance.G", "variance.B", "A"};
-constexpr size_t SHARE_OF_HITS = LAYERS.size() - 1; // the layer A
+// The layers of a film, except the counts. Only images made with --visible-noise have the last four.
+constexpr std::array<const char *, 18> LAYERS = {
+    "R",          "G",        "B",        "albedo.R", "albedo.G",   "albedo.B",
+    "normal.X",   "normal.Y", "normal.Z", "depth.Z",  "variance.R", "variance.G",
+    "variance.B", "A",        "half.R",   "half.G",   "half.B",     "noise"};
+constexpr size_t NOISE_LAYERS = 4;
 
-// All but the last layer, for a pixel whose squares have been converted to variances.
-std::array<double *, SHARE_OF_HITS> values_of(FilmPixel &p) {
+size_t layer_count(const ExrHead &head) {
+    const auto found = head.settings.find("visible-noise");
+    const bool measured = found != head.settings.end() && found->second != "0";
+    return LAYERS.size() - (measured ? 0 : NOISE_LAYERS);
+}
+
+// The values of a pixel whose squares have been converted to variances, and its share of hits.
+std::array<double *, LAYERS.size()> values_of(FilmPixel &p, double &share) {
     double *const r = &p.radiance.x, *const a = &p.albedo.x, *const n = &p.normal.x,
-                  *const v = &p.squares.x;
-    return {r, r + 1, r + 2, a, a + 1, a + 2, n, n + 1, n + 2, &p.depth, v, v + 1, v + 2};
+                  *const v = &p.squares.x, *const h = &p.half.x;
+    return {r,        r + 1, r + 2, a,     a + 1,  a + 2, n,     n + 1, n + 2,
+            &p.depth, v,     v + 1, v + 2, &share, h,     h + 1, h + 2, &p.noise};
 }
 
 Imath::Box2i box(const Crop &crop) {
@@ -54,13 +62,13 @@ struct Planes {
     std::vector<uint32_t> counts;
     Imf::FrameBuffer buffer;
 
-    explicit Planes(const Crop &crop)
-        : values(LAYERS.size() * pixel_count(crop)), counts(pixel_count(crop)) {
+    Planes(const Crop &crop, size_t layers)
+        : values(layers * pixel_count(crop)), counts(pixel_count(crop)) {
         const auto add = [&](const char *name, Imf::PixelType type, void *plane) {
             const size_t row = 4 * size_t(width(crop));
             buffer.insert(name, Imf::Slice::Make(type, plane, box(crop), 4, row));
         };
-        for (size_t i = 0; i < LAYERS.size(); ++i)
+        for (size_t i = 0; i < layers; ++i)
             add(LAYERS[i], Imf::FLOAT, values.data() + i * counts.size());
         add(COUNT, Imf::UINT, counts.data());
     }
@@ -148,16 +156,17 @@ std::string exr_encode(const Film &film, const ExrHead &head) {
     for (const auto &[name, value] : head.settings) text(name, value);
     text("software", std::string("libbn pathtracer ") + bn_version_string());
 
-    Planes planes(film.crop);
+    const size_t layers = layer_count(head);
+    Planes planes(film.crop, layers);
     const size_t count = film.pixels.size();
     const auto largest = double(std::numeric_limits<float>::max());
     for (size_t i = 0; i < count; ++i) {
         FilmPixel p = film.pixels[i];
         p.squares = film_variance(p);
-        const auto values = values_of(p);
-        for (size_t k = 0; k < values.size(); ++k)
+        double share = p.count ? double(p.hits) / p.count : 0;
+        const auto values = values_of(p, share);
+        for (size_t k = 0; k < layers; ++k)
             planes.values[k * count + i] = float(std::clamp(*values[k], -largest, largest));
-        planes.values[SHARE_OF_HITS * count + i] = p.count ? float(double(p.hits) / p.count) : 0;
         planes.counts[i] = p.count;
     }
     for (auto plane = planes.buffer.begin(); plane != planes.buffer.end(); ++plane)
@@ -217,7 +226,8 @@ Film exr_read_film(const std::string &path) {
         const ExrHead head = read_head(file.header());
         if (pixel_count(head.crop) > MAX_PIXELS) throw Error("it is too large");
         Film film = film_create(head.full_width, head.full_height, head.crop);
-        Planes planes(head.crop);
+        const size_t layers = layer_count(head);
+        Planes planes(head.crop, layers);
         for (auto plane = planes.buffer.begin(); plane != planes.buffer.end(); ++plane)
             if (!file.header().channels().findChannel(plane.name()))
                 throw Error("it has no channel ", plane.name());
@@ -229,16 +239,14 @@ Film exr_read_film(const std::string &path) {
             if (planes.counts[i] > most) throw Error("it has more samples than its attributes say");
             FilmPixel &p = film.pixels[i];
             p.count = planes.counts[i];
-            const auto layer = [&](size_t k) {
-                const float value = planes.values[k * film.pixels.size() + i];
-                if (!std::isfinite(value))
+            double share = 0;
+            const auto values = values_of(p, share);
+            for (size_t k = 0; k < layers; ++k) {
+                *values[k] = double(planes.values[k * film.pixels.size() + i]);
+                if (!std::isfinite(*values[k]))
                     throw Error("its channel ", LAYERS[k], " has a value that is not finite");
-                return double{value};
-            };
-            const auto values = values_of(p);
-            for (size_t k = 0; k < values.size(); ++k) *values[k] = layer(k);
+            }
             p.squares *= p.count < 2 ? 0 : p.count - 1;
-            const double share = layer(SHARE_OF_HITS);
             if (!(share >= 0 && share <= 1))
                 throw Error("its channel A has a value outside [0, 1]");
             p.hits = uint32_t(std::lround(share * p.count));

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "film.h"
 
+#include <bn/bn.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <mutex>
+#include <new>
 #include <system_error>
 #include <thread>
 
@@ -13,7 +16,9 @@
 
 namespace {
 
-constexpr int BLOCK_SIZE = 8;   // pixels per side; blocks at the image's edges may be smaller
+// Pixels per side of the blocks of --noise and of --visible-noise, whose blur needs larger ones. Blocks at the
+// image's edges may be smaller.
+constexpr int BLOCK_SIZE = 8, VISIBLE_BLOCK_SIZE = 16;
 constexpr int LARGE_BLOCK = 16; // for auto_exposure
 constexpr double MIDDLE_GREY = 0.18;
 constexpr double LARGEST = 64; // stops; the command line has the same limit
@@ -40,6 +45,10 @@ void film_add(FilmPixel &pixel, const PathSample &sample) {
 
 void film_merge(FilmPixel &pixel, const FilmPixel &other) {
     if (other.count == 0) return;
+    if (pixel.count == 0) {
+        pixel = other;
+        return;
+    }
     const double count = double(pixel.count) + other.count;
     const double share = other.count / count;
     const glm::dvec3 difference = other.radiance - pixel.radiance;
@@ -71,6 +80,16 @@ Image film_image(const Film &film) {
 
 glm::dvec3 film_variance(const FilmPixel &pixel) {
     return pixel.count < 2 ? glm::dvec3(0) : pixel.squares / double(pixel.count - 1);
+}
+
+double film_noise(const Film &film) {
+    std::vector<double> measured;
+    for (const FilmPixel &pixel : film.pixels)
+        if (pixel.noise != UNMEASURED) measured.push_back(pixel.noise);
+    if (measured.empty()) return UNMEASURED;
+    const auto at = measured.begin() + ptrdiff_t(0.95 * double(measured.size() - 1));
+    std::nth_element(measured.begin(), at, measured.end());
+    return *at;
 }
 
 // ---- Exposure
@@ -127,13 +146,19 @@ constexpr double DARKEST = 0.02; // a fiftieth of white, so that black does not 
 constexpr double PROGRESS_SECONDS = 0.1; // between two reports
 constexpr uint32_t LONGEST_PASS = 256;   // samples per pixel
 
+int block_size(const RenderSettings &settings) {
+    return settings.visible_noise > 0 ? VISIBLE_BLOCK_SIZE : BLOCK_SIZE;
+}
+
 // A crop extended to whole blocks.
-Crop whole_blocks(const Crop &crop, const Film &film) {
-    const auto up = [](int v, int limit) {
-        return std::min((v + BLOCK_SIZE - 1) / BLOCK_SIZE * BLOCK_SIZE, limit);
-    };
-    return {crop.x0 / BLOCK_SIZE * BLOCK_SIZE, crop.y0 / BLOCK_SIZE * BLOCK_SIZE,
-            up(crop.x1, film.full_width), up(crop.y1, film.full_height)};
+Crop whole_blocks(const Crop &crop, const Film &film, int size) {
+    const auto up = [&](int v, int limit) { return std::min((v + size - 1) / size * size, limit); };
+    return {crop.x0 / size * size, crop.y0 / size * size, up(crop.x1, film.full_width),
+            up(crop.y1, film.full_height)};
+}
+
+bool is_power_of_two(uint32_t v) {
+    return v > 0 && (v & (v - 1)) == 0;
 }
 
 // The film for another crop, inside or around its own. Pixels outside its own crop have no samples.
@@ -167,6 +192,36 @@ double displayed_error(const Film &film, const Crop &block, float exposure) {
     return std::sqrt(squares / values) / (light / values + DARKEST);
 }
 
+// The visible noise of a block whose pixels share a count of at least 2. The block is measured by itself, with
+// mirrored borders, so that its neighbours and the crop do not matter. Uses the EXR's layers, like the function
+// above.
+float visible_noise(const Film &film, const Crop &block, float exposure) {
+    std::vector<float> first, second;
+    uint32_t half = 1, count = 0;
+    each_pixel(block, [&](int x, int y) { count = film_pixel(film, x, y).count; });
+    while (2 * half < count) half *= 2;
+    bn_visible_noise_options options = bn_visible_noise_options_default();
+    options.exposure = std::exp2(double(exposure));
+    options.first_share = double(half) / count;
+    options.window = 2 * VISIBLE_BLOCK_SIZE + 1; // the whole block, for each of its pixels
+    options.threads = 1;
+    each_pixel(block, [&](int x, int y) {
+        const FilmPixel &pixel = film_pixel(film, x, y);
+        const Vec3 mean = pixel.radiance, earlier = pixel.half;
+        const Vec3 later = mean + float(half) / float(count - half) * (mean - earlier);
+        for (int c = 0; c < 3; ++c) {
+            first.push_back(earlier[c]);
+            second.push_back(later[c]);
+        }
+    });
+    std::vector<float> map(pixel_count(block));
+    if (bn_visible_noise(&options, first.data(), second.data(), uint32_t(width(block)),
+                         uint32_t(height(block)), 3, first.size(), map.data(), map.size(), nullptr,
+                         nullptr) != BN_SUCCESS)
+        throw std::bad_alloc();
+    return map[0];
+}
+
 struct Renderer {
     const Integrator &integrator;
     const RenderSettings &settings;
@@ -182,15 +237,24 @@ struct Renderer {
     }
 
     // Whether a block with `count` samples per pixel is done; always false between tests.
-    bool is_done(const Crop &block, uint32_t count) const {
-        if (!(settings.noise > 0) || count < 2 || next_look(count - 1) != count) return false;
-        return displayed_error(film, block, settings.exposure) < double(settings.noise);
+    bool is_done(const Crop &block, uint32_t count) {
+        if (!settings.adaptive() || count < 2) return false;
+        const bool looks = next_look(count - 1) == count;
+        if (settings.visible_noise > 0) {
+            if (!looks && count != settings.spp) return false;
+            const float noise = visible_noise(film, block, settings.exposure);
+            each_pixel(block, [&](int x, int y) { film_pixel(film, x, y).noise = noise; });
+            return looks && noise < settings.visible_noise;
+        }
+        return looks && displayed_error(film, block, settings.exposure) < double(settings.noise);
     }
 
     // Renders up to `count` samples for a pixel.
     void render_pixel(int x, int y, uint32_t count, PathCounters &counters) {
         for (FilmPixel &pixel = film_pixel(film, x, y); pixel.count < count;) {
             const uint32_t index = settings.first_sample + pixel.count;
+            if (settings.visible_noise > 0 && is_power_of_two(pixel.count))
+                pixel.half = pixel.radiance;
             PathSample sample = trace_path(integrator, x, y, index, counters);
             // One non-finite sample would ruin the pixel. The total is reported at the end.
             if (!is_finite(sample.radiance)) {
@@ -205,24 +269,29 @@ struct Renderer {
     // resumed image catch up.
     PathCounters render_block(const Crop &block, uint32_t limit) {
         PathCounters counters;
-        uint32_t count = settings.noise > 0 ? 0 : limit;
-        each_pixel(block,
-                   [&](int x, int y) { count = std::max(count, film_pixel(film, x, y).count); });
+        uint32_t count = settings.adaptive() ? 0 : limit;
+        double noise = UNMEASURED;
+        each_pixel(block, [&](int x, int y) {
+            count = std::max(count, film_pixel(film, x, y).count);
+            noise = std::max(noise, film_pixel(film, x, y).noise);
+        });
+        // An earlier pass has measured it.
+        if (noise != UNMEASURED && noise < double(settings.visible_noise)) return counters;
         for (;; count = std::min(next_look(count), limit)) {
             each_pixel(block, [&](int x, int y) { render_pixel(x, y, count, counters); });
-            if (count >= limit || is_done(block, count)) return counters;
+            if (is_done(block, count) || count >= limit) return counters;
         }
     }
 
     // Gives every pixel `count` samples, unless its block is done. Returns false if interrupted.
     bool render_pass(uint32_t count, const Progress &progress) {
-        const Crop &crop = film.crop, all = whole_blocks(crop, film);
+        const int size = block_size(settings);
+        const Crop &crop = film.crop, all = whole_blocks(crop, film, size);
         std::vector<Crop> blocks; // row by row; those at the edges are smaller
-        for (int y = all.y0; y < all.y1; y += BLOCK_SIZE)
-            for (int x = all.x0; x < all.x1; x += BLOCK_SIZE)
+        for (int y = all.y0; y < all.y1; y += size)
+            for (int x = all.x0; x < all.x1; x += size)
                 blocks.push_back({std::max(x, crop.x0), std::max(y, crop.y0),
-                                  std::min(x + BLOCK_SIZE, crop.x1),
-                                  std::min(y + BLOCK_SIZE, crop.y1)});
+                                  std::min(x + size, crop.x1), std::min(y + size, crop.y1)});
         const double seconds_before = totals.seconds;
         const Clock::time_point start = Clock::now();
         double reported = 0;
@@ -275,9 +344,10 @@ bool render_frame(const Integrator &integrator, const RenderSettings &settings, 
                   RenderTotals &totals, const Progress &progress,
                   const volatile std::sig_atomic_t &interrupted) {
     const Crop crop = film.crop;
-    if (settings.noise > 0) film = film_with_crop(film, whole_blocks(crop, film));
+    if (settings.adaptive())
+        film = film_with_crop(film, whole_blocks(crop, film, block_size(settings)));
     Renderer renderer = {integrator, settings, interrupted, film, totals};
     const bool complete = renderer.render(progress);
-    if (settings.noise > 0) film = film_with_crop(film, crop);
+    if (settings.adaptive()) film = film_with_crop(film, crop);
     return complete;
 }

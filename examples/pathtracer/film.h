@@ -14,6 +14,8 @@
 #include "image.h"
 #include "integrator.h"
 
+constexpr double UNMEASURED = -1;
+
 struct FilmPixel {
     glm::dvec3 radiance; // mean
     glm::dvec3 squares;  // sum of the radiance's squared deviations from the mean
@@ -22,6 +24,10 @@ struct FilmPixel {
     double depth;        // along the camera's axis; mean over the samples that hit
     uint32_t count;      // samples taken
     uint32_t hits;       // samples whose camera ray hit a surface
+    // With --visible-noise: the mean of the first samples, as many as the largest power of two below `count`,
+    // and the noise of the pixel's block in steps, or UNMEASURED.
+    glm::dvec3 half;
+    double noise = UNMEASURED;
 };
 
 struct Film {
@@ -75,17 +81,24 @@ float auto_exposure(const Film &film);
 // for parts of an image. `extent` describes the scene's bounds.
 std::string film_warning(const Film &film, const std::string &extent);
 
+// The visible noise that 95% of the measured pixels do not exceed; UNMEASURED if there are none.
+double film_noise(const Film &film);
+
 // ---- Rendering on all cores, in passes over the whole image, so that an interrupt leaves an image with
-// fewer samples. Adaptive sampling (--noise) tests where an image has enough samples: blocks of 8x8
-// pixels, on the grid of the whole image, at powers of two; README.md explains why.
+// fewer samples. Adaptive sampling tests where an image has enough samples, in blocks on the grid of the
+// whole image, at powers of two: 8x8 pixels by variance (--noise), 16x16 by what a viewer sees
+// (--visible-noise). README.md explains why.
 
 struct RenderSettings {
     uint32_t spp;          // samples per pixel
     uint32_t first_sample; // index of the first sample
     unsigned threads;
-    float noise;      // relative error as displayed at which a block stops; 0: never
-    uint32_t min_spp; // the first test is at the first power of two at or above this
-    float exposure;   // display exposure, in stops
+    float noise;         // relative error as displayed at which a block stops; 0: never
+    float visible_noise; // in steps of an 8-bit display, at which a block stops; 0: never
+    uint32_t min_spp;    // the first test is at the first power of two at or above this
+    float exposure;      // display exposure, in stops
+
+    bool adaptive() const { return noise > 0 || visible_noise > 0; }
 };
 
 struct RenderTotals : PathCounters {
@@ -108,6 +121,11 @@ bool render_frame(const Integrator &integrator, const RenderSettings &settings, 
 //     depth.Z         along the camera's axis, mean over the hits
 //     count           samples taken (the only integer channel)
 //     variance.R, G, B  of single samples, unbiased; 0 below two samples
+//
+// With --visible-noise also:
+//
+//     noise           of the pixel's block, in steps of an 8-bit display; -1 where not yet measured
+//     half.R, G, B    mean radiance of the first samples, as many as the largest power of two below `count`
 
 // The maximum number of pixels of a film in memory (7 GiB).
 constexpr uint64_t MAX_PIXELS = 1u << 26;

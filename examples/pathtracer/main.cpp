@@ -126,8 +126,8 @@ ExrHead image_head(const Options &o, const Scene &scene, const InputRecord &reco
     head.settings["draws"] = std::to_string(BN_DRAW_TABLE_VERSION);
     head.settings["inputs"] = record.text(); // the rest may depend on their contents
     head.settings["light-samples"] = std::to_string(scene.light_samples);
-    const bool adaptive = o.number<double>("--noise") > 0;
-    head.settings["noise-exposure"] = adaptive ? shortest(o.number<double>("--exposure")) : "";
+    head.settings["noise-exposure"] =
+        o.is_adaptive() ? shortest(o.number<double>("--exposure")) : "";
     head.statistics.first_sample = o.number<uint64_t>("--first-sample");
     head.statistics.threads = o.number<unsigned>("--threads");
     return head;
@@ -281,7 +281,7 @@ void print_progress(double fraction, const RenderTotals &totals) {
 void print_summary(const Options &o, const Film &film, const RenderTotals &totals) {
     const SampleCounts counts = film_counts(film);
     std::string spp = std::to_string(counts.least) + " spp";
-    if (o.number<double>("--noise") > 0)
+    if (o.is_adaptive())
         spp = joined(counts.least, " to ", counts.most, " spp, ", counts.mean, " on average");
     const auto rays = double(totals.rays);
     std::printf("%s: %s, %s, %s, %.2f s, %.0f rays, %.2f M rays/s, %.2f%% cut off at depth %s\n",
@@ -290,6 +290,8 @@ void print_summary(const Options &o, const Film &film, const RenderTotals &total
                 1e-6 * rays / totals.seconds,
                 100 * totals.cut_off / std::max(double(totals.paths), 1.0),
                 o.text("--max-depth").c_str());
+    if (const double noise = film_noise(film); noise != UNMEASURED)
+        std::printf("95%% of the image is below %.2f steps of visible noise\n", noise);
 }
 
 // Renders an image and writes it. Returns the signal that interrupted it, or 0.
@@ -315,9 +317,10 @@ int run_render(Options o) {
     ExrHead head = image_head(o, scene, record);
     Film film = resumes ? resume_film(o, resumed, head) : film_create(size[0], size[1], o.crop());
     const RenderSettings settings = {
-        o.number<uint32_t>("--spp"),     o.number<uint32_t>("--first-sample"),
-        o.number<unsigned>("--threads"), o.number<float>("--noise"),
-        o.number<uint32_t>("--min-spp"), o.number<float>("--exposure")};
+        o.number<uint32_t>("--spp"),        o.number<uint32_t>("--first-sample"),
+        o.number<unsigned>("--threads"),    o.number<float>("--noise"),
+        o.number<float>("--visible-noise"), o.number<uint32_t>("--min-spp"),
+        o.number<float>("--exposure")};
     const GeometryPointer geometry = geometry_build(scene);
     const Integrator integrator{&scene, geometry.get(), sampler.get(),
                                 o.number<uint32_t>("--max-depth")};

@@ -44,8 +44,11 @@ const Row ROWS[] = {
     {"--noise", "LEVEL", "0", REAL, 0, 1, true,
      "take fewer samples where the estimated relative error as displayed is below LEVEL,\n"
      "such as 0.05; --spp is then the maximum (default 1024)"},
-    {"--min-spp", "N", "16", WHOLE, 2, MAX_SPP, true,
-     "samples per pixel before --noise may stop a block (default 16)"},
+    {"--visible-noise", "STEPS", "0", REAL, 0, 255, true,
+     "take samples until a viewer sees less noise than STEPS of an 8-bit display, such as 1;\n"
+     "--spp is then the maximum (default 1024)"},
+    {"--min-spp", "N", "", WHOLE, 2, MAX_SPP, true,
+     "samples per pixel before a block may stop (default 16; --visible-noise: 4)"},
     {"--declare", "N", "0", WHOLE, 0, MAX_INDEX, true,
      "samples per pixel to tune the sampler \"zorder\" for (default 256)"},
     {"--seed", "N", "0", WHOLE, 0, MAX_SEED, true, "seed of the sampler (default 0)"},
@@ -195,7 +198,9 @@ Options::Options(int argc, const char *const *argv) {
         set(name, value);
         given_.insert(name);
     }
-    if (number<double>("--noise") > 0 && !given("--spp")) values_["--spp"] = "1024";
+    if (is_adaptive() && !given("--spp")) values_["--spp"] = "1024";
+    if (!given("--min-spp"))
+        values_["--min-spp"] = number<double>("--visible-noise") > 0 ? "4" : "16";
     if (text("--resume").empty() || !merge.empty()) check();
 }
 
@@ -222,16 +227,20 @@ image that was stopped. When interrupted, it writes the image so far.
 
 void Options::check_noise() const {
     const auto spp = number<uint64_t>("--spp"), least = number<uint64_t>("--min-spp");
-    if (!(number<double>("--noise") > 0)) {
+    if (!is_adaptive()) {
         if (given("--min-spp"))
-            throw Error("--min-spp goes with --noise; add it, or leave out --min-spp");
+            throw Error(
+                "--min-spp goes with --noise or --visible-noise; add one, or leave out --min-spp");
         return;
     }
+    const char *const rule = number<double>("--noise") > 0 ? "--noise" : "--visible-noise";
+    if (number<double>("--noise") > 0 && number<double>("--visible-noise") > 0)
+        throw Error("a block stops by --noise or by --visible-noise; leave out one");
     if (has_auto_exposure(text("--scene")))
-        throw Error("--noise has to know the exposure before rendering; set it with --exposure EV");
+        throw Error(rule, " has to know the exposure before rendering; set it with --exposure EV");
     if (text("--first-sample") != "0")
-        throw Error("--noise needs the first samples of a pixel; leave out --first-sample, and "
-                    "split the image with --crop");
+        throw Error(rule, " needs the first samples of a pixel; leave out --first-sample, and "
+                          "split the image with --crop");
     if (least > spp)
         throw Error("--min-spp ", least, " is more than --spp ", spp,
                     "; give more --spp, or a smaller --min-spp");
@@ -245,7 +254,7 @@ void Options::check() const {
     if (output.size() < 5 || output.compare(output.size() - 4, 4, ".exr") != 0)
         throw Error("the output must be named something.exr, not '", output, "'");
     if (!merge.empty()) {
-        for (const char *name : {"--resume", "--noise"})
+        for (const char *name : {"--resume", "--noise", "--visible-noise"})
             if (given(name)) throw Error("--merge does not render; leave out ", name);
         return;
     }

@@ -24,6 +24,10 @@ class Options {
     bool given(const std::string &name) const { return given_.count(name) > 0; }
     const std::string &text(const std::string &name) const { return values_.at(name); }
     bool flag(const std::string &name) const { return text(name) == "1"; }
+    // Whether blocks stop early.
+    bool is_adaptive() const {
+        return number<double>("--noise") > 0 || number<double>("--visible-noise") > 0;
+    }
     // 0 if the option is absent and has no default.
     template <typename Number>
     Number number(const std::string &name) const {

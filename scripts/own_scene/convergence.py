@@ -20,8 +20,11 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from PIL import Image
 from scipy import ndimage
 
+import bluenoise
+from bluenoise._noise import COLOURS, false_colour
 from evidence.base.command import Parser, names_of, parse_size, run_or_say_why, split_more
 from evidence.base.contact_sheet import enlarged_part, grey, preview, sheet
 from evidence.base.files import write_exr, write_image, write_rows, write_text
@@ -90,6 +93,28 @@ def gallery(samplers, errors, previews, part):
         greys = {s: np.uint8(np.clip(128 + 127.5 * shown[s] / full_scale, 0, 255)) for s in samplers}
         rows.append([[enlarged_part(grey(greys[s]), part, factor)] for s in samplers])
     return sheet(rows, ("enlarged", "error", "blurred"), samplers)
+
+
+def noise_maps(pictures, samplers, counts, exposure):
+    """{count: {sampler: map of visible noise}}, from the halves of the samples: for counts of which half was rendered too."""
+    return {n: {s: bluenoise.visible_noise(pictures[s, n // 2], 2 * pictures[s, n] - pictures[s, n // 2], exposure=2.0**exposure) for s in samplers}
+            for n in counts if n % 2 == 0 and (samplers[0], n // 2) in pictures}
+
+
+def noise_text(noises):
+    return "; ".join(f"{sampler} {np.percentile(noise, 95):.2f}" for sampler, noise in noises.items())
+
+
+def noise_section(samplers, maps):
+    """Maps of visible noise. maps: {count: {sampler: map}}."""
+    if not maps:
+        return []
+    colours = ", ".join(f"{name} {steps:g}" for steps, (name, _) in COLOURS.items())
+    rows = [[[Image.fromarray(false_colour(noises[s]))] for s in samplers] for noises in maps.values()]
+    return ["<h2>Visible noise</h2>", "<p>How much noise a viewer sees in the whole image, in steps of an 8-bit display, estimated from the two halves of its "
+            f"samples. Below 1 step, noise is hard to see. Colours: {colours}. 95% of the image is below: "
+            + "; ".join(f"at {n} samples, {noise_text(noises)}" for n, noises in maps.items()) + ".</p>",
+            f'<div class="wide" tabindex="0"><img class=gallery alt="maps of visible noise" src="{uri(sheet(rows, [str(n) for n in maps], samplers))}"></div>']
 
 
 def plots(rows):
@@ -163,6 +188,7 @@ def page(options, rows, pictures, reference, notes):
         shown = gallery(samplers, errors, {s: images[s, n] for s in samplers}, part)
         parts.append(f'<details{" open" * (n == options.start)}><summary>{n} sample{"s" * (n > 1)} per pixel</summary><div class="wide" tabindex="0">'
                      f'<img class=gallery alt="parts and their errors" src="{uri(shown)}"></div></details>')
+    parts += noise_section(samplers, noise_maps(pictures, samplers, options.galleries, options.exposure))
     parts += ["<h2>Plots</h2>", f'<div class="wide" tabindex="0">{plots(rows)}</div>',
               "<h2>Figures</h2>", html_table(header(samplers), texts(rows, options.counts)), *(f"<p>{html.escape(text)}</p>" for text in notes)]
     text = (Path(__file__).parent / "report.html").read_text(encoding="utf-8").replace("SCENE", html.escape(name))
@@ -261,6 +287,8 @@ def run(arguments):
                [{"sampler": label, "spp": spp, **{name: row[name] for name in fields[2:]}} for label, own in rows.items() for spp, row in own.items()])
     write_text(options.out / "report.html", page(options, rows, pictures, reference, notes))
     print(text_table([header(options.samplers), *texts(rows, options.printed)]))
+    for n, noises in noise_maps(pictures, options.samplers, options.printed, options.exposure).items():
+        print(f"visible noise at {n} samples, in steps of an 8-bit display; 95% of the image is below: {noise_text(noises)}")
     print(*notes, sep="\n")
     print(f"Written: {options.out}/report.html, convergence.csv, and an EXR and a PNG of each image.")
 

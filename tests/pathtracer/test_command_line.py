@@ -69,6 +69,11 @@ BAD_ARGUMENTS = """
     --noise x                                    | --noise takes
     --noise 1.5                                  | --noise takes
     --min-spp 8                                  | --noise
+    --visible-noise 300                          | --visible-noise takes
+    --visible-noise 1 --noise 0.1                | leave out one
+    --visible-noise 1 --spp 3                    | --min-spp 4 is more than --spp 3
+    --visible-noise 1 --exposure auto            | --visible-noise has to know
+    --visible-noise 1 --first-sample 4           | --visible-noise needs
     --noise 0.1 --min-spp 1                      | --min-spp takes
     --noise 0.1 --spp 8                          | --min-spp 16 is more than --spp 8
     --noise 0.1 --first-sample 4                 | leave out --first-sample

@@ -9,6 +9,8 @@ from pathtracer_driver import PEERS, SAMPLERS, SCENES, assert_same, read_exr, re
 from PIL import Image
 from scene_files import ONE, floor, over_floor, write_environment
 
+from bluenoise import visible_noise
+
 PENUMBRA = ["--scene", "penumbra", "--max-depth", 1]
 ADAPTIVE = [*PENUMBRA, "--noise", 0.1, "--min-spp", 4, "--spp", 64]
 AWAY = ["--eye", "0,5,0", "--target", "0,9,0"]  # turns the camera away from a floor
@@ -119,6 +121,31 @@ def test_adaptive_blocks_stop_below_the_noise_level(pathtracer, exposure, least)
     wanted = {"spp": most, "endSample": most, "min-spp": least, "noise": 0.1, "noise-exposure": exposure}
     assert {name: header[name] for name in wanted} == {name: str(value) for name, value in wanted.items()}
     assert f"{count.min()} to {most} spp, {count.mean():.6g} on average" in said
+
+
+@pytest.mark.parametrize("spp", [64, 24])  # 24: the last measurement compares 16 samples with 8
+def test_blocks_stop_where_no_noise_is_visible(pathtracer, spp):
+    """A 16x16 block stops at the first power of two at which its halves show less noise than wanted. Layers hold both."""
+    options = [*PENUMBRA, "--size", "45x37", "--sampler", "white", "--exposure", 1]
+    path = pathtracer.folder / "out.exr"
+    said = pathtracer.success(*options, "--visible-noise", 1.2, "--spp", spp, "-o", path).stdout
+    counts = [n for n in (2, 4, 8, 16, 32, 64) if n < spp] + [spp]
+    prefixes = {n: pathtracer.layers(*options, "--spp", n) for n in counts}
+    rgb = lambda layers, place, name="{}": np.stack([layers[name.format(c)][place] for c in "RGB"], axis=-1)
+    layers = read_layers(path)
+    for place in (np.s_[y:y + 16, x:x + 16] for y in range(0, 37, 16) for x in range(0, 45, 16)):
+        for half, count in zip(counts, counts[1:]):
+            first, mean, share = rgb(prefixes[half], place), rgb(prefixes[count], place), half / count
+            noise = visible_noise(first, (mean - share * first) / (1 - share), exposure=2, first_share=share, window=65)[0, 0]
+            if noise < 1.2:
+                break
+        assert (layers["count"][place] == count).all() and count >= 4
+        np.testing.assert_array_equal(rgb(layers, place), mean)
+        np.testing.assert_array_equal(rgb(layers, place, "half.{}"), first)
+        np.testing.assert_allclose(layers["noise"][place], noise, rtol=1e-4)
+    assert len(np.unique(layers["count"])) > 2
+    reached = np.sort(layers["noise"].ravel())[int(0.95 * (layers["noise"].size - 1))]
+    assert f"95% of the image is below {reached:.2f} steps of visible noise\n" in said
 
 
 def expected_preview(linear, exposure):

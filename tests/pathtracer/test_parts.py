@@ -13,7 +13,9 @@ from pathtracer_driver import assert_near, assert_same, read_exr, read_layers
 from scene_files import ONE, Gltf, add_floor, encoded, floor, over_floor, room, write_environment
 
 SIZE = ["--size", "45x37"]
-ADAPTIVE = ["--scene", "penumbra", "--max-depth", 1, "--noise", 0.1, "--min-spp", 4, "--exposure", 1]
+PENUMBRA = ["--scene", "penumbra", "--max-depth", 1, "--min-spp", 4, "--exposure", 1]
+ADAPTIVE = [*PENUMBRA, "--noise", 0.1]
+VISIBLE = [*PENUMBRA, "--sampler", "white", "--visible-noise", 1.2]
 
 
 def assert_same_attributes(path, wanted, but):
@@ -21,7 +23,7 @@ def assert_same_attributes(path, wanted, but):
     assert {name for name in header.keys() | other.keys() if not np.array_equal(header.get(name), other.get(name))} <= but
 
 
-@pytest.mark.parametrize("options", [["--spp", 6], [*ADAPTIVE, "--spp", 64]])
+@pytest.mark.parametrize("options", [["--spp", 6], [*ADAPTIVE, "--spp", 64], [*VISIBLE, "--spp", 50]])
 def test_merged_regions_are_bit_identical_to_the_whole_image(pathtracer, options):
     """This includes regions that cut through blocks of adaptive sampling."""
     parts = [pathtracer.render(*SIZE, *options, "--crop", crop) for crop in ("0,0,20,37", "20,0,45,11", "20,11,45,37")]
@@ -81,7 +83,7 @@ def test_parts_with_different_settings_are_refused(pathtracer):
     statistics = {"spp", "firstSample", "endSample", "exposure", "threads", "seconds", "rays", "software", "name", "type"}
     settings = {name: value for name, value in read_exr(second)[1].items() if isinstance(value, str) and name not in statistics}
     assert set(settings) >= {"scene", "camera", "env", "sampler", "draws", "inputs", "declare", "seed", "max-depth",
-                             "light-samples", "photometric", "clamp", "noise", "min-spp", "noise-exposure"}  # fmt: skip
+                             "light-samples", "photometric", "clamp", "noise", "visible-noise", "min-spp", "noise-exposure"}  # fmt: skip
     pathtracer.success("--merge", first, rewritten(second, "seconds", "1"), "-o", pathtracer.render(*ONE))
     for name, value in settings.items():
         pathtracer.failure("--merge", first, rewritten(second, name, value + "x"), said=["not parts of one image", "copy.exr"])
@@ -124,13 +126,16 @@ def test_interrupts_write_the_image_so_far(pathtracer, number):
     assert (read_layers(begun)["count"] == most).all()
 
 
+@pytest.mark.parametrize("rule", [ADAPTIVE, VISIBLE])
 @pytest.mark.parametrize("crop", [[], ["--crop", "5,9,21,30"]])
-def test_adaptive_images_can_be_resumed(pathtracer, crop):
+def test_adaptive_images_can_be_resumed(pathtracer, rule, crop):
     """This includes a crop that cuts through blocks, for which the pixels around it are rendered too."""
-    common = [*ADAPTIVE, *SIZE, *crop]
+    common = [*rule, *SIZE, *crop]
     begun = pathtracer.render(*common, "--spp", 6)  # stops between two counts at which errors are tested
-    assert_near(pathtracer.layers(*common, "--spp", 64), pathtracer.layers("--resume", begun, "--spp", 64))
-    for change in (["--noise", 0.2], ["--noise", 0], ["--min-spp", 2], ["--exposure", 0]):
+    whole = pathtracer.layers(*common, "--spp", 64)
+    assert_near(whole, pathtracer.layers("--resume", begun, "--spp", 64))
+    assert len(np.unique(whole["count"])) > 1 and ("noise" in whole) == (rule is VISIBLE)
+    for change in ([rule[-2], 0.2], [rule[-2], 0], ["--min-spp", 2], ["--exposure", 0]):
         pathtracer.failure("--resume", begun, "--spp", 128, *change, said="not an earlier state")
 
 

@@ -59,6 +59,19 @@ def test_adaptive_sampling_is_unbiased(pathtracer):
             assert_equal_means(*cut, 0.01, blocks=1)
 
 
+def test_stopping_by_visible_noise_is_unbiased(pathtracer):
+    """A block that misses the rare bright paths of the caustics must not darken the image. The standard error of the difference of the
+    displayed means is 0.2%, so a bias of 1% is detected 99 times in 100."""
+    common = ["--scene", "glass", "--sampler", "white", "--size", "64x48", "--exposure", 0]
+    def shown(seed, *more):
+        return np.clip(pathtracer.image(*common, "--seed", seed, *more), 0, 1).mean()
+
+    seeds = range(8)
+    plain = [shown(100 + seed, "--spp", 64) for seed in seeds]
+    stopped = [shown(seed, "--visible-noise", 2, "--spp", 64) for seed in seeds]
+    assert abs(np.mean(stopped) / np.mean(plain) - 1) < 0.006
+
+
 def test_orientation_of_the_environment(pathtracer):
     """The camera of the `lens` scene looks along -z, at the map's seam, with +x to its right and +y up."""
     texels = np.zeros((64, 128, 3), np.float32)

@@ -5,9 +5,11 @@ import csv
 import json
 import re
 
+import numpy as np
 import pytest
 from own_scene import convergence
 
+import bluenoise
 from evidence.base.command import run_or_say_why
 from evidence.base.files import read_exr
 from evidence.measure.image_error import rmse
@@ -44,7 +46,12 @@ def test_report_of_a_tiny_run(pathtracer, capsys):
     data = json.loads(re.search(r"id=\"data\">(.*?)</script>", text, re.S)[1])
     assert data["counts"] == [1, 2, 3, 4] and [len(data[name]["blue"]) for name in ("pictures", "errors")] == [4, 4]
     assert "needs at least 3 seeds" in data["notes"][3]["white|blue"]
-    assert str(out) in capsys.readouterr().out and not list(out.glob(".*"))
+    said = capsys.readouterr().out
+    assert str(out) in said and not list(out.glob(".*"))
+    first, mean = (read_exr(out / f"blue_{n}.exr")[0] for n in (2, 4))
+    noise = np.percentile(bluenoise.visible_noise(first, 2 * mean - first), 95)
+    assert "at 4 samples, in steps of an 8-bit display; 95% of the image is below: " in said and f"blue {noise:.2f}" in said
+    assert f"blue {noise:.2f}" in text and "maps of visible noise" in text
 
 
 @pytest.mark.slow

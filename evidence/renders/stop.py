@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checks the meter of visible noise and the stop rule: `scripts/bench stop` writes evidence/results/stop.*
+
+Estimates the noise of crops of large images from the halves of their samples and compares it with their error against a reference. Then
+renders them with --visible-noise and, for comparison, with the per-pixel rule --noise, and measures the samples, the CPU time and the noise
+that is left. References and results are cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes.
+"""
+
+import dataclasses
+import math
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+
+import bluenoise
+
+from ..base.files import write_rows, write_text
+from ..base.plots import STYLES, finish, plt, save
+from ..base.tables import md_table
+from ..measure.image_error import visible_error
+from . import views
+from .judge import Run, Task, render_references
+from .renderer import progressive, run_pathtracer
+from .renders import NAMES
+
+COUNTS = (2, 4, 8, 16, 32, 64, 128)
+CAP = 256  # samples per pixel at which the stop rules give up
+BLOCK = 16  # pixels per side: where noise is judged, and the blocks in which the tracer stops, to which crops are aligned
+STEPS = (1.0, 2.0)  # thresholds of --visible-noise
+LEVELS = (0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08)  # thresholds of --noise
+PER_PIXEL = ("sobol", "blue")  # samplers shown with --noise
+FIELDS = ("what", "scene", "sampler", "at", "estimate", "noise", "noise_95", "samples", "seconds", "capped")
+
+
+def rms(values):
+    return math.sqrt(np.mean(np.square(values)))
+
+
+def block_noise(image, reference, exposure):
+    """The noise of each block of BLOCK x BLOCK pixels, in steps of an 8-bit display."""
+    squares = visible_error(image, reference, exposure) ** 2
+    high, wide = (extent // BLOCK * BLOCK for extent in squares.shape[:2])
+    return np.sqrt(squares[:high, :wide].reshape(high // BLOCK, BLOCK, wide // BLOCK, BLOCK, -1).mean((1, 3, 4))).ravel()
+
+
+@dataclasses.dataclass(frozen=True)
+class StopTask(Task):
+    """A run that stops by a rule: --visible-noise or --noise."""
+
+    rule: str = ""
+    level: float = 0.0
+
+    @property
+    def cost(self):
+        return self.view.pixels * CAP // 4
+
+
+class Stops(Run):
+    """Rows of progressive runs: one per sample count. Rows of runs that stop: one."""
+
+    def key(self, task, reference):
+        return {**super().key(task, reference), "rule": getattr(task, "rule", ""), "level": getattr(task, "level", 0), "cap": CAP, "format": 2}
+
+    def measure(self, task, reference):
+        return (self.stopped if isinstance(task, StopTask) else self.estimated)(task, reference), {}
+
+    def estimated(self, task, reference):
+        rows, first = [], None
+        for spp, picture, _ in progressive(self.program, task.view.request(task.label, CAP, task.seed), (1, *task.counts), 1):
+            if first is not None:
+                noise = bluenoise.visible_noise(first, 2 * picture - first, exposure=2.0**reference.exposure, window=1023)
+                rows.append({"spp": spp, "estimate": float(noise[0, 0]), "noise": rms(visible_error(picture, reference.picture, reference.exposure))})
+            first = picture
+        return rows
+
+    def stopped(self, task, reference):
+        request = dataclasses.replace(task.view.request(task.label, CAP, task.seed), exposure=reference.exposure)
+        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+            path = Path(folder) / "stopped.exr"
+            run_pathtracer(self.program, [*request.arguments(), task.rule, task.level, "--min-spp", 4, "--threads", 1, "--quiet", "-o", path])
+            with OpenEXR.File(str(path), separate_channels=True) as file:
+                layers = {name: np.array(channel.pixels) for name, channel in file.channels().items()}
+                seconds = float(file.header()["seconds"])
+        picture = np.stack([layers[name] for name in "RGB"], axis=-1)
+        return [{"spp": 0, "samples": float(layers["count"].mean()), "seconds": seconds, "capped": float((layers["count"] == CAP).mean()),
+                 "blocks": block_noise(picture, reference.picture, reference.exposure).tolist()}]
+
+
+def aligned(view):
+    """The view with its crop moved and extended to the tracer's blocks, so that no pixel outside it is rendered."""
+    (width, height), (x, y) = ((extent + BLOCK - 1) // BLOCK * BLOCK for extent in view.size), view.crop[:2]
+    x, y = (min(start, limit - extent) // BLOCK * BLOCK for start, limit, extent in zip((x, y), (view.width, view.height), (width, height)))
+    return dataclasses.replace(view, crop=(x, y, x + width, y + height))
+
+
+# ---- The report
+
+class Report:
+    """results: {task: (rows, pictures)}; references: {view: judge.Reference}."""
+
+    def __init__(self, options, results, references):
+        self.options, self.references = options, references
+        self.scenes = tuple(dict.fromkeys(view.scene for view in references))
+        self.labels = options.labels
+        self.groups = {}  # (rule, level, scene, label): rows with the reference's own error
+        for task, (rows, _) in results.items():
+            own = rms(visible_error(references[task.view].first_half, 2 * references[task.view].picture - references[task.view].first_half,
+                                    references[task.view].exposure)) / 2
+            key = getattr(task, "rule", ""), getattr(task, "level", 0), task.view.scene, task.label
+            self.groups.setdefault(key, []).extend({**row, "own": own} for row in rows)
+
+    def estimate(self, scene, label, spp):
+        """(estimated noise, true noise without the reference's own), root mean squares over crops and seeds."""
+        rows = [row for row in self.groups["", 0, scene, label] if row["spp"] == spp]
+        true = np.mean([row["noise"] ** 2 - row["own"] ** 2 for row in rows])
+        return rms([row["estimate"] for row in rows]), math.sqrt(max(true, 1e-12))
+
+    def stopped(self, rule, level, scene, label):
+        """A row of stop.csv, or None."""
+        rows = self.groups.get((rule, level, scene, label))
+        if not rows:
+            return None
+        blocks = np.concatenate([row["blocks"] for row in rows])
+        return {"what": rule, "scene": scene, "sampler": label, "at": level, "noise": rms(blocks), "noise_95": float(np.percentile(blocks, 95)),
+                "samples": float(np.mean([row["samples"] for row in rows])), "seconds": float(np.sum([row["seconds"] for row in rows])),
+                "capped": float(np.mean([row["capped"] for row in rows]))}
+
+    def rows(self):
+        found = []
+        for scene in self.scenes:
+            for label in self.labels:
+                for spp in self.options.counts:
+                    estimate, true = self.estimate(scene, label, spp)
+                    found.append({"what": "estimate", "scene": scene, "sampler": label, "at": spp, "estimate": estimate, "noise": true})
+                found += filter(None, (self.stopped(rule, level, scene, label) for rule, levels in RULES.items() for level in levels))
+        return [{name: f"{value:.4g}" if isinstance(value, float) else value for name, value in row.items()} for row in found]
+
+    def ratios(self, label, spp):
+        return [estimate / true for estimate, true in (self.estimate(scene, label, spp) for scene in self.scenes)]
+
+    def estimates_table(self):
+        lines = []
+        for label in self.labels:
+            cells = [self.ratios(label, spp) for spp in self.options.counts]
+            lines.append([NAMES.get(label, label), *(f"{np.median(cell):.2f} ({min(cell):.2f} to {max(cell):.2f})" for cell in cells)])
+        return md_table(["estimated over true noise", *map(str, self.options.counts)], lines)
+
+    def summary(self):
+        """(number of ratios from 8 samples on, share in 0.8 .. 1.5, lowest, highest)."""
+        found = [ratio for label in self.labels for spp in self.options.counts if spp >= 8 for ratio in self.ratios(label, spp)]
+        return len(found), np.mean([0.8 <= ratio <= 1.5 for ratio in found]), min(found), max(found)
+
+    def below_cap(self, level, labels):
+        """The scenes in which no sampler gave more than 5% of the pixels the most samples."""
+        return [scene for scene in self.scenes if all(self.stopped("--visible-noise", level, scene, label)["capped"] <= 0.05 for label in labels)]
+
+    def over(self, label, base, level, figure):
+        """A sampler's samples or seconds over the base's, geometric mean over the scenes in which neither reached the cap."""
+        scenes = self.below_cap(level, (label, base))
+        found = [math.log(self.stopped("--visible-noise", level, scene, label)[figure] / self.stopped("--visible-noise", level, scene, base)[figure])
+                 for scene in scenes]
+        return (math.exp(np.mean(found)), len(scenes)) if found else (math.nan, 0)
+
+    def stop_table(self, level):
+        lines = []
+        for scene in self.scenes:
+            cells = [self.stopped("--visible-noise", level, scene, label) for label in self.labels]
+            lines.append([scene, *(f"{row['samples']:.1f} ({row['noise_95']:.2f}{', capped' if row['capped'] > 0.05 else ''})" for row in cells)])
+        for name, figure in (("samples", "samples"), ("CPU time", "seconds")):
+            for base in ("sobol", "white"):
+                lines.append([f"{name} over {NAMES[base]}", *(f"{value:.2f} ({count} scenes)" if count else "" for value, count in (
+                    self.over(label, base, level, figure) for label in self.labels))])
+        return md_table([f"samples until {level:g} step{'s' * (level != 1)} (noise left)", *(NAMES.get(label, label) for label in self.labels)], lines)
+
+    def best_level(self, label):
+        """The threshold of --noise that leaves one step in the median of the scenes."""
+        def distance(level):
+            return abs(math.log(np.median([self.stopped("--noise", level, scene, label)["noise_95"] for scene in self.scenes])))
+
+        return min(LEVELS, key=distance)
+
+    def rules_table(self):
+        lines = []
+        for label in PER_PIXEL:
+            for rule, level in (("--noise", self.best_level(label)), ("--visible-noise", 1.0)):
+                rows = [self.stopped(rule, level, scene, label) for scene in self.scenes]
+                left = [row["noise_95"] for row in rows if row["capped"] <= 0.05]
+                lines.append([f"{NAMES[label]}, `{rule} {level:g}`", f"{np.mean([row['samples'] for row in rows]):.1f}", f"{min(left):.2f}", f"{np.median(left):.2f}",
+                              f"{max(left):.2f}", f"{len(left)}"])
+        return md_table(["rule", "samples, mean", "noise left: lowest scene", "median scene", "highest scene", "scenes below the cap"], lines)
+
+    def answer(self):
+        (sobol, count), (white, _) = (self.over("blue", base, 1.0, "samples") for base in ("sobol", "white"))
+        (sobol_time, _), (white_time, _) = (self.over("blue", base, 1.0, "seconds") for base in ("sobol", "white"))
+        left = [row["noise_95"] for scene in self.scenes for label in self.labels for row in [self.stopped("--visible-noise", 1.0, scene, label)] if row["capped"] <= 0.05]
+        total, share, low, high = self.summary()
+        return (f"Until 95% of an image is below one step of visible noise, `blue` takes {sobol:.2f} times the samples and {sobol_time:.2f} times the CPU time of padded "
+                f"Sobol', and {white:.2f} and {white_time:.2f} times those of white noise (geometric means over the {count} and more scenes below the cap of {CAP} samples). "
+                f"Where a run did not reach the cap, 95% of the blocks were left with at most {max(left):.2f} steps in every scene, {np.median(left):.2f} in the median.\n\n"
+                f"From 8 samples on, {100 * share:.0f}% of {total} estimates were within 0.8 to 1.5 times the true noise; the lowest was {low:.2f}, the highest {high:.2f}. "
+                "Halves of a net partly cancel each other's errors, so their difference overestimates the noise of their mean: "
+                + ", ".join(f"{NAMES.get(label, label)} {np.median([r for spp in self.options.counts if spp >= 8 for r in self.ratios(label, spp)]):.2f}" for label in self.labels)
+                + " times in the median.")
+
+    def text(self):
+        options = self.options
+        return "\n\n".join([
+            "# Visible noise: the meter and the stop rule", f"*Command: `{options.command}`.*", self.answer(),
+            "## Estimated over true noise", f"Median over scenes, and the lowest and highest scene, at each number of samples per pixel.\n\n{self.estimates_table()}",
+            *(f"## Stopping at {level:g} step{'s' * (level != 1)}\n\nMean samples per pixel with `--visible-noise {level:g} --spp {CAP}`; in parentheses, the true noise that 95% of the "
+              f"blocks of {BLOCK} x {BLOCK} pixels do not exceed. *Capped*: more than 5% of the pixels took {CAP} samples.\n\n{self.stop_table(level)}" for level in STEPS),
+            "## Against a threshold on each pixel's variance",
+            "`--noise` with its best threshold, the one that leaves one step in the median scene. Noise left is the 95th percentile of the blocks.\n\n" + self.rules_table(),
+            "![Noise left in each scene by the two rules](stop.png)", "## Method",
+            f"{len(self.references)} crops of {len(self.scenes)} scenes, the held-out views of [renders.md](renders.md) aligned to {BLOCK} pixels; {options.seeds} seed{'s' * (options.seeds > 1)}; "
+            f"references with {options.reference_spp} samples, whose own error is subtracted from the true noise in the first table. The true noise is the difference of the "
+            "displayed, blurred (sigma 2.1) and sRGB-encoded image from its reference, in steps of an 8-bit display. CPU times are of one thread on a shared machine; "
+            "only ratios are meaningful. Z-order is tuned for the cap, because a stop rule cannot know the count."]) + "\n"
+
+    def plot(self, path):
+        figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), sharex=True, sharey=True)
+        for axis, rule in zip(axes, RULES):
+            for label in PER_PIXEL:
+                level = self.best_level(label) if rule == "--noise" else 1.0
+                rows = [self.stopped(rule, level, scene, label) for scene in self.scenes]
+                axis.plot([row["samples"] for row in rows], [row["noise_95"] for row in rows], color=STYLES[label][0], marker=STYLES[label][1],
+                          linestyle="", label=f"{label}, {rule} {level:g}")
+            axis.axhline(1, color="grey", linewidth=0.8)
+            finish(axis, rule, "samples per pixel")
+            axis.legend(frameon=False)
+        axes[0].set_ylabel("noise left, steps (95% of the blocks)")
+        save(figure, path)
+
+
+RULES = {"--visible-noise": STEPS, "--noise": LEVELS}
+
+
+def run(arguments):
+    options = views.parse_options("stop", __doc__, arguments, COUNTS, crop=(64, 64), seeds=2, spp=max(COUNTS))
+    chosen = tuple(dict.fromkeys(aligned(view) for view in options.chosen))
+    references = render_references(options.pathtracer, chosen, options.reference_spp)
+    tasks = [Task(view, label, seed, options.counts) for view in chosen for label in options.labels for seed in range(options.seeds)]
+    tasks += [StopTask(view, label, seed, (), False, rule, level) for view in chosen for seed in range(options.seeds) for rule, levels in RULES.items()
+              for label in (options.labels if rule == "--visible-noise" else PER_PIXEL) for level in levels]
+    report = Report(options, Stops(options.pathtracer, "stop", options.jobs).results(references, tasks), references)
+    report.plot(options.out / "stop.png")
+    write_rows(options.out / "stop.csv", FIELDS, report.rows())
+    write_text(options.out / "stop.md", report.text())
+    print(report.text())
