@@ -60,14 +60,20 @@ def test_api_examples_run(text, tmp_path, monkeypatch):
 
 def test_commands_run(tmp_path):
     image = pytest.importorskip("PIL.Image")
-    for name in ("OpenEXR", "scipy", "bluenoise"):
+    OpenEXR = pytest.importorskip("OpenEXR")
+    for name in ("scipy", "bluenoise"):
         pytest.importorskip(name)
     image.effect_noise((40, 30), 50).convert("RGB").save(tmp_path / "photo.jpg")
     image.effect_noise((16, 16), 50).save(tmp_path / "texture.png")
+    for seed, name in enumerate(("first", "second")):
+        light = np.random.default_rng(seed).random((30, 40), np.float32)
+        with OpenEXR.File({"type": OpenEXR.scanlineimage}, dict.fromkeys("RGB", light)) as file:
+            file.write(str(tmp_path / f"{name}.exr"))
     commands = re.findall(r"^bluenoise .*", PAGES["bindings/README.md"], re.MULTILINE)
     assert len(commands) >= 7
     program = f"{sys.executable} -m bluenoise"
     for command in commands:
         small = command.split("#")[0].replace("--size 128", "--size 16").replace("--count 4000", "--count 40")  # for speed
         run("bash", "-o", "pipefail", "-c", re.sub(r"\bbluenoise\b", program, small), cwd=tmp_path)
-    assert {Path(name).stem for name in os.listdir(tmp_path)} == {"photo", "texture", "mask", "rgba", "out", "points"}
+    assert {Path(name).stem for name in os.listdir(tmp_path)} == {
+        "photo", "texture", "mask", "rgba", "out", "points", "first", "second", "noise"}
