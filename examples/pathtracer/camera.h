@@ -54,6 +54,18 @@ inline void camera_fit(Camera &camera, int width, int height) {
     camera.pixel_size = camera.tan_half_height / camera.half_height;
 }
 
+// The position within a pixel, and up to 1 pixel outside it, for a Gaussian pixel filter with a standard
+// deviation of half a pixel and a radius of 1.5 pixels: the inverse of its cumulative distribution. Starts from
+// Winitzki's inverse error function ("A handy approximation for the error function and its inverse", 2008)
+// and takes a Newton step.
+inline float gaussian_position(float u) {
+    const float x = 0.9973002f * (2 * u - 1); // erf(3 / sqrt(2)): three deviations
+    const float l = 0.5f * std::log(1 - x * x), a = 0.147f, t = 2 / (PI * a) + l;
+    float z = std::copysign(std::sqrt(std::max(std::sqrt(t * t - 2 * l / a) - t, 0.0f)), x);
+    z -= (std::erf(z) - x) * 0.8862269f * std::exp(z * z); // sqrt(pi) / 2
+    return 0.5f + 0.70710678f * z;
+}
+
 // The ray through a point of the image, in pixels from its top-left corner, and through a point on
 // the lens, in the unit square.
 inline Ray camera_ray(const Camera &c, Vec2 point, Vec2 lens) {

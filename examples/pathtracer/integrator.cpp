@@ -67,7 +67,11 @@ class Path {
     PathSample trace(int x, int y) {
         const Camera &camera = scene_.camera;
         u_ = draw(0);
-        ray_ = camera_ray(camera, {float(x) + u_[0], float(y) + u_[1]}, {u_[2], u_[3]});
+        const auto position = [&](float u) {
+            return integrator_.gaussian_filter ? gaussian_position(u) : u;
+        };
+        ray_ = camera_ray(camera, {float(x) + position(u_[0]), float(y) + position(u_[1])},
+                          {u_[2], u_[3]});
         // Time could use ray 0's second pair, as a lens does, but then the first light could not.
         if (!scene_.motions.empty()) ray_.time = path_numbers_.time_wavelength()[0];
         PathSample result{};
@@ -260,7 +264,7 @@ class Path {
 PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index,
                       PathCounters &counters) {
     ++counters.paths;
-    return with_path(*integrator.sampler, x, y, index, [&](const auto &numbers) {
-        return Path(integrator, numbers, counters).trace(x, y);
-    });
+    return with_path(
+        *integrator.sampler, x - integrator.draw_dx, y - integrator.draw_dy, index,
+        [&](const auto &numbers) { return Path(integrator, numbers, counters).trace(x, y); });
 }

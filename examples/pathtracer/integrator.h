@@ -13,7 +13,9 @@ struct Integrator {
     const Scene *scene;
     const Geometry *geometry;
     const Sampler *sampler;
-    uint32_t max_depth; // bounces, off surfaces and in a medium; 0 shows only lights
+    uint32_t max_depth;           // bounces, off surfaces and in a medium; 0 shows only lights
+    int draw_dx = 0, draw_dy = 0; // pixel (x, y) uses the draws of pixel (x - dx, y - dy)
+    bool gaussian_filter = false; // instead of a box of one pixel
 };
 
 struct PathCounters {

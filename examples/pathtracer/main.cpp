@@ -322,8 +322,15 @@ int run_render(Options o) {
         o.number<float>("--visible-noise"), o.number<uint32_t>("--min-spp"),
         o.number<float>("--exposure")};
     const GeometryPointer geometry = geometry_build(scene);
-    const Integrator integrator{&scene, geometry.get(), sampler.get(),
-                                o.number<uint32_t>("--max-depth")};
+    std::vector<int> offset = o.integers("--draw-offset");
+    offset.resize(2);
+    const Integrator integrator{&scene,
+                                geometry.get(),
+                                sampler.get(),
+                                o.number<uint32_t>("--max-depth"),
+                                offset[0],
+                                offset[1],
+                                o.text("--filter") == "gaussian"};
     RenderTotals totals;
     const bool show_progress = !o.flag("--quiet") && isatty(STDERR_FILENO);
     const auto progress = [&](double fraction, const RenderTotals &so_far) {

@@ -16,10 +16,11 @@ namespace {
 constexpr int MAX_EXTENT = 65536; // pixels per side
 constexpr double MAX_SPP = 1 << 24, MAX_INDEX = UINT32_MAX, MAX_SEED = 0x1p64;
 constexpr double MAX_COORDINATE = 1e15;
-constexpr double MIN_FOV = 1e-4; // degrees away from 0 and from 180
+constexpr double MAX_OFFSET = 1 << 30; // pixels
+constexpr double MIN_FOV = 1e-4;       // degrees away from 0 and from 180
 
 // The type of an option's value.
-enum Kind { FLAG, TEXT, WHOLE, REAL, STOPS, POINT, EXTENT, REGION };
+enum Kind { FLAG, TEXT, FILTER, WHOLE, REAL, STOPS, POINT, OFFSET, EXTENT, REGION };
 
 struct Row {
     const char *name, *value, *otherwise; // `otherwise`: the default
@@ -52,6 +53,12 @@ const Row ROWS[] = {
     {"--declare", "N", "0", WHOLE, 0, MAX_INDEX, true,
      "samples per pixel to tune the sampler \"zorder\" for (default 256)"},
     {"--seed", "N", "0", WHOLE, 0, MAX_SEED, true, "seed of the sampler (default 0)"},
+    {"--draw-offset", "dx,dy", "", OFFSET, -MAX_OFFSET, MAX_OFFSET, true,
+     "give pixel (x, y) the draws of pixel (x - dx, y - dy), so that noise follows a\n"
+     "moving image (default 0,0)"},
+    {"--filter", "NAME", "", FILTER, 0, 0, true,
+     "the pixel filter: box (default), or gaussian with a radius of 1.5 pixels and a\n"
+     "standard deviation of 0.5"},
     {"--first-sample", "N", "0", WHOLE, 0, MAX_INDEX, false,
      "index of the first sample of each pixel (default 0)"},
     {"--size", "WxH", "512x512", EXTENT, 1, MAX_EXTENT, false,
@@ -115,6 +122,10 @@ std::vector<Number> split(const std::string &text) {
 std::string takes(const Row &row) {
     const uint64_t high = row.high < MAX_SEED ? uint64_t(row.high) : UINT64_MAX;
     if (row.kind == WHOLE) return joined("a whole number from ", row.low, " to ", high);
+    if (row.kind == FILTER) return "box or gaussian";
+    if (row.kind == OFFSET)
+        return joined("dx,dy, each a whole number from ", int64_t(row.low), " to ",
+                      int64_t(row.high));
     if (row.kind == POINT) return "a point x,y,z with coordinates of at most 1e15";
     if (row.kind == EXTENT) return joined("WIDTHxHEIGHT, each from 1 to ", high);
     if (row.kind == REGION) return "x0,y0,x1,y1 with x0 < x1 and y0 < y1";
@@ -125,6 +136,7 @@ std::string takes(const Row &row) {
 bool fits(const Row &row, const std::string &value) {
     if (row.kind == FLAG) return value == "0" || value == "1";
     if (row.kind == TEXT || (row.kind == STOPS && value == "auto")) return true;
+    if (row.kind == FILTER) return value == "box" || value == "gaussian";
     const auto in_range = [&](auto numbers, size_t count) {
         const auto inside = [&](auto number) {
             return double(number) >= row.low && double(number) <= row.high;
@@ -132,6 +144,7 @@ bool fits(const Row &row, const std::string &value) {
         return numbers.size() == count && std::all_of(numbers.begin(), numbers.end(), inside);
     };
     if (row.kind == WHOLE) return in_range(split<uint64_t>(value), 1);
+    if (row.kind == OFFSET) return in_range(split<int>(value), 2);
     if (row.kind == EXTENT) return in_range(split<int>(value), 2);
     if (row.kind != REGION) return in_range(split<double>(value), row.kind == POINT ? 3 : 1);
     const std::vector<int> c = split<int>(value);
@@ -169,10 +182,16 @@ bool Options::has_auto_exposure(const std::string &scene) const {
 void Options::set(const std::string &name, const std::string &value) {
     const Row &row = row_of(name);
     if (!fits(row, value)) throw Error(name, " takes ", takes(row), ", not '", value, "'");
-    // Uses the program's number format, so that settings can be compared as strings.
-    values_[name] = row.kind == WHOLE  ? std::to_string(split<uint64_t>(value)[0])
-                    : row.kind == REAL ? shortest(split<double>(value)[0])
-                                       : value;
+    // Uses the program's number format, so that settings can be compared as strings. Images of older versions
+    // lack some settings, whose defaults are therefore empty.
+    std::string &own = values_[name] = value;
+    if (row.kind == WHOLE) own = std::to_string(split<uint64_t>(value)[0]);
+    if (row.kind == REAL) own = shortest(split<double>(value)[0]);
+    if (row.kind == OFFSET) {
+        const std::vector<int> d = split<int>(value);
+        own = d[0] == 0 && d[1] == 0 ? "" : joined(d[0], ",", d[1]);
+    }
+    if (own == "box" && row.kind == FILTER) own.clear();
 }
 
 Options::Options(int argc, const char *const *argv) {

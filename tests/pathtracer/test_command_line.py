@@ -44,6 +44,9 @@ BAD_ARGUMENTS = """
     --max-memory much                            | --max-memory takes a number
     --declare many                               | --declare
     --first-sample 4294967295 --spp 2            | --first-sample, 4294967295
+    --draw-offset 1                              | --draw-offset takes, '1'
+    --draw-offset 1,2000000000                   | 1073741824
+    --filter tent                                | box or gaussian, 'tent'
     --light-samples 0                            | --light-samples, 256
     --light-samples 2 --first-sample 3000000000  | --first-sample, --light-samples 2
     --env absent.exr                             | absent.exr

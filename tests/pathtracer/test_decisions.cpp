@@ -142,18 +142,19 @@ void test_lens_light_and_time_use_separate_numbers() {
     }
 }
 
-// The first two numbers of ray 0 are the pixel position.
+// The first two numbers of ray 0 are the pixel position, also of draws from another pixel.
 void test_pixel_position() {
+    constexpr int DX = 3, DY = -2;
     const Scene scene = slanted_plane(false);
     const GeometryPointer geometry = geometry_build(scene);
     for (const SamplerEntry &entry : sampler_entries()) {
         const SamplerPointer sampler = sampler_create(entry.name, 7);
-        const Integrator integrator{&scene, geometry.get(), sampler.get(), 0};
+        const Integrator integrator{&scene, geometry.get(), sampler.get(), 0, DX, DY};
         PathCounters counters;
         for (int i = 0; i < 500; ++i) {
             const int x = i % SIDE, y = i / SIDE;
             const auto index = static_cast<uint32_t>(i % 5);
-            const auto [u, v] = with_path(*sampler, x, y, index, [](const auto &path) {
+            const auto [u, v] = with_path(*sampler, x - DX, y - DY, index, [](const auto &path) {
                 return path.ray(0).draw_direction();
             });
             const float along_x = (static_cast<float>(x) + u) / SIDE * 2 - 1;
@@ -163,6 +164,16 @@ void test_pixel_position() {
             CHECK(std::abs(depth - expected) < 1e-4f, "%s, pixel %d,%d: depth %g, should be %g",
                   entry.name, x, y, depth, expected);
         }
+    }
+}
+
+// Positions are distributed as the Gaussian is, from 1.5 pixels before the pixel's centre to 1.5 after it.
+void test_gaussian_filter() {
+    const auto share = [](double x) { return std::erf(x / std::sqrt(0.5)); };
+    for (int i = 0; i < 1000; ++i) {
+        const float u = float(i) / 1000, at = gaussian_position(u);
+        const double found = 0.5 + 0.5 * share(at - 0.5) / share(1.5);
+        CHECK(at >= -1.00001f && at < 2 && std::abs(found - u) < 1e-5, "position %g for %g", at, u);
     }
 }
 
@@ -247,6 +258,7 @@ void test_russian_roulette_is_unbiased() {
 
 int main() {
     test_pixel_position();
+    test_gaussian_filter();
     test_lens_light_and_time_use_separate_numbers();
     test_no_domain_is_drawn_twice();
     test_russian_roulette_is_unbiased();
