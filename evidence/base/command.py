@@ -105,7 +105,7 @@ class Parser(argparse.ArgumentParser):
 # ---- The command line in a report
 
 # Options that say where to read and write, or how many jobs to run, but not what to measure.
-PLACES = ("--out", "--pathtracer", "--jobs", "--stbn", "--fast", "--slices")
+PLACES = ("--out", "--pathtracer", "--frames", "--jobs", "--stbn", "--fast", "--slices", "--heitz", "--guide")
 FOLDERS = ("--openqmc", "--program", "--luxcore", "--cycles")  # reports do not show these paths
 
 

@@ -1,5 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Other projects' samplers, for comparison.
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "files.h"
 #include "sampler.h"
 
 #if __has_include(<boost/random/sobol.hpp>)
@@ -167,10 +172,142 @@ class OpenQmcSampler final : public PeerSampler {
 
 #endif
 
+// A whole number of pixels by which a key's numbers are shifted, different for each seed, key and part.
+uint32_t shift_of(uint64_t seed, uint32_t key, uint32_t part) {
+    return uint32_t(mix64(mix64(seed + 0x9e3779b97f4a7c15u) + (uint64_t{key} << 32 | part))) >> 20;
+}
+
+// Interleaved gradient noise (Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare",
+// 2014): one regular pattern, shifted by 5.588238 pixels for each index and by other amounts for each number.
+class GradientNoise final : public PeerSampler {
+  public:
+    using PeerSampler::PeerSampler;
+
+    void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
+              float *u) const override {
+        const double frame = 5.588238 * double(index % 64);
+        for (int d = 0; d < dimensions; ++d) {
+            const uint32_t number = 2 * uint32_t(d);
+            const double at = 0.06711056 * (x + double(shift_of(seed, key, number)) + frame) +
+                              0.00583715 * (y + double(shift_of(seed, key, number + 1)) + frame);
+            const double wide = 52.9829189 * (at - std::floor(at));
+            u[d] = bn_draw_float(uint32_t((wide - std::floor(wide)) * 0x1p32));
+        }
+    }
+};
+
+std::vector<char> bytes_of(const std::string &path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// Throws Error unless a file that scripts/bench writes has the right size.
+void check_size(const std::string &path, bool right) {
+    if (!right) throw Error(path, " is not a file that scripts/bench wrote for this sampler");
+}
+
+// Pairs of numbers from slices that are tiled over the screen, one slice for each index. The file holds depth,
+// height and width as 32-bit integers, and then [depth][height][width][2] floats. Each pair of a path reads the
+// slices at its own offset.
+class Slices final : public PeerSampler {
+  public:
+    Slices(uint64_t own_seed, const std::string &path) : PeerSampler(own_seed) {
+        const std::vector<char> bytes = bytes_of(path);
+        check_size(path, bytes.size() > sizeof size_);
+        std::copy_n(bytes.data(), sizeof size_, reinterpret_cast<char *>(size_));
+        numbers_.resize((bytes.size() - sizeof size_) / sizeof(float));
+        check_size(path, numbers_.size() == size_t{2} * size_[0] * size_[1] * size_[2]);
+        std::copy_n(bytes.data() + sizeof size_, numbers_.size() * sizeof(float),
+                    reinterpret_cast<char *>(numbers_.data()));
+    }
+
+    void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
+              float *u) const override {
+        const auto [depth, height, width] = size_;
+        for (int half = 0; half < dimensions / 2; ++half) {
+            const uint32_t own = key + uint32_t(half);
+            const uint32_t row = wrapped(y, shift_of(seed, own, 1), height);
+            const uint32_t column = wrapped(x, shift_of(seed, own, 0), width);
+            const float *pair =
+                &numbers_[2 * ((size_t{index % depth} * height + row) * width + column)];
+            u = std::copy_n(pair, 2, u);
+        }
+    }
+
+  private:
+    static uint32_t wrapped(int32_t at, uint32_t shift, uint32_t size) {
+        const int64_t place = (int64_t{at} + shift) % int64_t{size};
+        return uint32_t(place < 0 ? place + size : place);
+    }
+
+    uint32_t size_[3]; // depth, height, width
+    std::vector<float> numbers_;
+};
+
+// The sampler of Heitz, Belcour, Ostromoukhov, Coeurjolly and Iehl ("A Low-Discrepancy Sampler that Distributes
+// Monte Carlo Errors as a Blue Noise in Screen Space", 2019). The file holds one byte for each entry of the
+// authors' tables for one sample count: 256 points with 256 dimensions, and a scrambling and a ranking tile of
+// 128 x 128 pixels with eight dimensions each. A path's first eight dimensions are those that the authors
+// optimised: pixel position, light, and direction and light of ray 1. Seeds shift the tile.
+class Heitz final : public PeerSampler {
+  public:
+    Heitz(uint64_t own_seed, const std::string &path)
+        : PeerSampler(own_seed), tables_(bytes_of(path)) {
+        check_size(path, tables_.size() == RANKS + TILE);
+    }
+
+    void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
+              float *u) const override {
+        const uint32_t column = (uint32_t(x) + shift_of(seed, 0, 0)) % SIDE;
+        const uint32_t row = (uint32_t(y) + shift_of(seed, 0, 1)) % SIDE;
+        for (int half = 0; half < dimensions / 2; ++half, u += 2) {
+            const uint32_t first = dimension_of(key + uint32_t(half));
+            if (first >= POINTS || index >= POINTS) {
+                bn_sample_2d(generator.get(), x, y, index, key + uint32_t(half), 0, u);
+                continue;
+            }
+            for (uint32_t d = first; d < first + 2; ++d) {
+                const size_t own = 8 * (row * SIDE + column) + d % 8;
+                const uint32_t point = index ^ entry(RANKS + own);
+                u[d - first] =
+                    float(entry(POINTS * point + d) ^ entry(SCRAMBLING + own)) / 256 + 0.5f / 256;
+            }
+        }
+    }
+
+  private:
+    static constexpr uint32_t SIDE = 128, POINTS = 256;
+    static constexpr size_t TILE = size_t{8} * SIDE * SIDE, SCRAMBLING = size_t{POINTS} * POINTS,
+                            RANKS = SCRAMBLING + TILE;
+
+    // The dimension of the two numbers with this key, in the layout of PeerPath; POINTS if there is none.
+    static uint32_t dimension_of(uint32_t key) {
+        if (key >= 1u << 14) return POINTS; // loops
+        const uint32_t group = key / 4, two = key % 4;
+        if (group == 0) return two == 0 ? 0 : 2;                         // position; lens or light
+        if (group == PeerPath::CAMERA_KEY / 4) return two == 0 ? 8 : 10; // first light; time
+        const uint32_t ray = group < PeerPath::CAMERA_KEY / 4 ? group : group - 1;
+        if (ray == 1 && two < 2) return 4 + 2 * two;
+        return 12 + 6 * (ray - 1) + 2 * two;
+    }
+
+    uint32_t entry(size_t at) const { return static_cast<unsigned char>(tables_[at]); }
+
+    std::vector<char> tables_;
+};
+
 } // namespace
+
+PeerPointer peer_from_file(const std::string &name, const std::string &path, uint64_t seed) {
+    if (name == "slices") return std::make_unique<Slices>(seed, path);
+    if (name == "heitz") return std::make_unique<Heitz>(seed, path);
+    throw Error("only the samplers 'slices' and 'heitz' read a file, not '", name, "'");
+}
 
 std::vector<SamplerEntry> peer_entries() {
     return {
+        {"gradient-noise", "interleaved gradient noise, for comparison", 0,
+         create_peer<GradientNoise>},
 #ifdef BN_WITH_BOOST
         {"sobol-global", "one Sobol' sequence over the screen, for comparison", BN_SAMPLER_WHITE,
          create_peer<SobolGlobal>},

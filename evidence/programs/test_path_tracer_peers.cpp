@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The samplers for comparison: sobol-global's nets, and split samples.
+// The samplers for comparison: sobol-global's nets, split samples, and samplers that read tables.
+#include <cstdio>
+#include <fstream>
 #include <numeric>
+#include <set>
 #include <string>
 
 #include "../../tests/pathtracer/scenes.h"
+#include "files.h"
 
 namespace {
 
@@ -78,9 +82,71 @@ void test_split_samples() {
     }
 }
 
+// Slices are tiled over the screen and repeat after their number; every pair reads them at its own offset.
+void test_slices() {
+    const std::string path = "test_peers_slices.bin";
+    const uint32_t size[] = {2, 3, 4}; // depth, height, width
+    std::vector<float> numbers(2 * 2 * 3 * 4);
+    for (size_t i = 0; i < numbers.size(); ++i) numbers[i] = float(i) / 64;
+    const auto write = [&](size_t count) {
+        std::ofstream file(path, std::ios::binary);
+        file.write(reinterpret_cast<const char *>(size), sizeof size);
+        file.write(reinterpret_cast<const char *>(numbers.data()), std::streamsize(4 * count));
+    };
+    write(numbers.size());
+    const SamplerPointer sampler = sampler_create("slices:" + path, 3);
+    const auto pair = [&](int x, int y, uint32_t index, uint32_t ray) {
+        return PeerPath{*sampler->peer, x, y, index}.ray(ray).draw();
+    };
+    std::set<float> seen, others;
+    for (int y = 0; y < 3; ++y)
+        for (int x = 0; x < 4; ++x) {
+            const std::array<float, 4> u = pair(x, y, 1, 0);
+            CHECK(u == pair(x - 8, y + 6, 5, 0), "pixel %d,%d is not tiled", x, y);
+            CHECK(u[1] == u[0] + 1.0f / 64 && u[0] >= 24.0f / 64, "%g %g is no pair", u[0], u[1]);
+            seen.insert(u[0]);
+            others.insert(u[2]);
+        }
+    CHECK(seen.size() == 12 && others == seen, "%zu pairs in a slice", seen.size());
+    write(numbers.size() - 1);
+    bool refused = false;
+    try {
+        sampler_create("slices:" + path, 3);
+    } catch (const Error &) {
+        refused = true;
+    }
+    CHECK(refused, "a short file was accepted");
+    std::remove(path.c_str());
+}
+
+// The tables of Heitz et al.: the number is a point of the sequence, ranked and scrambled by the pixel's entries.
+void test_heitz() {
+    const std::string path = "test_peers_heitz.bin";
+    std::vector<unsigned char> bytes(65536 + 2 * 131072);
+    for (size_t i = 0; i < 65536; ++i) // dimensions d of point p: 5 p + d
+        bytes[i] = static_cast<unsigned char>(5 * (i / 256) + i % 256);
+    for (size_t i = 65536; i < 65536 + 131072; ++i) bytes[i] = 3;
+    for (size_t i = 65536 + 131072; i < bytes.size(); ++i) bytes[i] = 1;
+    std::ofstream(path, std::ios::binary)
+        .write(reinterpret_cast<const char *>(bytes.data()), std::streamsize(bytes.size()));
+    const SamplerPointer sampler = sampler_create("heitz:" + path, 3);
+    for (uint32_t index = 0; index < 8; ++index) {
+        const PeerPath numbers{*sampler->peer, 5, 7, index};
+        const std::array<float, 4> camera = numbers.ray(0).draw(), bounce = numbers.ray(1).draw();
+        for (uint32_t d = 0; d < 8; ++d) {
+            const float u = d < 4 ? camera[d] : bounce[d - 4];
+            const float expected = (float((5 * (index ^ 1) + d) ^ 3) + 0.5f) / 256;
+            CHECK(u == expected, "point %u, dimension %u: %g, not %g", index, d, u, expected);
+        }
+    }
+    std::remove(path.c_str());
+}
+
 } // namespace
 
 int main() {
+    test_slices();
+    test_heitz();
     test_the_screen_is_a_net();
     test_split_samples();
     return 0;

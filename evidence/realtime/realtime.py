@@ -23,6 +23,8 @@ from ..base.plots import plt, save, style
 from ..base.tables import md_table
 from ..measure.image_error import blurred
 from ..renders.views import golden_powers
+from ..samplers import heitz
+from . import motion
 
 
 class Draws:
@@ -48,6 +50,13 @@ class Slices:
         """The stack with `dimensions` channels if there is one; otherwise, the best substitute."""
         return self.stacks[min(self.stacks, key=lambda channels: (channels > dimensions, -channels))]
 
+    def pairs(self, frames):
+        """A tile's pairs of numbers [depth][height][width][2]. Slices repeat after `depth` frames."""
+        stack = self.stack_for(2)
+        if stack.shape[-1] < 2:
+            raise CommandError("a moving camera needs slices with pairs of numbers, not only with single ones")
+        return stack
+
     def frame(self, frame, dimensions, seed, size):
         stack, random = self.stack_for(dimensions), np.random.default_rng([seed, 5])
         y, x = np.mgrid[:size, :size]
@@ -69,6 +78,9 @@ class MovedMask:
         moved = self.still.frame(0, dimensions, seed, size) + frame * np.array(golden_powers(dimensions))
         return (moved % 1).astype(np.float32)
 
+    def pairs(self, frames):
+        return np.stack([self.frame(frame, 2, 0, 64) for frame in range(frames)])
+
 
 class GradientNoise:
     """Interleaved gradient noise (Jimenez, 2014), shifted by 5.588238 pixels per frame. Further numbers use other offsets."""
@@ -79,6 +91,17 @@ class GradientNoise:
         numbers = [52.9829189 * ((0.06711056 * (x + right + 5.588238 * (frame % 64)) + 0.00583715 * (y + down + 5.588238 * (frame % 64))) % 1) % 1
                    for down, right in away]
         return np.stack(numbers, -1).astype(np.float32)
+
+
+class HeitzTables:
+    """Tables for 256 samples: averages of frames have the lowest errors with these (heitz.Tables)."""
+
+    def __init__(self, tables):
+        self.tables = tables
+
+    def frame(self, frame, dimensions, seed, size):
+        y, x = np.mgrid[:size, :size]
+        return self.tables.numbers(x, y, [frame], dimensions, self.tables.for_count(256), seed)[..., 0, :]
 
 
 # ---- Slices in files
@@ -359,11 +382,19 @@ def run(arguments):
     parser.number("--integrands", 12, "number of integrands per type")
     for name, (files, _) in PACKS.items():
         parser.add_argument(f"--{name.lower()}", type=Path, metavar="FOLDER", help=files)
+    parser.add_argument("--heitz", type=Path, metavar="FOLDER", help="the tables of Heitz et al. 2019: ..._256spp.cpp or spp256.rs")
+    parser.add_argument("--motion", action="store_true", help="measure rendered scenes with a moving camera instead: motion.*, and a table in docs/realtime.md")
+    parser.hidden("--frames", "build/evidence/programs/render_frames")
     parser.out()
+    parser.table("docs/realtime.md")
     options = parser.parse_args(arguments)
     options.command = command_shown("realtime", arguments)
     packs = {name: read_pack(name, folder) for name in PACKS if (folder := getattr(options, name.lower()))}
-    ways, path = {**WAYS, **packs}, options.out / "realtime.csv"
+    tables = heitz.Tables(options.heitz) if options.heitz else None
+    if options.motion:
+        earlier = read_numbers(path) if (path := options.out / "motion.csv").is_file() else []
+        return motion.run(options, {"mask + R2": MovedMask(), **packs}, tables, earlier, options.command)
+    ways, path = {**WAYS, **packs, **({"Heitz et al. 2019": HeitzTables(tables)} if tables else {})}, options.out / "realtime.csv"
     result = measure(ways, options.seeds, options.integrands)
     earlier = [row for row in read_numbers(path) if row["way"] not in ways] if path.is_file() else []
     rows = [*rows_of(result, ways), *earlier]

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
+from evidence.base.command import CommandError
 from evidence.renders import variants
-from evidence.samplers import integrands, samplers
+from evidence.samplers import heitz, integrands, samplers
 
 
 @pytest.fixture
@@ -60,3 +61,27 @@ def test_bench_rejects_invalid_openqmc_folders(tmp_path, words, said):
 def test_wins_list_only_clear_leads():
     rows = [{"row": "half-planes", "sampler": name, "spp": 4, "value": value} for name, value in (("blue", 0.8), ("zorder", 0.6), ("mask", 0.77))]
     assert samplers.wins_table(rows).splitlines()[2:] == ["| half-planes, sigma 2.1 | Z-order, tuned for N | 25% at 4 |"]
+
+
+# ---- Tables of Heitz et al.
+
+def test_tables_are_read_from_c_and_rust_sources(tmp_path):
+    random = np.random.default_rng(4)
+    tables = {kind: random.integers(0, 256, size, np.uint8) for kind, size in heitz.SIZES.items()}
+    numbers = {kind: ",\n".join(map(str, table)) for kind, table in tables.items()}
+    (tmp_path / "x_128x128_OptimizedFor_2d2d2d2d_4spp.cpp").write_text("// 4spp\n" + "".join(
+        f"static const int {name}[{size}] = {{{numbers[kind]}}};\n" for kind, name, size in (
+            ("sobol", "sobol_256spp_256d", "256*256"), ("scrambling", "scramblingTile", "128*128*8"), ("ranking", "rankingTile", "128*128*8"))))
+    (tmp_path / "spp1.rs").write_text("".join(f"pub static {kind.upper()}_TILE: &'static [i32] = &[\n{numbers[kind]},\n];\n" for kind in ("sobol", "scrambling")))
+    found = heitz.Tables(tmp_path)
+    assert [found.for_count(n) for n in (1, 2, 3, 4, 5)] == [1, 4, 4, 4, 4]
+    assert all(np.array_equal(found.read(4)[kind], table) for kind, table in tables.items()) and not found.read(1)["ranking"].any()
+    assert found.file(3, tmp_path).read_bytes() == b"".join(table.tobytes() for table in tables.values())
+    u = found.numbers(*np.meshgrid(range(8), range(6)), range(4), 8, 4)
+    assert u.shape == (6, 8, 4, 8) and u.dtype == np.float32 and 0 < u.min() and u.max() < 1
+    (tmp_path / "spp2.rs").write_text("none")
+    with pytest.raises(CommandError, match="does not contain"):
+        heitz.Tables(tmp_path).read(2)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(CommandError, match="_16spp"):
+        heitz.Tables(tmp_path / "empty")

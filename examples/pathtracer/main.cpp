@@ -92,7 +92,9 @@ Scene load_scene(const Options &o, InputRecord &record) {
     options.camera.target = o.point("--target");
     options.photometric = o.flag("--photometric");
     options.record = &record;
-    const std::string &environment = o.text("--env");
+    const std::string &sampler = o.text("--sampler"), &environment = o.text("--env");
+    if (const size_t colon = sampler.find(':'); colon != std::string::npos)
+        record.add_file(sampler.substr(colon + 1));
     if (!environment.empty() && environment != "sky" && environment != "none")
         record.add_file(environment);
     if (!environment.empty())

@@ -22,6 +22,11 @@ const std::vector<SamplerEntry> &sampler_entries() {
 }
 
 SamplerPointer sampler_create(const std::string &name, uint64_t seed, uint32_t declared_spp) {
+#ifdef BN_WITH_PEERS
+    if (const size_t colon = name.find(':'); colon != std::string::npos)
+        return std::make_unique<Sampler>(
+            Sampler{{}, peer_from_file(name.substr(0, colon), name.substr(colon + 1), seed)});
+#endif
     const SamplerEntry *chosen = nullptr;
     std::string known;
     for (const SamplerEntry &entry : sampler_entries()) {

@@ -45,6 +45,8 @@ const std::vector<SamplerEntry> &sampler_entries();
 // Samplers that are not from libbn, in evidence/programs/path_tracer_peers.cpp,
 // which is linked if BN_WITH_PEERS is defined.
 std::vector<SamplerEntry> peer_entries();
+// Likewise, for the name "NAME:PATH". Throws Error.
+PeerPointer peer_from_file(const std::string &name, const std::string &path, uint64_t seed);
 
 // The sampler of this name. `declared_spp` is for "zorder"; 0 means unknown. Throws Error that
 // lists the known samplers.

@@ -144,7 +144,8 @@ def test_resuming_with_different_settings_is_refused(pathtracer):
     for name, *changed in [
         ("seed", "--seed", 1), ("sampler", "--sampler", "sobol"), ("scene", "--scene", "furnace"), ("max-depth", "--max-depth", 3),
         ("light-samples", "--light-samples", 2), ("declare", "--declare", 4), ("camera", "--fov", 20), ("size", "--size", "40x40"),
-        ("env", "--env", "sky"), ("draw-offset", "--draw-offset", "1,-2"), ("filter", "--filter", "gaussian"), ("first-sample", "--first-sample", 0), ("crop", "--crop", "0,0,20,19"),
+        ("env", "--env", "sky"), ("draw-offset", "--draw-offset", "1,-2"), ("filter", "--filter", "gaussian"),
+        ("first-sample", "--first-sample", 0), ("crop", "--crop", "0,0,20,19"),
         ("already", "--spp", 2), ("already", "--spp", 1), ("--merge", "--merge", begun), ("--first-sample", "--noise", 0.1),
     ]:
         pathtracer.failure("--resume", begun, "--spp", 8, *changed, said=name)

@@ -1,0 +1,456 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A moving camera: `scripts/bench realtime --motion` measures the noise of averaged one-sample frames of rendered scenes
+
+Each frame is rendered with one sample per pixel (program render_frames) and blended with the frames before it, which are reprojected per
+pixel from the depth. The measured part of the image moves with the camera's motion, so its content stays the same. Writes
+evidence/results/motion.* and a table in docs/realtime.md.
+"""
+
+import dataclasses
+import hashlib
+import math
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+from scipy import ndimage, sparse
+
+import bluenoise
+
+from ..base.cache import Store, cache_folder
+from ..base.command import CommandError
+from ..base.files import write_image, write_rows, write_text
+from ..base.progress import Progress
+from ..base.tables import md_table, update_table
+from ..measure.image_error import blurred, displayed
+from ..renders.views import CAMERAS, EXPOSURES
+
+COMMAND = "scripts/bench realtime --motion"
+WIDTH, HEIGHT, DEPTH = 1280, 960, 2  # of the whole image; bounces
+CROP = (80, 64)
+FRAMES, MEASURED = 22, (17, 19, 21)  # frames rendered, and those whose noise is measured
+SEEDS = 2
+SCENES = {"penumbra": (400, 520), "cornell": (420, 560), "glossy": (380, 560), "interior": (430, 600)}  # the crop's place in frame 0
+SPEEDS = (0.25, 1, 2, 4, 8)  # pixels per frame
+MOTIONS = ("pan", "turn", "dolly")
+PLURALS = {"pan": "Pans", "turn": "Turns", "dolly": "Dollies"}
+WEIGHTS, RESAMPLING, CLAMPED, SIGMAS = (0.1, 0.05), ("bilinear", "bicubic"), (False, True), (0.0, 1.0, 2.1)
+MAIN = ("bilinear", False, 0.1)
+REFERENCE_SPP, REFERENCE_SEED = 128, 1_000_003
+BORDER, AGE = 4, 10  # pixels at the crop's sides that are not measured; frames of history that a measured pixel has at least
+SAME_DEPTH, FAR = 0.05, 1e5  # relative difference of depths up to which history is kept; depth of the background
+
+
+# ---- Cameras
+
+@dataclasses.dataclass(frozen=True)
+class Camera:
+    eye: tuple
+    target: tuple
+    fov: float  # vertical, degrees
+
+    def axes(self):
+        forward = np.subtract(self.target, self.eye)
+        forward = forward / np.linalg.norm(forward)
+        right = np.cross(forward, (0, 1, 0))
+        right /= np.linalg.norm(right)
+        return right, np.cross(right, forward), forward
+
+    @property
+    def pixel(self):
+        """A pixel's size at distance 1."""
+        return math.tan(math.radians(self.fov) / 2) / (HEIGHT / 2)
+
+    def points(self, x, y, depth):
+        """World positions of points of the image at a depth along the camera's axis."""
+        right, up, forward = self.axes()
+        across, along = (x - WIDTH / 2) * self.pixel, (HEIGHT / 2 - y) * self.pixel
+        return np.array(self.eye) + depth[..., None] * (forward + across[..., None] * right + along[..., None] * up)
+
+    def project(self, points):
+        """x, y and depth of world positions."""
+        right, up, forward = self.axes()
+        away = points - np.array(self.eye)
+        depth = away @ forward
+        return WIDTH / 2 + away @ right / depth / self.pixel, HEIGHT / 2 - away @ up / depth / self.pixel, depth
+
+
+def turned(vector, angle):
+    """A vector after a rotation about the vertical axis."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([c * vector[0] + s * vector[2], vector[1], c * vector[2] - s * vector[0]])
+
+
+def moved(camera, motion, amount):
+    """The camera after a pan (it rotates in place by an angle), a turn (it orbits the point halfway to the target by an angle) or a dolly (its
+    distance from the target grows by a factor of e to the power of `amount`)."""
+    eye, target = np.array(camera.eye, float), np.array(camera.target, float)
+    if motion == "dolly":
+        eye = target + math.exp(amount) * (eye - target)
+    else:
+        pivot = eye if motion == "pan" else (eye + target) / 2
+        eye, target = pivot + turned(eye - pivot, amount), pivot + turned(target - pivot, amount)
+    return Camera(tuple(eye), tuple(target), camera.fov)
+
+
+def centres(corner):
+    y, x = np.mgrid[:CROP[1], :CROP[0]]
+    return x + corner[0] + 0.5, y + corner[1] + 0.5
+
+
+def motion_between(before, now, corner, depth):
+    """x and y in the frame before, and the depth there, of the points seen at the centres of the crop's pixels."""
+    x, y = centres(corner)
+    return before.project(now.points(x, y, np.where(depth > 0, depth, FAR)))
+
+
+# ---- Rendering
+
+class Frames:
+    """Renders frames of one scene. `folder` holds the tables of samplers."""
+
+    def __init__(self, program, scene, folder):
+        self.command, self.folder = [Path(program).resolve(), scene, f"{WIDTH}x{HEIGHT}", str(DEPTH)], folder
+
+    def render(self, wanted, crop=CROP):
+        """float32 [frames][height][width] for tuples (sampler, seed, index, spp, corner, offset, camera)."""
+        lines = "".join(" ".join(map(str, (sampler, seed, index, spp, *corner, corner[0] + crop[0], corner[1] + crop[1], *offset,
+                                           *camera.eye, *camera.target, camera.fov))) + "\n"
+                        for sampler, seed, index, spp, corner, offset, camera in wanted)
+        try:
+            done = subprocess.run(self.command, input=lines.encode(), capture_output=True, cwd=self.folder, check=True).stdout
+        except OSError as error:
+            raise CommandError(f"cannot run {self.command[0]} ({error.strerror}); build it with scripts/setup") from None
+        except subprocess.CalledProcessError as error:
+            raise CommandError(f"{self.command[0].name} failed: {error.stderr.decode(errors='replace').strip()}") from None
+        return np.frombuffer(done, np.float32).reshape(len(wanted), crop[1], crop[0])
+
+    def depth(self, camera, corner, crop=CROP):
+        return self.render([("depth", 0, 0, 1, corner, (0, 0), camera)], crop)[0]
+
+
+@dataclasses.dataclass(frozen=True)
+class Way:
+    """A sampler, fixed to the screen or following the image's motion; with new_stream, each frame has its own seed."""
+
+    sampler: str
+    follows: bool = False
+    new_stream: bool = False
+
+    def frame(self, seed, t, corner, offset, camera):
+        own, index = (1000 * (seed + 1) + t, 0) if self.new_stream else (seed, t)
+        return self.sampler, own, index, 1, corner, offset if self.follows else (0, 0), camera
+
+
+def ways_of(files):
+    """{name: Way}. files: {name: the path tracer's name of a sampler that reads tables}."""
+    both = {"padded Sobol'": "sobol", "`blue`": "blue", "interleaved gradient noise": "gradient-noise", **files}
+    ways = {f"{name}{', following' * follows}": Way(sampler, follows) for name, sampler in both.items() for follows in (False, True)}
+    return {**ways, "`blue`, a stream per frame": Way("blue", new_stream=True)}
+
+
+# ---- A sequence, which ends at the scene's own camera
+
+@dataclasses.dataclass
+class Sequence:
+    """One entry per frame: the camera; the image's motion so far in whole pixels; the crop's corner; and, for each of its pixels, the place
+    in the crop of the frame before, and whether that place shows the same surface. Each is None in the first frame."""
+
+    cameras: list
+    offsets: list
+    corners: list
+    before: list
+    known: list
+
+
+def sequence(frames, scene, motion, speed):
+    start, corner = Camera(*CAMERAS[scene]), np.array(SCENES[scene])
+
+    def step(before, now, corner, depth):
+        """The motion of the median pixel."""
+        return np.array([np.median(here - there) for here, there in zip(centres(corner), motion_between(before, now, corner, depth))])
+
+    amount, depths = 0.0, [frames.depth(start, corner)]
+    if speed:  # the amount per frame is in proportion to that of a small motion; pans and turns move the image to the right
+        small = 1e-4
+        found = step(moved(start, motion, -small), start, corner, depths[0])
+        amount = speed * small / np.hypot(*found) * (1 if motion == "dolly" else np.sign(found[0]))
+    cameras, steps, corners = [start], [], [corner]
+    for t in range(1, FRAMES):  # backwards in time
+        cameras.append(moved(start, motion, -amount * t) if speed else start)
+        steps.append(step(cameras[t], cameras[t - 1], corners[t - 1], depths[t - 1]))
+        corners.append(corner - np.floor(np.sum(steps, 0) + 0.5).astype(int))
+        depths.append(frames.depth(cameras[t], corners[t]))
+    cameras, steps, corners, depths = cameras[::-1], steps[::-1], corners[::-1], depths[::-1]
+    pan, offsets, before, known = bluenoise.Pan(), [(0, 0)], [None], [None]
+    for t in range(1, FRAMES):
+        pan.follow(*steps[t - 1])
+        offsets.append((int(pan.x), int(pan.y)))
+        x, y, away = motion_between(cameras[t - 1], cameras[t], corners[t], depths[t])
+        x, y = x - corners[t - 1][0] - 0.5, y - corners[t - 1][1] - 0.5
+        was = depths[t - 1][nearest(x, y, CROP)]
+        before.append((x, y))
+        known.append(is_inside(x, y, CROP) & (np.abs(np.where(was > 0, was, FAR) - away) < SAME_DEPTH * away))
+    return Sequence(cameras, offsets, [tuple(own) for own in corners], before, known)
+
+
+def nearest(x, y, size):
+    """The index of the pixels nearest to positions in an image of `size`."""
+    return tuple(np.clip(np.rint(at), 0, count - 1).astype(int) for at, count in ((y, size[1]), (x, size[0])))
+
+
+def is_inside(x, y, size):
+    return (x > -0.5) & (x < size[0] - 0.5) & (y > -0.5) & (y < size[1] - 0.5)
+
+
+# ---- Averaging
+
+def taps(resampling, x, y, size=CROP):
+    """The sparse matrix that reads an image of `size` at the given positions, in pixels from the first pixel's centre."""
+    def along(at):
+        first = np.floor(at)
+        f = at - first
+        if resampling == "bilinear":
+            return first, [(0, 1 - f), (1, f)]
+        return first, [(-1, ((-0.5 * f + 1) * f - 0.5) * f), (0, (1.5 * f - 2.5) * f * f + 1),  # Catmull and Rom's spline
+                       (1, ((-1.5 * f + 2) * f + 0.5) * f), (2, (0.5 * f - 0.5) * f * f)]
+
+    (column, wide), (row, high) = along(x.ravel()), along(y.ravel())
+    rows, columns, values = [], [], []
+    for dy, down in high:
+        for dx, right in wide:
+            rows.append(np.arange(x.size))
+            columns.append(np.clip(row + dy, 0, size[1] - 1).astype(int) * size[0] + np.clip(column + dx, 0, size[0] - 1).astype(int))
+            values.append(down * right)
+    found = np.concatenate(values).astype(np.float32), (np.concatenate(rows), np.concatenate(columns))
+    return sparse.csr_array(found, (x.size, size[0] * size[1]))
+
+
+COMBINATIONS = tuple((clamped, weight) for clamped in CLAMPED for weight in WEIGHTS)
+
+
+class Averages:
+    """Moving averages of frames [height][width][images], one for each of COMBINATIONS. The first frames of a history have equal weights."""
+
+    def __init__(self, resampling):
+        self.resampling = resampling
+        self.histories = self.age = None  # [height][width][combinations][images], [height][width]
+
+    def add(self, frame, before, known):
+        (height, width, images), count = frame.shape, len(COMBINATIONS)
+        if self.histories is None:
+            self.histories, self.age = np.repeat(frame[:, :, None], count, 2), np.zeros((height, width), int)
+            return
+        old = (taps(self.resampling, *before, (width, height)) @ self.histories.reshape(height * width, -1)).reshape(height, width, count, images)
+        # Clamping limits the history to the range of values in the frame's 3x3 neighbourhood.
+        low, high = (of(frame, (3, 3, 1), mode="nearest") for of in (ndimage.minimum_filter, ndimage.maximum_filter))
+        self.age = np.where(known, self.age[nearest(*before, (width, height))] + 1, 0)
+        for i, (clamped, weight) in enumerate(COMBINATIONS):
+            own = np.clip(old[:, :, i], low, high) if clamped else old[:, :, i]
+            share = np.maximum(weight, 1 / (self.age + 1)).astype(np.float32)[..., None]
+            self.histories[:, :, i] = own + share * (frame - own)
+
+
+def measure(frames, scene, motion, speed, ways):
+    """Rows with mean squares, as displayed: `noise` is half the difference of two seeds, in which neither blurred history nor the reference
+    counts; `total` is the difference from a converged frame, in which both do."""
+    found, exposure = sequence(frames, scene, motion, speed), EXPOSURES.get(scene, 0)
+    images = frames.render([way.frame(seed, t, found.corners[t], found.offsets[t], found.cameras[t])
+                            for way in ways.values() for seed in range(SEEDS) for t in range(FRAMES)])
+    images = np.moveaxis(images.reshape(len(ways) * SEEDS, FRAMES, *CROP[::-1]), 0, -1)
+    reference = displayed(frames.render([("sobol", REFERENCE_SEED, 0, REFERENCE_SPP, found.corners[-1], (0, 0), found.cameras[-1])])[0], exposure)
+    inner = np.zeros(CROP[::-1], bool)
+    inner[BORDER:-BORDER, BORDER:-BORDER] = True
+    rows = []
+    for resampling in RESAMPLING:
+        averages, noise, total = Averages(resampling), {sigma: [] for sigma in SIGMAS}, {}
+        for t in range(FRAMES):
+            averages.add(images[t], found.before[t], found.known[t])
+            if t not in MEASURED:
+                continue
+            counted = inner & (averages.age >= AGE)
+            seen = displayed(averages.histories, exposure).reshape(*CROP[::-1], len(COMBINATIONS), len(ways), SEEDS)
+            for sigma in SIGMAS:
+                noise[sigma].append((blurred((seen[..., 0] - seen[..., 1]) / math.sqrt(2), sigma)[counted] ** 2).mean(0))
+                total[sigma] = (blurred(seen - reference[..., None, None, None], sigma)[counted] ** 2).mean((0, 3))
+        rows += [{"way": way, "resampling": resampling, "clamped": clamped, "weight": weight, "sigma": sigma,
+                  "noise": float(np.mean(noise[sigma], 0)[i, j]), "total": float(total[sigma][i, j])}
+                 for sigma in SIGMAS for i, (clamped, weight) in enumerate(COMBINATIONS) for j, way in enumerate(ways)]
+    return rows, {}
+
+
+# ---- Errors over padded Sobol' with a still camera
+
+FIELDS = ("motion", "speed", "scene", "way", "resampling", "clamped", "weight", "sigma", "noise", "total")
+SEQUENCES = (("rest", 0), *((motion, speed) for motion in MOTIONS for speed in SPEEDS))
+BASE = "padded Sobol'"
+WINNER = 1.03  # ways with at most 3% more than the lowest error are winners too
+
+
+def rows_of(found, ways):
+    """CSV rows from {(scene, motion, speed): rows of measure()}, with geometric means over the scenes in the rows of scene "all"."""
+    setting = ("resampling", "clamped", "weight", "sigma")
+    base = {(scene, *(row[name] for name in setting)): row["noise"]
+            for (scene, motion, _), rows in found.items() if motion == "rest" for row in rows if row["way"] == BASE}
+    logs = {}
+    for (scene, motion, speed), rows in found.items():
+        for row in rows:
+            own = base[scene, *(row[name] for name in setting)]
+            key = motion, speed, row["way"], *(row[name] for name in setting)
+            logs.setdefault(key, {})[scene] = [0.5 * math.log(row[kind] / own) for kind in ("noise", "total")]
+
+    def row_for(key, scene, means):
+        motion, speed, way, resampling, clamped, weight, sigma = key
+        return dict(zip(FIELDS, (motion, speed, scene, way, resampling, int(clamped), weight, sigma, *(f"{math.exp(value):.3f}" for value in means))))
+
+    return [row_for(key, scene, means) for key, scenes in logs.items() if key[2] in ways
+            for scene, means in (("all", np.mean(list(scenes.values()), 0)), *(scenes.items() if (*key[3:6], key[6]) == (*MAIN, 1.0) else ()))]
+
+
+def in_order(rows):
+    """{way: {(motion, speed, scene, resampling, clamped, weight, sigma): (noise, total)}}."""
+    found = {}
+    for row in rows:
+        key = tuple(row[name] for name in FIELDS if name not in ("way", "noise", "total"))
+        found.setdefault(row["way"], {})[key] = float(row["noise"]), float(row["total"])
+    return found
+
+
+def winners_table(head, columns, errors, ways, of=0):
+    """A row for each way. columns: {heading: key in errors[way]}. Values of at most WINNER times a column's lowest are bold."""
+    least = {name: min(own[key][of] for own in errors.values()) for name, key in columns.items()}
+    return md_table([head, *columns], [[way, *(
+        f"**{errors[way][key][of]:.2f}**" if errors[way][key][of] <= WINNER * least[name] else f"{errors[way][key][of]:.2f}" for name, key in columns.items())] for way in ways])
+
+
+def at(motion, speed, scene="all", setting=MAIN, sigma=1.0):
+    return motion, speed, scene, setting[0], int(setting[1]), setting[2], sigma
+
+
+def named(speed):
+    return {0: "at rest", 0.25: "1/4"}.get(speed, f"{speed:g}")
+
+
+def main_table(errors):
+    columns = {"at rest": at("rest", 0), **{f"pan, {named(speed)}": at("pan", speed) for speed in SPEEDS},
+               **{f"{motion}, 2": at(motion, 2) for motion in ("turn", "dolly")}}
+    return winners_table("pixels per frame", columns, errors, errors)
+
+
+def worst(errors, way, motion):
+    """The largest ratio of a way's noise to its noise at rest, at 1 pixel per frame or more, over `scene`."""
+    return max(errors[way][at(motion, speed)][0] for speed in SPEEDS if speed >= 1) / errors["`blue`"][at("rest", 0)][0]
+
+
+def text(errors, command):
+    fixed, following = "`blue`", "`blue`, following"
+    ratios = {motion: (worst(errors, fixed, motion), worst(errors, following, motion)) for motion in MOTIONS}
+    lines = ["# A moving camera", "", f"Generated by `{command}`. [realtime.md](../../docs/realtime.md#a-moving-camera) says how to let noise follow the image.", "",
+             "At 1 to 8 pixels per frame, the noise of `blue` after a 1.0-pixel blur is at most "
+             + "; ".join(f"{follow:.2f} times its noise at rest if it follows a {motion}, and {still:.2f} times if it is fixed to the screen"
+                         for motion, (still, follow) in ratios.items()) + ".", "",
+             "![Fixed and following](motion.webp)", "",
+             "*`penumbra` with one sample per pixel and frame, during a pan of 2 pixels per frame: `blue` fixed to the screen (left) and following the image (right), "
+             f"blended with a weight of {MAIN[2]}. Frames are shown without a denoiser.*", "",
+             f"- **Frames**: crops of {CROP[0]}x{CROP[1]} pixels of {WIDTH}x{HEIGHT}-pixel images of {', '.join(f'`{scene}`' for scene in SCENES)}, one sample per pixel and at most "
+             f"{DEPTH} bounces. The crop moves with the image, so that its content stays the same. Errors are measured in frames {', '.join(str(t + 1) for t in MEASURED)} of {FRAMES}.",
+             "- **Motions**: a *pan* rotates the camera in place, a *turn* orbits the point halfway to the scene's target, so that near and far surfaces move differently, and a *dolly* moves away from the "
+             "target. Every sequence ends at the scene's own camera. The speed is that of the crop's median pixel in the last frame.",
+             "- **Following**: `bluenoise.Pan` (`bn_follow`) shifts the draws by the accumulated motion of the crop's median pixel. Textures and interleaved gradient noise follow in the same way.",
+             "- **History** is reprojected per pixel from the depth at pixel centres, and discarded where the depth differs by more than 5%. Unless stated otherwise, it is read bilinearly, "
+             f"is not clamped, and a new frame has a weight of {MAIN[2]} (more while the history is short). *Clamped* history is limited to the range of values in the new frame's 3x3 neighbourhood.",
+             "- **Noise** is half the mean square difference between two seeds, as displayed. It leaves out what all samplers have in common: the blur that repeated reprojection causes. "
+             f"The column `total` of [motion.csv](motion.csv) is the difference from a frame with {REFERENCE_SPP} samples, which includes that blur.",
+             "- **Values** are relative to padded Sobol', fixed, with a camera at rest: geometric means over the scenes. Bold values are at most 3% above the lowest of their column.",
+             "- **Heitz et al. 2019** uses the authors' tables for 256 samples, which have the lowest errors of all of their tables in averaged frames.", ""]
+    for motion in MOTIONS:
+        columns = {"at rest": at("rest", 0), **{named(speed): at(motion, speed) for speed in SPEEDS}}
+        lines += [f"## {PLURALS[motion]}", "", "Noise after a 1.0-pixel blur, by pixels per frame:", "", winners_table(motion, columns, errors, errors), ""]
+    lines += ["## Filters, resampling and clamping", "", "At rest, and in a pan of 2 pixels per frame. The columns differ from the tables above only in what they name:", ""]
+    settings = {"no blur": (MAIN, 0.0), "sigma 2.1": (MAIN, 2.1), "bicubic": (("bicubic", False, 0.1), 1.0), "clamped": (("bilinear", True, 0.1), 1.0),
+                "bicubic, clamped": (("bicubic", True, 0.1), 1.0), "weight 0.05": (("bilinear", False, 0.05), 1.0)}
+    for motion, speed in (("rest", 0), ("pan", 2)):
+        lines += [winners_table("at rest" if not speed else "pan, 2 pixels per frame", {name: at(motion, speed, setting=setting, sigma=sigma)
+                                                                                      for name, (setting, sigma) in settings.items()}, errors, errors), ""]
+    lines += ["## Scene by scene", "", "The noise of `blue` in a pan, relative to its own noise at rest in the same scene:", "", md_table(
+        ["scene", *(f"{name}, {named(speed)}" for name in ("fixed", "following") for speed in SPEEDS)],
+        [[scene, *(f"{errors[way][at('pan', speed, scene)][0] / errors[fixed][at('rest', 0, scene)][0]:.2f}" for way in (fixed, following) for speed in SPEEDS)] for scene in SCENES])]
+    return "\n".join(lines) + "\n"
+
+
+# ---- A film of blue, fixed and following
+
+FILM_SIZE, FILM_CORNER, FILM_FRAMES, FILM_SPEED, GAMMA = (208, 160), (420, 480), 36, 2, 2.2
+
+
+def film(frames, scene):
+    """Pillow images of a crop at rest on the screen, in which the image pans: blue fixed to the screen on the left, following on the right."""
+    eye, target, fov = CAMERAS[scene]
+    start = Camera(eye, target, fov)
+    amount = -FILM_SPEED * start.pixel
+    cameras = [moved(start, "pan", amount * t) for t in range(FILM_FRAMES)]
+    x, y = (at + 0.5 for at in np.meshgrid(FILM_CORNER[0] + np.arange(FILM_SIZE[0]), FILM_CORNER[1] + np.arange(FILM_SIZE[1])))
+    wanted, before = [], [None]
+    for now, last in zip(cameras[1:], cameras):
+        depth = frames.depth(now, FILM_CORNER, FILM_SIZE)
+        was = last.project(now.points(x, y, np.where(depth > 0, depth, FAR)))[:2]
+        before.append([own - corner - 0.5 for own, corner in zip(was, FILM_CORNER)])
+    for way in (Way("blue"), Way("blue", follows=True)):
+        pan = bluenoise.Pan()
+        for t, camera in enumerate(cameras):
+            if t:
+                pan.follow(*(np.median(here - corner - 0.5 - was) for here, corner, was in zip((x, y), FILM_CORNER, before[t])))
+            wanted.append(way.frame(0, t, FILM_CORNER, (int(pan.x), int(pan.y)), camera))
+    images = np.moveaxis(frames.render(wanted, FILM_SIZE).reshape(2, FILM_FRAMES, *FILM_SIZE[::-1]), 0, -1)
+    averages, shown = Averages("bilinear"), []
+    for t in range(FILM_FRAMES):
+        averages.add(images[t], before[t], before[t] and is_inside(*before[t], FILM_SIZE))
+        own = displayed(averages.histories[:, :, COMBINATIONS.index(MAIN[1:])], EXPOSURES.get(scene, 0)) ** (1 / GAMMA)
+        gap = np.ones((FILM_SIZE[1], 8))
+        shown.append(Image.fromarray(np.uint8(255 * np.hstack([own[..., 0], gap, own[..., 1]]) + 0.5)))
+    return shown
+
+
+# ---- The command
+
+def run(options, packs, heitz, earlier, command):
+    """packs: {name: realtime.Slices, or another source of frames}; earlier: rows of the last run, which are kept for ways that are not measured now."""
+    program = options.frames
+    with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+        files = {name: f"slices:{write_slices(source, Path(folder), f'slices-{i}.bin')}" for i, (name, source) in enumerate(packs.items())}
+        if heitz:
+            files["Heitz et al. 2019"] = f"heitz:{heitz.file(256, folder).name}"
+        ways, store = ways_of(files), Store(cache_folder() / "motion")
+        try:
+            key = {"program": hashlib.sha256(program.read_bytes()).hexdigest(), "ways": {name: dataclasses.astuple(way) for name, way in ways.items()},
+                   "files": {name: hashlib.sha256((Path(folder) / file.split(":")[1]).read_bytes()).hexdigest() for name, file in files.items()},
+                   "source": hashlib.sha256(Path(__file__).read_bytes().split(b"# ---- Errors over")[0]).hexdigest()}
+        except OSError as error:
+            raise CommandError(f"cannot read {program} ({error.strerror}); build it with scripts/setup") from None
+        wanted = [(scene, motion, speed) for motion, speed in SEQUENCES for scene in SCENES]
+        found = {}
+        with Progress(len(wanted), "sequences") as progress:
+            for done, (scene, motion, speed) in enumerate(wanted):
+                progress(f"{scene}, {motion}, {speed:g} pixels per frame", done)
+                rows, _ = store.get({**key, "scene": scene, "motion": motion, "speed": speed},
+                                    lambda own=(scene, motion, speed): measure(Frames(program, own[0], folder), *own, ways))
+                found[scene, motion, speed] = rows
+        shown = film(Frames(program, "penumbra", folder), "penumbra")
+    rows = [*rows_of(found, ways), *(row for row in earlier if row["way"] not in ways)]
+    write_rows(options.out / "motion.csv", FIELDS, rows)
+    write_image(options.out / "motion.webp", shown[0], save_all=True, append_images=shown[1:], duration=60, loop=0, quality=60, method=6)
+    errors = in_order(rows)
+    page = text(errors, command)
+    write_text(options.out / "motion.md", page)
+    if not options.print:
+        update_table(options.guide, COMMAND, main_table(errors))
+    print(page)
+
+
+def write_slices(source, folder, name):
+    """A file for the path tracer's sampler slices:FILE: pairs of numbers of each frame of a tile."""
+    pairs = source.pairs(FRAMES)
+    (folder / name).write_bytes(np.array(pairs.shape[:3], np.uint32).tobytes() + np.ascontiguousarray(pairs, np.float32).tobytes())
+    return name
