@@ -183,7 +183,7 @@ def _parser() -> argparse.ArgumentParser:
         "Makes a mask. Writes ranks to .npy, 8- or 16-bit values to .png, or float values to .exr (needs OpenEXR).",
     )
     command.add_argument("--size", required=True, type=_size, metavar="N, WxH or WxHxD", help="size in texels; N means NxN")
-    _add_method(command, _MASK_METHODS, "auto", ", which chooses by size and number of channels", _MASK_OPTIONS)
+    _add_method(command, _MASK_METHODS, "auto", "auto, which chooses by size and number of channels", _MASK_OPTIONS)
     command.add_argument("--bits", type=int, choices=(8, 16), default=16, help="bits per channel of a .png (default 16)")
     _add_report(command, "describe the mask as JSON on standard output")
     _add_output(command, _files.MASK_SUFFIXES, "npy")
@@ -209,12 +209,14 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--srgb", action="store_true", help="preserve means in linear light")
 
     command = add(
-        _points, "points", "make points in the unit square",
+        _points, "points", "make points in the unit square or cube",
         "Makes blue-noise points in the unit square and writes x and y to .csv or .npy; see bluenoise.points. Needs SciPy, except for "
         "--method mask.",
     )
-    command.add_argument("--count", required=True, type=_integer, metavar="N", help="number of points")
-    _add_method(command, POINTS_METHODS, "best-candidate", "", _POINTS_OPTIONS)
+    command.add_argument("--count", type=_integer, metavar="N", help="number of points (required without --density)")
+    command.add_argument("--dims", type=int, choices=(2, 3), default=2, help="number of dimensions (default 2)")
+    command.add_argument("--dark", action="store_true", help="the dark parts of --density are the dense ones")
+    _add_method(command, POINTS_METHODS, None, "best-candidate; with --density, poisson-disk", _POINTS_OPTIONS)
     command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel of --mask to use, counted from 1")
     _add_report(command, "describe the points as JSON on standard output")
     _add_output(command, _POINTS_SUFFIXES, "csv")
@@ -302,6 +304,7 @@ _MASK_OPTIONS: dict[str, dict[str, Any]] = {
 _POINTS_OPTIONS: dict[str, dict[str, Any]] = {
     "candidates": {"type": _integer, "metavar": "N", "help": "more candidates are slower but better (default 1; poisson-disk: 30)"},
     "mask": {"type": Path, "metavar": "FILE", "help": "a mask; its lowest-ranked texels become the points"},
+    "density": {"type": Path, "metavar": "FILE", "help": "an image or .npy array; its bright parts get more points"},
 }
 
 
@@ -310,9 +313,9 @@ def _add_seed(command: argparse.ArgumentParser, default: int) -> None:
 
 
 def _add_method(
-    command: argparse.ArgumentParser, known: Mapping[str, Sequence[str]], default: str, note: str, options: Mapping[str, Any]
+    command: argparse.ArgumentParser, known: Mapping[str, Sequence[str]], default: Optional[str], note: str, options: Mapping[str, Any]
 ) -> None:
-    command.add_argument("--method", default=default, choices=known, help=f"default {default}{note}")
+    command.add_argument("--method", default=default, choices=known, help=f"default {note}")
     _add_seed(command, 0)
     for name, words in options.items():
         methods = ", ".join(method for method in known if name in known[method])
@@ -344,10 +347,10 @@ def _progress(quiet: bool) -> Optional[_Bar]:
     return None if quiet or not sys.stderr.isatty() else _Bar()
 
 
-def _output(options: argparse.Namespace, suffixes: Sequence[str], source: Optional[Path]) -> tuple[Path, str]:
+def _output(options: argparse.Namespace, suffixes: Sequence[str], *sources: Optional[Path]) -> tuple[Path, str]:
     """The output path and its suffix. Checks that the path can be written."""
     path, suffix = options.output, _suffix(options)
-    _files.check_output(path, suffix, suffixes, source)
+    _files.check_output(path, suffix, suffixes, *sources)
     if options.json and path == _files.STREAM:
         raise ValueError("--json and -o - both need standard output")
     return path, suffix
@@ -470,22 +473,42 @@ def _dither(options: argparse.Namespace) -> None:
             _files.save_picture(path, suffix, dither(picture, options.levels, mask=ranks, srgb=options.srgb), picture)
 
 
+def _density(path: Path) -> Any:
+    """The numbers in a .npy file, or the grey values of an image."""
+    if path.suffix.lower() == ".npy":
+        return _files.load_values(path)
+    picture = _files.open_picture(path)
+    if not isinstance(picture, bytes):
+        return np.asarray(picture.convert("L"))
+    texels, alpha = _files.read_png(path, picture)
+    return texels[..., : texels.shape[-1] - alpha].mean(-1)
+
+
 def _points(options: argparse.Namespace) -> None:
-    path, suffix = _output(options, _POINTS_SUFFIXES, options.mask)
+    path, suffix = _output(options, _POINTS_SUFFIXES, options.mask, options.density)
+    if options.method is None:
+        options.method = "poisson-disk" if options.density else "best-candidate"
     given = _given(options, _POINTS_OPTIONS, POINTS_METHODS)
     if options.channel and "mask" not in given:
         raise ValueError("--channel needs --mask")
     if "mask" in given:
         given["mask"] = _files.ranked(options.mask, _files.load_mask(options.mask, options.channel), False, "load(..., rank=True)")
+    if "density" not in given and (options.dark or options.count is None):
+        raise ValueError("--dark needs --density" if options.dark else "points needs --count or --density")
+    if "density" in given:
+        given["density"] = _density(options.density)
+        if options.dark:
+            given["density"] = given["density"].max() - given["density"].astype(float)
     make: Callable[..., Any] = make_points
-    found = make(options.count, method=options.method, seed=options.seed, progress=_progress(options.quiet), **given)
+    found = make(options.count, method=options.method, seed=options.seed, dims=options.dims, progress=_progress(options.quiet), **given)
     with _files.replacing(path, suffix) as beside:
         if suffix == ".npy":
             _files.save_array(beside, found)
         else:
-            beside.write_text("x,y\n" + "".join(f"{x!r},{y!r}\n" for x, y in found.tolist()), encoding="ascii")
+            rows = "".join(",".join(map(repr, point)) + "\n" for point in found.tolist())
+            beside.write_text("x,y,z"[: 2 * options.dims - 1] + "\n" + rows, encoding="ascii")
     if options.json:
-        _print(json.dumps({"output": str(path), "format": suffix[1:], "count": options.count, "method": options.method,
+        _print(json.dumps({"output": str(path), "format": suffix[1:], "count": len(found), "method": options.method,
                            "seed": options.seed}))
 
 

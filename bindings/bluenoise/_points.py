@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Point sets in the unit square."""
+"""Point sets in the unit square and cube."""
 
 from __future__ import annotations
 
+import functools
 import inspect
+import itertools
 import math
+import reprlib
 from typing import Any, Callable, Optional
 
 import numpy as np
@@ -21,31 +24,36 @@ _MAX_POINTS = 2**24
 _TEXELS_PER_POINT = 8  # in masks made here; void-and-cluster spreads points evenly at up to about 16
 _MAX_CANDIDATES = 2**16  # for one point
 _RECENT = 16  # number of points after which the tree is rebuilt
-_CELLS = 12  # per point spacing, in the grid that filters candidates
-_MAX_CELLS = 2048  # along one side
+_CELLS, _CELLS_3D = 12, 5  # per point spacing, in the grid that filters candidates
+_MAX_CELLS, _MAX_CELLS_3D = 2048, 160  # along one side
+_MAX_TILE = {2: 512, 3: 64}  # side of a mask made here, which is repeated if more texels are needed
 _LEAST_THROWN = 16  # points tried at a time, for Poisson disks
 
 
 def points(
-    n: int,
+    n: Optional[int] = None,
     *,
-    method: PointsMethod = "best-candidate",
+    method: Optional[PointsMethod] = None,
     seed: Seed = 0,
     progress: Optional[Progress] = None,
+    dims: int = 2,
+    density: Optional[npt.ArrayLike] = None,
     candidates: Optional[int] = None,
     mask: Optional[npt.ArrayLike] = None,
     jitter: Optional[bool] = None,
 ) -> Points:
-    """Make blue-noise points in the unit square.
+    """Make blue-noise points in the unit square or cube.
 
-    On one machine, the same arguments give the same points. The results of ``"mask"`` are bit-identical on every machine; those
-    of the other two methods depend on SciPy's rounding and version.
+    On one machine, the same arguments give the same points. The results of ``"mask"`` without a density are bit-identical on every
+    machine; others depend on SciPy's rounding and version.
 
     Parameters
     ----------
-    n : int
-        The number of points, 0 to 2**24.
+    n : int, optional
+        The number of points, 0 to 2**24. With a density, None makes as many points as the density's sum, on average over seeds.
     method : {"best-candidate", "poisson-disk", "mask"}, optional
+        The default is ``"best-candidate"`` or, with a density, ``"poisson-disk"``.
+
         ``"best-candidate"``: each point is the random candidate farthest from all earlier points, so every prefix is evenly
         spread. The sets are toroidal, so they tile. Takes about a second for 4000 points; the time grows as n**2. See Mitchell,
         "Spectrally optimal sampling for distribution ray tracing", 1991. Needs SciPy.
@@ -61,6 +69,16 @@ def points(
         See `mask`.
     progress : callable, optional
         Called with the fraction completed; the last call passes 1. If it returns a true value, `CancelledError` is raised.
+    dims : {2, 3}, default 2
+        Number of dimensions.
+    density : array_like, optional
+        How dense the points are in each pixel: at least 0, of shape ``(height, width)`` or ``(depth, height, width)``. Only ratios
+        count, unless n is None. The unit square is stretched over the image, and the points are evenly spread in the image's
+        pixels. For dark ink on white paper, pass ``1 - image / 255`` (and linear light). The sets do not tile.
+
+        ``"poisson-disk"`` draws trials from the density, and a pair of points conflicts if it is closer than both of their radii,
+        which are proportional to ``density ** (-1 / dims)``; see Mitchell, Rand, Ebeida and Bajaj, "Variable radii Poisson-disk
+        sampling", 2012. ``"mask"`` dithers the density: it orders the texels by rank over density, so every prefix follows it.
     candidates : int, optional
     mask : array_like of int, optional
     jitter : bool, optional
@@ -72,19 +90,19 @@ def points(
         ``"poisson-disk"``: ``candidates`` (30) ranges from 1 to 1000. Larger values shrink the radius more slowly, so the final
         radius is larger and the points are packed more densely.
 
-        ``"mask"``: ``mask`` is a mask of shape (height, width) with at least n texels, given as ranks and stretched over the
-        square. The default is a void-and-cluster mask with eight texels per point. ``jitter`` (True) places each point at random
-        within its texel instead of at the centre.
+        ``"mask"``: ``mask`` is a mask of shape (height, width) or (depth, height, width) with at least n texels, given as ranks and
+        stretched over the square or cube. The default is a void-and-cluster mask with eight texels per point, at the density's peak.
+        ``jitter`` (True) places each point at random within its texel instead of at the centre.
 
     Returns
     -------
     ndarray of float64
-        The coordinates x and y in [0, 1), as an array of shape ``(n, 2)``.
+        The coordinates x, y (and z) in [0, 1), as an array of shape ``(n, dims)``.
 
     Raises
     ------
     ValueError
-        The method is unknown, a number is out of range, or the mask is not a permutation or has fewer than n texels.
+        The method is unknown, a number is out of range, a shape is wrong, or the mask is not a permutation or has too few texels.
     TypeError
         An argument has the wrong type, or the method has no such option.
     ImportError
@@ -94,18 +112,29 @@ def points(
     --------
     >>> points(100, method="mask", seed=1).shape
     (100, 2)
+    >>> points(100, density=[[1, 3]], seed=1)[:, 0].round().mean()  # three quarters on the right
+    0.75
     """
-    options = {"candidates": candidates, "mask": mask, "jitter": jitter}
+    dims = arguments.integer("dims", dims, 2, 3)
+    field = None if density is None else _Density(density, dims)
+    number = arguments.seed(seed)
+    if n is None and field is not None:
+        n = math.floor(field.sums[-1] + float(_white(number, 1, 1)(-1, 1)[0, 0]))
     n = arguments.integer("n", n, 0, _MAX_POINTS)
+    if method is None:
+        method = "best-candidate" if field is None else "poisson-disk"
     arguments.one_of("method", method, METHODS)
     arguments.callback("progress", progress)
-    given = {name: value for name, value in options.items() if value is not None}
     if jitter is not None:
         arguments.flag("jitter", jitter)
+    given = {"density": density, "candidates": candidates, "mask": mask, "jitter": jitter}
     for name, value in given.items():
-        if name not in METHODS[method]:
-            raise TypeError(f"method {method!r} has no option {name} (given as {value!r})")
-    found = _MAKERS[method](n, arguments.seed(seed), progress=progress, **given)
+        if value is not None and name not in METHODS[method]:
+            raise TypeError(f"method {method!r} has no option {name} (given as {reprlib.repr(value)})")
+    options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    if field is not None:
+        options["density"] = field
+    found = _MAKERS[method](n, number, dims, progress=progress, **options)
     arguments.report(progress, 1.0)
     return found
 
@@ -117,13 +146,13 @@ def _scipy(method: str) -> None:
         raise ImportError(f"method {method!r} needs SciPy; run: pip install scipy") from None
 
 
-def _white(seed: int, most: int) -> Callable[[int, int], npt.NDArray[np.float32]]:
+def _white(seed: int, most: int, dims: int) -> Callable[[int, int], npt.NDArray[np.float32]]:
     """Returns a function of x and ``count`` that generates ``count`` random points, a different set for each x; ``count`` must not
     exceed ``most``. The points come from the library's sampler, so they do not depend on NumPy. Each call overwrites them."""
     sampler = _core.Sampler(_core.sampler_types["white"], seed, 0, None)
     column, row = np.zeros((2, most), np.int32)
     index, domain = np.arange(most, dtype=np.uint32), np.zeros(most, np.uint32)
-    samples = np.empty((most, 2), np.float32)
+    samples = np.empty((most, dims), np.float32)
 
     def draw(x: int, count: int) -> npt.NDArray[np.float32]:
         column[:count] = x
@@ -133,8 +162,41 @@ def _white(seed: int, most: int) -> Callable[[int, int], npt.NDArray[np.float32]
     return draw
 
 
+class _Density:
+    """A density on a grid that covers the box, which is as wide as the grid's extents. Coordinates are x, y and z."""
+
+    def __init__(self, value: npt.ArrayLike, dims: int) -> None:
+        given = arguments.array("density", value)
+        if given.dtype.kind not in "biuf":
+            raise TypeError(f"density must hold numbers, not {given.dtype} ({reprlib.repr(value)})")
+        if given.ndim != dims or given.size == 0:
+            raise ValueError(f"density must have shape {'(height, width)' if dims == 2 else '(depth, height, width)'}, not {given.shape}")
+        self.values = given.astype(np.float64)
+        inside = (self.values >= 0) & (self.values < np.inf)
+        if not inside.all():
+            raise ValueError(f"density must have finite values of at least 0, not {self.values[~inside][0]}")
+        self.sums = np.cumsum(self.values)
+        if not 0 < self.sums[-1] < np.inf:
+            raise ValueError(f"density must have a sum above 0, not {self.sums[-1]}")
+        self.extents = np.array(given.shape[::-1], np.float64)
+        self.peak = self.values.max() * self.values.size / self.sums[-1]
+
+    def at(self, points: Points) -> Points:
+        """The density at points of the unit box, relative to its mean."""
+        cells = (points * self.extents).astype(np.int64).T[::-1]
+        found: Points = self.values[tuple(cells)] * (self.values.size / self.sums[-1])
+        return found
+
+    def place(self, u: npt.NDArray[np.float32]) -> Points:
+        """Points of the unit box with this density, from random numbers. The first selects a cell, the others a place in it."""
+        cells = np.searchsorted(self.sums, u[:, 0].astype(np.float64) * self.sums[-1], side="right")
+        corners = np.stack(np.unravel_index(cells, self.values.shape)[::-1], 1)
+        found: Points = np.minimum((corners + u[:, 1:]) / self.extents, 1 - 2.0**-53)
+        return found
+
+
 def _best_candidate(
-    n: int, seed: int, *, progress: Optional[Progress] = None, candidates: int = 1
+    n: int, seed: int, dims: int, *, progress: Optional[Progress] = None, candidates: int = 1
 ) -> Points:
     """A grid stores the distance from each cell's centre to the closest point. This bounds the distance of every candidate in the
     cell, so only candidates that may be the farthest are examined. The grid is updated only around each new point."""
@@ -142,10 +204,11 @@ def _best_candidate(
     _scipy("best-candidate")
     from scipy.spatial import cKDTree
 
-    white = _white(seed, _MAX_CANDIDATES)
-    result = np.empty((n, 2))
+    white = _white(seed, _MAX_CANDIDATES, dims)
+    result = np.empty((n, dims))
     in_tree, tree = 0, None
-    grid = _Distances(min(_MAX_CELLS, math.ceil(_CELLS * math.sqrt(n))))
+    cells, most = (_CELLS, _MAX_CELLS) if dims == 2 else (_CELLS_3D, _MAX_CELLS_3D)
+    grid = _Distances(min(most, math.ceil(cells * float(n) ** (1 / dims) - 1e-9)), dims)
     for k in range(n):
         trials = grid.farthest(white(k, min(max(1, k * candidates), _MAX_CANDIDATES))).astype(np.float64)
         recent = result[in_tree:k]
@@ -164,18 +227,18 @@ def _best_candidate(
 
 
 class _Distances:
-    """A toroidal grid of squared distances from the centres of its cells to the closest point."""
+    """A toroidal grid of squared distances from the centres of its cells to the closest point. Its axes are x, y and z, backwards."""
 
-    def __init__(self, side: int) -> None:
-        self.side = side
-        self.square = np.full((side, side), np.inf, np.float32)
-        self.margin = math.sqrt(2) / max(side, 1) + 1e-6  # twice the distance from a cell's centre to its corner, plus rounding
+    def __init__(self, side: int, dims: int) -> None:
+        self.side, self.dims = side, dims
+        self.square = np.full((side,) * dims, np.inf, np.float32)
+        self.margin = math.sqrt(dims) / max(side, 1) + 1e-6  # twice the distance from a cell's centre to its corner, plus rounding
         self.reach = side
 
     def farthest(self, trials: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         """The trials that may be farthest from all points."""
         cells = (trials * np.float32(self.side)).astype(np.int32)
-        near = self.square.reshape(-1)[cells[:, 1] * np.int32(self.side) + cells[:, 0]]
+        near = self.square.reshape(-1)[cells @ np.array([self.side**axis for axis in range(self.dims)], np.int32)]
         farthest: npt.NDArray[np.float32] = trials[near >= max(0.0, math.sqrt(near.max()) - self.margin) ** 2]
         return farthest
 
@@ -189,7 +252,7 @@ class _Distances:
             squares.append((np.minimum(apart, np.abs(1 - apart)) ** 2).astype(np.float32))
         inside = all(0 <= cells[0] and cells[-1] < side for cells in at)  # views are faster than indices
         window: Any = tuple(slice(cells[0], cells[-1] + 1) for cells in at) if inside else np.ix_(*(c % side for c in at))
-        self.square[window] = np.minimum(self.square[window], squares[0][:, None] + squares[1])
+        self.square[window] = np.minimum(self.square[window], functools.reduce(lambda a, b: a[..., None] + b, squares))
 
     def tighten(self) -> None:
         """Limits add() to the cells a new point can affect."""
@@ -197,52 +260,91 @@ class _Distances:
 
 
 def _poisson_disk(
-    n: int, seed: int, *, progress: Optional[Progress] = None, candidates: int = 30
+    n: int, seed: int, dims: int, *, progress: Optional[Progress] = None, candidates: int = 30, density: Optional[_Density] = None
 ) -> Points:
+    """Two points conflict if they are closer than both of their radii. A density scales the radii and selects the trials. Its box
+    has the proportions of its grid, and is not toroidal."""
     candidates = arguments.integer("candidates", candidates, 1, 1000)
     _scipy("poisson-disk")
     from scipy.spatial import cKDTree
 
-    white = _white(seed, max(n, _LEAST_THROWN))
-    found = np.empty((0, 2))
-    radius = math.sqrt(0.8 / max(n, 1))  # about 0.7 points fit into a square as wide as the radius
-    throw = 0
-    while len(found) < n:
-        trials = white(throw, max(n, _LEAST_THROWN)).astype(np.float64)
+    white = _white(seed, max(n, _LEAST_THROWN), dims + (density is not None))
+    box = np.ones(dims) if density is None else density.extents / density.extents.prod() ** (1 / dims)
+    wrap = None if density is not None else box
+
+    def throw(k: int) -> tuple[Points, Points]:
+        """Random points, and their radii relative to those at the mean density."""
+        u = white(k, max(n, _LEAST_THROWN))
+        if density is None:
+            return u.astype(np.float64), np.ones(len(u))
+        places = density.place(u)
+        return places * box, density.at(places) ** (-1 / dims)
+
+    def conflicts(trials: Points, radii: Points, others: Points, other_radii: Points) -> tuple[Points, Points]:
+        """The pairs of a trial and another point that conflict, as indices."""
+        near = cKDTree(others, boxsize=wrap).query_ball_point(trials, radii)
+        first = np.repeat(np.arange(len(trials)), [len(found) for found in near])
+        second = np.array([k for found in near for k in found], np.int64)
+        apart = np.abs(trials[first] - others[second])
+        apart = apart if wrap is None else np.minimum(apart, 1 - apart)
+        close = (apart**2).sum(1) < other_radii[second] ** 2
+        return first[close], second[close]
+
+    found, radii = np.empty((0, dims)), np.empty(0)
+    radius = (0.8 / max(n, 1)) ** (1 / dims)  # about 0.7 points fit into a square as wide as the radius
+    for k in itertools.takewhile(lambda _: len(found) < n, itertools.count()):
+        trials, own = throw(k)
         if len(found):
-            trials = trials[np.isinf(cKDTree(found, boxsize=1).query(trials, distance_upper_bound=radius)[0])]
+            apart, nearest = cKDTree(found, boxsize=wrap).query(trials)  # discards most trials
+            free = apart >= radius * np.minimum(own, radii[nearest])
+            if density is not None:
+                at = np.flatnonzero(free)
+                free[at[conflicts(trials[at], radius * own[at], found, radius * radii)[0]]] = False
+            trials, own = trials[free], own[free]
         kept = np.ones(len(trials), bool)
-        pairs = cKDTree(trials, boxsize=1).query_pairs(radius, output_type="ndarray") if len(trials) else np.empty((0, 2), int)
-        for first, second in pairs[np.lexsort(pairs.T[::-1])].tolist():  # an earlier point is preferred
-            if kept[first]:
+        for first, second in zip(*(side.tolist() for side in conflicts(trials, radius * own, trials, radius * own))):
+            if first < second and kept[first]:  # an earlier point is preferred
                 kept[second] = False
-        found = np.concatenate([found, trials[kept]])
+        found, radii = np.concatenate([found, trials[kept]]), np.concatenate([radii, own[kept]])
         arguments.report(progress, min(len(found) / n, 1.0) ** 8)
         radius *= 1 - 0.1 / candidates
-        throw += 1
-    return found[:n]
+    return found[:n] / box
 
 
 def _mask(
     n: int,
     seed: int,
+    dims: int,
     *,
     progress: Optional[Progress] = None,
     mask: Optional[npt.ArrayLike] = None,
     jitter: bool = True,
+    density: Optional[_Density] = None,
 ) -> Points:
+    """The texels with the lowest ranks or, with a density, those whose density exceeds the highest multiple of their ranks."""
     if mask is None:
-        side = max(1, math.ceil(math.sqrt(_TEXELS_PER_POINT * n)))
-        ranks = void_and_cluster((side, side), seed=seed, progress=progress)
+        box = np.ones(dims) if density is None else density.extents / density.extents.prod() ** (1 / dims)
+        side = (_TEXELS_PER_POINT * n * (1 if density is None else density.peak)) ** (1 / dims)
+        extents = tuple(max(1, math.ceil(side * each - 1e-9)) for each in box[::-1])
+        arguments.enough_memory("a mask for that density", 64 * math.prod(extents))
+        tile = void_and_cluster(tuple(min(each, _MAX_TILE[dims]) for each in extents), seed=seed, progress=progress)
     else:
-        ranks = arguments.ranks("mask", mask)
-        if ranks.size < n:
-            raise ValueError(f"mask must have at least n = {n} texels, not {ranks.size}")
-    texels = np.empty(ranks.size, np.int64)
-    texels[ranks.reshape(-1)] = np.arange(ranks.size)
-    y, x = np.divmod(texels[:n], ranks.shape[1])
-    inside = _white(seed, n)(0, n) if jitter and n else np.full((n, 2), 0.5)
-    found: Points = (np.stack([x, y], 1) + inside) / (ranks.shape[1], ranks.shape[0])
+        tile = arguments.integers("mask", mask, np.uint32, *arguments.UINT32) if dims == 3 else arguments.ranks("mask", mask)
+        extents = tile.shape
+        if len(extents) != dims or tile.size < n:
+            raise ValueError(f"mask must have {dims} axes and at least n = {n} texels, not {tile.size} in shape {extents}")
+        arguments.permutation("mask", tile.reshape(-1))
+    keys: Any = tile[np.ix_(*(np.arange(each) % size for each, size in zip(extents, tile.shape)))].reshape(-1)
+    if density is not None:
+        centres = (np.stack(np.unravel_index(np.arange(keys.size), extents)[::-1], 1) + 0.5) / extents[::-1]
+        with np.errstate(divide="ignore"):
+            keys = (keys + 0.5) / density.at(centres)
+        if np.isfinite(keys).sum() < n:
+            raise ValueError(f"mask must have at least n = {n} texels where the density is above 0, not {np.isfinite(keys).sum()}")
+    texels = np.argsort(keys, kind="stable")[:n]
+    corners = np.stack(np.unravel_index(texels, extents)[::-1], 1)
+    inside = _white(seed, n, dims)(0, n) if jitter and n else np.full((n, dims), 0.5)
+    found: Points = (corners + inside) / np.array(extents[::-1])
     return found
 
 
@@ -254,5 +356,5 @@ _MAKERS: dict[str, Callable[..., Points]] = {
 
 # Method -> the names of its options.
 METHODS = {
-    name: tuple(inspect.signature(maker).parameters)[2:] for name, maker in _MAKERS.items()
+    name: tuple(inspect.signature(maker).parameters)[3:] for name, maker in _MAKERS.items()
 }

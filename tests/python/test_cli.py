@@ -356,6 +356,22 @@ def test_points(run):
     bluenoise.save("mask.png", mask)
     run("points --count 40 --method mask --mask mask.png -o points.npy")
     np.testing.assert_array_equal(np.load("points.npy"), bluenoise.points(40, method="mask", mask=mask))
+    run("points --count 40 --dims 3 -o deep.csv")
+    assert Path("deep.csv").read_text().startswith("x,y,z\n") and np.loadtxt("deep.csv", delimiter=",", skiprows=1).shape == (40, 3)
+
+
+def test_points_with_a_density(run):
+    pytest.importorskip("scipy")
+    values = np.arange(60, dtype=np.uint8).reshape(6, 10)
+    Image.fromarray(values).save("grey.png")
+    np.save("density.npy", values / 100)
+    for options, density in (("grey.png", values), ("grey.png --dark", 59 - values.astype(float))):
+        run(f"points --count 80 --density {options} -o out.npy")
+        np.testing.assert_array_equal(np.load("out.npy"), bluenoise.points(80, density=density))
+    assert json.loads("".join(run("points --density density.npy --json -o out.npy")[0]))["method"] == "poisson-disk"
+    assert len(np.load("out.npy")) in (17, 18)
+    assert "--density" in run("points -o out.npy", 1)[1][0]
+    assert "--density" in run("points --count 3 --dark -o out.npy", 1)[1][0]
 
 
 def test_temporary_files_are_private_and_synced_before_the_rename(run, monkeypatch):
