@@ -112,8 +112,8 @@ def points(
     --------
     >>> points(100, method="mask", seed=1).shape
     (100, 2)
-    >>> points(100, density=[[1, 3]], seed=1)[:, 0].round().mean()  # three quarters on the right
-    0.75
+    >>> points(density=[[40, 60]], method="mask", seed=1).shape
+    (100, 2)
     """
     dims = arguments.integer("dims", dims, 2, 3)
     field = None if density is None else _Density(density, dims)
