@@ -8,6 +8,7 @@ that is left. References and results are cached in ~/.cache/libbn ($XDG_CACHE_HO
 
 import dataclasses
 import math
+import statistics
 import tempfile
 from pathlib import Path
 
@@ -18,9 +19,9 @@ import bluenoise
 
 from ..base.files import write_rows, write_text
 from ..base.plots import STYLES, finish, plt, save
-from ..base.tables import md_table
+from ..base.tables import md_table, update_table
 from ..measure.image_error import visible_error
-from . import views
+from . import variants, views
 from .judge import Run, Task, render_references
 from .renderer import progressive, run_pathtracer
 from .renders import NAMES
@@ -174,6 +175,20 @@ class Report:
                     self.over(label, base, level, figure) for label in self.labels))])
         return md_table([f"samples until {level:g} step{'s' * (level != 1)} (noise left)", *(NAMES.get(label, label) for label in self.labels)], lines)
 
+    def guide_table(self):
+        """The table of docs/stop.md: geometric means over the scenes in which none of the samplers reached the cap."""
+        lines = []
+        for level in STEPS:
+            scenes = self.below_cap(level, variants.ALWAYS)
+            for label in variants.ALWAYS:
+                rows, base = ([self.stopped("--visible-noise", level, scene, name) for scene in scenes] for name in (label, "sobol"))
+                mean = {name: statistics.geometric_mean([row[name] for row in rows]) / (name == "samples" or statistics.geometric_mean([row[name] for row in base]))
+                        for name in ("samples", "seconds")}
+                left = [row["noise_95"] for row in rows]
+                lines.append([f"{level:g} step{'s' * (level != 1)}, {NAMES[label]}", f"{mean['samples']:.1f}", f"{mean['seconds']:.2f}", f"{np.median(left):.2f}", f"{max(left):.2f}"])
+        return md_table([f"until 95% of the image is below ({len(self.below_cap(1.0, variants.ALWAYS))} scenes)", "samples per pixel", "CPU time over padded Sobol'",
+                         "noise left: median scene", "worst scene"], lines)
+
     def best_level(self, label):
         """The threshold of --noise that leaves one step in the median of the scenes."""
         def distance(level):
@@ -248,4 +263,6 @@ def run(arguments):
     report.plot(options.out / "stop.png")
     write_rows(options.out / "stop.csv", FIELDS, report.rows())
     write_text(options.out / "stop.md", report.text())
+    if options.out == Path("evidence/results"):
+        update_table(Path("docs/stop.md"), "scripts/bench stop", report.guide_table())
     print(report.text())

@@ -243,8 +243,13 @@ struct Renderer {
         if (settings.visible_noise > 0) {
             if (!looks && count != settings.spp) return false;
             const float noise = visible_noise(film, block, settings.exposure);
-            each_pixel(block, [&](int x, int y) { film_pixel(film, x, y).noise = noise; });
-            return looks && noise < settings.visible_noise;
+            const bool done = looks && noise < settings.visible_noise;
+            each_pixel(block, [&](int x, int y) {
+                FilmPixel &pixel = film_pixel(film, x, y);
+                pixel.noise = noise;
+                if (done) pixel.half = {0, 0, 0}; // needed no more, and zeros make small files
+            });
+            return done;
         }
         return looks && displayed_error(film, block, settings.exposure) < double(settings.noise);
     }
@@ -344,10 +349,11 @@ bool render_frame(const Integrator &integrator, const RenderSettings &settings, 
                   RenderTotals &totals, const Progress &progress,
                   const volatile std::sig_atomic_t &interrupted) {
     const Crop crop = film.crop;
-    if (settings.adaptive())
-        film = film_with_crop(film, whole_blocks(crop, film, block_size(settings)));
+    const Crop wide = settings.adaptive() ? whole_blocks(crop, film, block_size(settings)) : crop;
+    const bool extends = pixel_count(wide) > pixel_count(crop);
+    if (extends) film = film_with_crop(film, wide);
     Renderer renderer = {integrator, settings, interrupted, film, totals};
     const bool complete = renderer.render(progress);
-    if (settings.adaptive()) film = film_with_crop(film, crop);
+    if (extends) film = film_with_crop(film, crop);
     return complete;
 }

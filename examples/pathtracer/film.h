@@ -125,7 +125,8 @@ bool render_frame(const Integrator &integrator, const RenderSettings &settings, 
 // With --visible-noise also:
 //
 //     noise           of the pixel's block, in steps of an 8-bit display; -1 where not yet measured
-//     half.R, G, B    mean radiance of the first samples, as many as the largest power of two below `count`
+//     half.R, G, B    mean radiance of the first samples, as many as the largest power of two below `count`;
+//                     0 in blocks that are done
 
 // The maximum number of pixels of a film in memory (7 GiB).
 constexpr uint64_t MAX_PIXELS = 1u << 26;

@@ -58,6 +58,7 @@ typedef struct scratch {
 
 /* The pixel that stands for one outside the image: the image repeats, mirrored. */
 static uint32_t mirrored(int64_t at, uint32_t extent) {
+    if (at >= 0 && at < extent) return (uint32_t)at;
     const int64_t period = 2 * (int64_t)extent;
     const int64_t inside = ((at % period) + period) % period;
     return (uint32_t)(inside < extent ? inside : period - 1 - inside);
