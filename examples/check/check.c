@@ -38,7 +38,21 @@ static double blurred(unsigned count) {
     return sqrt(squares / windows / (408.0 * 408 * AREA * (1 - AREA) * count));
 }
 
+/* The stream of your renderer's paths: the first one from which its first pixel position could come, or 0. */
+static unsigned stream(void) {
+    float u[3], v[2];
+    draw(0, 0, 0, 0, u);
+    for (unsigned s = 0; s < 1u << 20; ++s) {
+        const bn_path path = bn_path_start(0, 0, 0, s);
+        const bn_ray ray = bn_path_ray(&path, 0);
+        bn_ray_draw_direction(sampler(), &ray, v);
+        if (u[0] == v[0] && u[1] == v[1]) return s;
+    }
+    return 0;
+}
+
 int main(void) {
+    const unsigned of_paths = stream();
     double product = 0, square = 0;
     int repeats = 0, first = 0, apart = 0;
     for (unsigned index = 0; index < 16; ++index) {
@@ -62,7 +76,7 @@ int main(void) {
             draw(x + step, y, 0, 0, v);
             repeats += u[0] == v[0] && u[1] == v[1];
         }
-        const bn_path path = bn_path_start(x, y, 0, 0);
+        const bn_path path = bn_path_start(x, y, 0, of_paths);
         const bn_ray ray = bn_path_ray(&path, 0);
         bn_ray_draw_direction(sampler(), &ray, v);
         first += u[0] == v[0] && u[1] == v[1];

@@ -276,6 +276,14 @@ void main() {
 `;
 
 /* A program that runs the fragment shader over the whole canvas. */
+/* Sets the state that uploads of numbers depend on, in case the context was used for images before. */
+function setUnpackState(gl) {
+  gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, null);
+  for (const parameter of [gl.UNPACK_FLIP_Y_WEBGL, gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL]) gl.pixelStorei(parameter, false);
+  for (const parameter of [gl.UNPACK_ROW_LENGTH, gl.UNPACK_SKIP_PIXELS, gl.UNPACK_SKIP_ROWS]) gl.pixelStorei(parameter, 0);
+  gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
+}
+
 function compile(gl, fragment) {
   const program = gl.createProgram();
   for (const [type, text] of [[gl.VERTEX_SHADER, WHOLE_VERTEX], [gl.FRAGMENT_SHADER, fragment]]) {

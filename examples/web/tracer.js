@@ -20,6 +20,7 @@ function makeImage(gl, width, height, words = null) {
   if (words) {
     const rows = new Uint32Array(width * height);
     rows.set(words);
+    setUnpackState(gl);
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RED_INTEGER, gl.UNSIGNED_INT, rows);
     return {texture, framebuffer: null};
   }

@@ -233,6 +233,11 @@ def notes_of(options, reference):
 
 # ---- The command
 
+def say(text):
+    print(f"demo: {text}", file=sys.stderr, flush=True)
+
+
+
 def parse_options(arguments):
     parser = Parser("", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
                     epilog="Arguments after -- are passed to the path tracer: scripts/demo my.gltf -- --env sky.exr")
@@ -271,8 +276,11 @@ def run(arguments):
     # Try names and options with one sample before spending hours on a reference.
     for label in options.samplers:
         list(progressive(options.pathtracer, view.request(label, 1), [1]))
-    references = render_references(options.pathtracer, (view,), options.reference_spp)
     tasks = [Task(view, label, seed, options.counts, seed == 0) for seed in range(options.seeds) for label in options.samplers]
+    say(f"renders a reference with {options.reference_spp} samples per pixel, then {len(tasks)} images with up to {options.spp}; "
+        "this takes minutes, and progress is shown only on a terminal")
+    references = render_references(options.pathtracer, (view,), options.reference_spp)
+    say(f"the reference is ready; renders the images of {', '.join(options.samplers)}")
     work = Pictures(options.pathtracer, "convergence", options.jobs)
     cells, reference = Cells(work.results(references, tasks)), references[view]
     rows = summary(cells, view, options.samplers, options.counts)

@@ -40,6 +40,8 @@ void draw(int x, int y, unsigned index, int decision, float u[3]) {
     const uint32_t key = is("shared domain") || second_pair ? 0 : (uint32_t)decision;
     uint32_t domain = bn_domain_child(BN_DOMAIN_ROOT, key);
     if (decision == 1 && strcmp(layout, "grandchild") == 0) domain = bn_domain_child(domain, 5);
+    if (strcmp(layout, "stream") == 0)
+        domain = bn_path_ray_domain(bn_path_start(x, y, index, 70000), key);
     const int old_x = x, old_y = y;
     if (is("index from 1")) index += 1;
     if (is("index from 1000")) index += 1000;

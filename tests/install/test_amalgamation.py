@@ -31,7 +31,7 @@ def folder(tmp_path_factory):
 def compiled(request, folder):
     """A compiler and the object file it built from bn.c with all warnings as errors."""
     objects = folder / f"{request.param}.o"
-    run(request.param, "-O2", "-fPIC", *STRICT, "-c", folder / "bn.c", "-o", objects)
+    run(request.param, "-O2", "-fPIC", *STRICT, "-Wcast-qual", "-Wredundant-decls", "-c", folder / "bn.c", "-o", objects)
     return request.param, objects
 
 
@@ -71,7 +71,7 @@ def test_draws_only_header(compiler, tmp_path):
     (header,) = tmp_path.iterdir()
     assert all((ROOT / path).read_text().rstrip() in header.read_text() for path in ("LICENSE", "libbn/data/LICENSE"))
     (tmp_path / "draws.c").write_text(f'#define BN_DRAWS_IMPLEMENTATION\n#include "{header}"\n')
-    run(compiler, "-O2", *STRICT, "-c", "draws.c", cwd=tmp_path)
+    run(compiler, "-O2", *STRICT, "-DBN_SHOW_WARNINGS", "-c", "draws.c", cwd=tmp_path)
     (tmp_path / "bn").mkdir()
     for name in ("bn.h", "bn_path.h", "bn_choose.h"):
         (tmp_path / "bn" / name).write_text(f'#include "{header}"\n')

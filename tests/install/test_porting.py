@@ -72,7 +72,7 @@ def limits():
     return [(float(least), float(most)) for least, most in ((cell.split(" to ") * 2)[:2] for cell in good)]
 
 
-@pytest.mark.parametrize("layout", ["next ray", "second pair", "grandchild"])
+@pytest.mark.parametrize("layout", ["next ray", "second pair", "grandchild", "stream"])
 def test_correct_integrations_are_within_the_limits(check, layout):
     """With BN_SEEDS=100 and -s, prints the extremes stated in the guide."""
     seeds = range(int(os.environ.get("BN_SEEDS", "4")))

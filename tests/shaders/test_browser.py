@@ -180,3 +180,32 @@ def test_package_draws_match_the_library(package, asked, effects, way):
         found = run_webgpu(package, code, inputs, size, len(asked))
     different = np.flatnonzero((found.reshape(-1, 16) != expected(asked, effects).view("<u4")).any(axis=1))
     assert len(different) == 0, f"{len(different)} cases differ, first {asked[different[0]]}"
+
+
+# State that a page may have set for its images, or that is undefined after other libraries, and its restored values.
+PAGE_STATES = ["", "gl.pixelStorei(gl.UNPACK_FLIP_Y_WEBGL, true)", "gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, true)",
+               "gl.pixelStorei(gl.UNPACK_ALIGNMENT, 8)", "gl.pixelStorei(gl.UNPACK_ROW_LENGTH, 128)",
+               "gl.pixelStorei(gl.UNPACK_SKIP_ROWS, 3)", "gl.pixelStorei(gl.UNPACK_SKIP_PIXELS, 5)",
+               "gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, buffer)", "gl.bindTexture(gl.TEXTURE_2D, texture)"]
+READ_TABLE = """(() => {
+    const gl = document.createElement("canvas").getContext("webgl2"), buffer = gl.createBuffer(), texture = gl.createTexture();
+    gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, buffer);
+    gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, null);
+    STATE;
+    const names = ["UNPACK_FLIP_Y_WEBGL", "UNPACK_PREMULTIPLY_ALPHA_WEBGL", "UNPACK_ALIGNMENT", "UNPACK_ROW_LENGTH", "UNPACK_SKIP_ROWS",
+                   "UNPACK_SKIP_PIXELS", "PIXEL_UNPACK_BUFFER_BINDING", "TEXTURE_BINDING_2D", "ACTIVE_TEXTURE"];
+    const state = () => names.map(name => gl.getParameter(gl[name]));
+    const before = state(), table = bn.tableTexture(gl), after = state();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, gl.createFramebuffer());
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, table, 0);
+    const read = new Uint32Array(4 * bn.TABLE_WIDTH * bn.TABLE_HEIGHT);
+    gl.readPixels(0, 0, bn.TABLE_WIDTH, bn.TABLE_HEIGHT, gl.RGBA_INTEGER, gl.UNSIGNED_INT, read);
+    const expected = bn.tableTexels();
+    return {changed: names.filter((_, i) => before[i] !== after[i]), wrong: expected.filter((word, i) => read[4 * i] !== word).length,
+            error: gl.getError()};
+})()"""
+
+
+@pytest.mark.parametrize("state", PAGE_STATES)
+def test_table_upload_in_any_state(package, state):
+    assert package.value(READ_TABLE.replace("STATE", state)) == {"changed": [], "wrong": 0, "error": 0}

@@ -36,6 +36,9 @@ export function wgsl(options?: {
 /** The contents of the buffer, which are the same for all seeds, frames and pixels. */
 export function tableWords(): Uint32Array;
 
+/** A new texture in WebGL 2 that holds the table. Works in, and restores, any state of the context. */
+export function tableTexture(gl: WebGL2RenderingContext): WebGLTexture;
+
 /** The contents of the texture, R32UI (`r32uint`), TABLE_WIDTH x TABLE_HEIGHT texels, row-major. */
 export function tableTexels(): Uint32Array;
 

@@ -83,3 +83,25 @@ export function tableTexels() {
   texels.set(tableWords());
   return texels;
 }
+
+// Uploads depend on the context's unpack parameters, which a page may have set for its images.
+const UNPACK = {
+  UNPACK_FLIP_Y_WEBGL: false, UNPACK_PREMULTIPLY_ALPHA_WEBGL: false, UNPACK_ALIGNMENT: 4, UNPACK_ROW_LENGTH: 0,
+  UNPACK_SKIP_PIXELS: 0, UNPACK_SKIP_ROWS: 0,
+};
+
+export function tableTexture(gl) {
+  const parameters = Object.entries(UNPACK).map(([name, plain]) => [gl[name], plain, gl.getParameter(gl[name])]);
+  const buffer = gl.getParameter(gl.PIXEL_UNPACK_BUFFER_BINDING), bound = gl.getParameter(gl.TEXTURE_BINDING_2D);
+  const texture = gl.createTexture();
+  gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, null);
+  for (const [parameter, plain] of parameters) gl.pixelStorei(parameter, plain);
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32UI, TABLE_WIDTH, TABLE_HEIGHT, 0, gl.RED_INTEGER, gl.UNSIGNED_INT, tableTexels());
+  gl.bindTexture(gl.TEXTURE_2D, bound);
+  for (const [parameter, , before] of parameters) gl.pixelStorei(parameter, before);
+  gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, buffer);
+  return texture;
+}

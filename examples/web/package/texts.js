@@ -24,6 +24,8 @@ globalThis.LIBBN_TEXTS = {
     " *     uniform highp usampler2D bn_words; // R32UI, 64 texels wide",
     " *     #define BN_WORD(i) texelFetch(bn_words, ivec2((i) & 63u, (i) >> 6u), 0).r",
     " *",
+    " * Upload that texture with default unpack parameters: a flipped one returns white noise without an error.",
+    " *",
     " * Names that begin with bn_ are reserved. bn_draw.h explains how BLUE works. */",
     "#ifndef BN_DRAW_GLSL",
     "#define BN_DRAW_GLSL",

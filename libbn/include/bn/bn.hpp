@@ -22,6 +22,13 @@
 // A Sampler is immutable, so threads can share it. Functions that are not noexcept throw bn::Error if the library
 // returns an error, or std::bad_alloc. Call the rest of the library as in C, passing sampler.get().
 //
+// Without exceptions (-fno-exceptions), these functions call std::terminate() instead. To handle an error there, call
+// the function in bn.h and construct the Sampler from its result:
+//
+//     bn_sampler made;
+//     if (bn_sampler_init_mask(&made, &mask, seed) != BN_SUCCESS) return false;
+//     const bn::Sampler sampler(made);
+//
 // Use bn/bn.hpp in C++14 and later, and bn/bn_path.h in C and C++11. A C++11 project can also compile one file as
 // C++14:
 //
@@ -55,25 +62,23 @@
 #ifndef BN_BN_HPP
 #define BN_BN_HPP
 
+/* A program's warnings, such as -Wshadow and -Wold-style-cast, are about its own code. */
+#if defined(__GNUC__) && !defined(BN_SHOW_WARNINGS)
+#pragma GCC system_header
+#endif
+
 #if __cplusplus < 201402L && !(defined(_MSVC_LANG) && _MSVC_LANG >= 201402L)
 #error                                                                                             \
     "bn.hpp needs C++14 (-std=c++14); a C++11 program uses bn_path.h, or hides bn.hpp behind one file"
 #else
 
-/* Clang would warn about casts in the headers shared with C. */
-#if defined(__clang__)
-#pragma clang diagnostic push
-#pragma clang diagnostic ignored "-Wold-style-cast"
-#endif
 #include <bn/bn_path.h>
-#if defined(__clang__)
-#pragma clang diagnostic pop
-#endif
 
 #include <array>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -95,10 +100,27 @@ class Error : public std::runtime_error {
     bn_result result_;
 };
 
+namespace detail {
+
+[[noreturn]] inline void fail(const char *function, bn_result result) {
+#if defined(__cpp_exceptions) || defined(__EXCEPTIONS) || defined(_CPPUNWIND)
+    throw Error(function, result);
+#else
+    (void)function, (void)result;
+    std::terminate();
+#endif
+}
+
+inline void require(const char *function, bn_result result) {
+    if (result != BN_SUCCESS) fail(function, result);
+}
+
+} // namespace detail
+
 // Throws bn::Error unless the result is BN_SUCCESS. You can also use it with other functions in bn.h:
-// bn::check("bn_dither", bn_dither(...)).
-inline void check(const char *function, bn_result result) {
-    if (result != BN_SUCCESS) throw Error(function, result);
+// bn::check("bn_dither", bn_dither(...)). In parentheses, because other libraries define a macro with this name.
+inline void(check)(const char *function, bn_result result) {
+    detail::require(function, result);
 }
 
 // Identifies one decision along a path. The default Domain is the root.
@@ -137,7 +159,7 @@ class Sampler {
     // Throws INVALID_ARGUMENT for an unknown type. ZORDER is tuned for 256 samples.
     constexpr explicit Sampler(Type type, uint64_t seed = 0) : Sampler(seed) {
         if (type < Type::blue || type > Type::mask)
-            throw Error("bn_sampler_init", BN_ERROR_INVALID_ARGUMENT);
+            detail::fail("bn_sampler_init", BN_ERROR_INVALID_ARGUMENT);
         sampler_.type = static_cast<int32_t>(type);
     }
     // Rejects BN_SAMPLER_..., which would otherwise be taken for a seed. Pass a Type.
@@ -147,15 +169,15 @@ class Sampler {
     // Calls bn_sampler_init_zorder(): the sampler is tuned for samples_per_pixel samples.
     static Sampler zorder(uint32_t samples_per_pixel, uint64_t seed = 0) {
         Sampler made(seed);
-        check("bn_sampler_init_zorder",
-              bn_sampler_init_zorder(&made.sampler_, samples_per_pixel, seed));
+        detail::require("bn_sampler_init_zorder",
+                        bn_sampler_init_zorder(&made.sampler_, samples_per_pixel, seed));
         return made;
     }
     // Calls bn_sampler_init_mask(). Throws INVALID_ARGUMENT, BAD_DATA or OUT_OF_MEMORY. Keep the ranks alive while the
     // Sampler or a copy of it is in use.
     static Sampler from_mask(const bn_mask &mask, uint64_t seed = 0) {
         Sampler made(seed);
-        check("bn_sampler_init_mask", bn_sampler_init_mask(&made.sampler_, &mask, seed));
+        detail::require("bn_sampler_init_mask", bn_sampler_init_mask(&made.sampler_, &mask, seed));
         return made;
     }
     constexpr explicit Sampler(const bn_sampler &sampler) noexcept : sampler_(sampler) {}
@@ -187,7 +209,7 @@ class Sampler {
 
     // Calls bn_sample_wavefront(). Throws INVALID_ARGUMENT or UNSUPPORTED.
     void sample_wavefront(const bn_wavefront &wavefront) const {
-        check("bn_sample_wavefront", bn_sample_wavefront(&sampler_, &wavefront));
+        detail::require("bn_sample_wavefront", bn_sample_wavefront(&sampler_, &wavefront));
     }
 
     // Calls bn_sample_block(). The result is [height][width][index_count][4]. Throws INVALID_ARGUMENT for a zero extent
@@ -198,14 +220,15 @@ class Sampler {
         std::size_t count = 4;
         for (const uint32_t extent : {width, height, index_count}) {
             if (extent != 0 && count > out_max / extent)
-                throw Error("bn_sample_block", BN_ERROR_OUT_OF_MEMORY);
+                detail::fail("bn_sample_block", BN_ERROR_OUT_OF_MEMORY);
             count *= extent;
         }
         std::vector<float> out(count);
         float none = 0; // an empty vector's data() may be NULL, which would be a different error
-        check("bn_sample_block",
-              bn_sample_block(&sampler_, x0, y0, width, height, first_index, index_count,
-                              domain.value(), out.empty() ? &none : out.data(), out.size()));
+        detail::require("bn_sample_block",
+                        bn_sample_block(&sampler_, x0, y0, width, height, first_index, index_count,
+                                        domain.value(), out.empty() ? &none : out.data(),
+                                        out.size()));
         return out;
     }
 

@@ -30,6 +30,11 @@
 #ifndef BN_BN_DRAW_H
 #define BN_BN_DRAW_H
 
+/* A program's warnings, such as -Wshadow and -Wold-style-cast, are about its own code. */
+#if defined(__GNUC__) && !defined(BN_SHOW_WARNINGS)
+#pragma GCC system_header
+#endif
+
 #include <bn/bn_device.h>
 
 #if !defined(BN_DRAW_PLAIN) && !defined(BN_DEVICE_TOO) &&                                          \

@@ -71,6 +71,11 @@
 #ifndef BN_BN_PATH_H
 #define BN_BN_PATH_H
 
+/* A program's warnings, such as -Wshadow and -Wold-style-cast, are about its own code. */
+#if defined(__GNUC__) && !defined(BN_SHOW_WARNINGS)
+#pragma GCC system_header
+#endif
+
 #include <bn/bn_draw.h>
 
 #include <bn/bn_device.h>

@@ -18,8 +18,8 @@
 
 #if defined(__linux__)
 
-/* Declared by <unistd.h> only with extensions, as sched_getaffinity() is by <sched.h>. */
-long syscall(long number, ...);
+/* <unistd.h> declares it only with extensions, as <sched.h> does sched_getaffinity(). */
+BN_API long syscall(long number, ...);
 
 static uint32_t affinity_count(void) {
     static const size_t word_bits = 8 * sizeof(unsigned long);

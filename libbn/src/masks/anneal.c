@@ -16,8 +16,8 @@ static const double BN_ANNEAL_CUTOFF = 4.8;
 static const double BN_ANNEAL_SPARSE = 10.0 / 3;
 
 static int good_anneal_options(const bn_anneal_options *o, uint32_t channels) {
-    const int far = channels == 1 && o->far_weight != 0;
-    return bn_in_range(o->sigma, 0.25, 4) && (!far || bn_in_range(o->far_sigma, o->sigma, 4)) &&
+    const int has_far = channels == 1 && o->far_weight != 0; /* <windows.h> defines far */
+    return bn_in_range(o->sigma, 0.25, 4) && (!has_far || bn_in_range(o->far_sigma, o->sigma, 4)) &&
            bn_in_range(o->far_weight, 0, DBL_MAX) && bn_in_range(o->value_sigma, 0.01, 100) &&
            bn_in_range(o->start_temperature, DBL_TRUE_MIN, 1) &&
            bn_in_range(o->end_temperature, DBL_TRUE_MIN, o->start_temperature);

@@ -32,13 +32,13 @@ static double linear_of_srgb(double v) {
     return square * root;
 }
 
-typedef struct levels {
+typedef struct level_table {
     double steps;       /* levels - 1 */
     double linear[256]; /* linear light at each level, for sRGB */
     int srgb;
-} levels;
+} level_table;
 
-static float quantise(const levels *l, float value, double threshold) {
+static float quantise(const level_table *l, float value, double threshold) {
     double v = value < 0 ? 0 : value > 1 ? 1 : value, scaled = v * l->steps, low = floor(scaled);
     double fraction = scaled - low;
     if (low >= l->steps) return 1;
@@ -79,7 +79,7 @@ static BN_NOINLINE bn_result dither(const bn_dither_options *given, const float 
         thresholds[i] = (bn_mask_rank(mask, i) + 0.5) / (double)texels;
     }
 
-    levels l = {.steps = (double)(o.levels - 1), .srgb = o.srgb != 0};
+    level_table l = {.steps = (double)(o.levels - 1), .srgb = o.srgb != 0};
     for (uint32_t i = 0; i < o.levels; ++i) l.linear[i] = linear_of_srgb(i / l.steps);
     for (uint32_t channel = 0; channel < channels; ++channel) {
         uint32_t shift_x = 0, shift_y = 0;

@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The single-file forms of libbn share a source file with other code, as in unity builds: bn.c and bn_draws.h compile after any headers,
+macros and globals, and change nothing for the code after them. The C++ header compiles with the flags of engines."""
+
+import platform
+import re
+import shutil
+import subprocess
+
+import pytest
+from conftest import CC, CXX, ROOT, run
+from test_header import INCLUDE, KEPT
+
+COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
+FILES = ["bn.c", "bn_draws.h"]
+AVX2 = ["-mavx2"] if platform.machine() == "x86_64" else []
+# Macros of <windows.h>, Xlib.h, Qt, Apple's and Unreal's headers, and globals with the names of our parameters.
+HOSTILE = """
+#define far
+#define near
+#define small char
+#define interface struct
+#define min(a, b) ((a) < (b) ? (a) : (b))
+#define max(a, b) ((a) > (b) ? (a) : (b))
+#define None 0L
+#define Bool int
+#define Status int
+#define Success 0
+#define check(x) (x)
+#define verify(x) (x)
+#define signals public
+#define emit
+#define BIT(n) (1u << (n))
+#define ONE 1
+#define TYPES 3
+#define PART 4
+static int x, y, key, domain, count, width, bits;
+static float u[4];
+int use_globals(void);
+int use_globals(void) { return x + y + key + domain + count + width + bits + (u[0] > 0); }
+"""
+# The C++ library itself does not compile after min and max.
+STANDARD = "".join(f"#include <{name}>\n" for name in ("array", "cstdint", "stdexcept", "string", "vector"))
+FLAGS = ["-Werror", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Wsign-conversion", "-Wcast-qual", "-Wredundant-decls", "-Wundef"]
+CXX_FLAGS = [*FLAGS, "-Wold-style-cast", "-Wzero-as-null-pointer-constant", "-fno-exceptions", "-fno-rtti"]
+DRAW = """
+int main(void) {
+    bn_sampler sampler = bn_sampler_make(7);
+    bn_path path = bn_path_start(1, 2, 3, 0);
+    bn_ray ray = bn_path_ray(&path, 1);
+    float drawn[4];
+    bn_ray_draw(&sampler, &ray, drawn);
+    return bn_sampler_init(&sampler, BN_SAMPLER_SOBOL, 7) != BN_SUCCESS || bn_ray_next_1d(&sampler, &ray) == drawn[0];
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("guests")
+    run(ROOT / "scripts" / "amalgamate", "--output", folder)
+    run(ROOT / "scripts" / "amalgamate", "--draws", "--output", folder)
+    return folder
+
+
+def included(folder, name):
+    return f'#define BN_DRAWS_IMPLEMENTATION\n#include "{folder / name}"\n'
+
+
+def system_headers(text):
+    names = set(re.findall(r"^#include <([\w/]+\.h)>$", text, re.M)) - {"arm_neon.h", "emmintrin.h", "immintrin.h"}
+    return "".join(f"#include <{name}>\n" for name in sorted(names)) + ("#include <immintrin.h>\n" if AVX2 else "")
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_no_name_remains(name, folder, tmp_path):
+    """A program may give each identifier of the file, other than those of libbn and the C library, another meaning."""
+    text = (folder / name).read_text()
+    code = re.sub(r'/\*.*?\*/|"[^"\n]*"|#include [^\n]*', " ", text, flags=re.S)
+    identifiers = sorted(word for word in set(re.findall(r"\b[A-Za-z_]\w*", code)) if not word.lower().startswith("bn_"))
+    assert len(identifiers) > 100
+
+    def refused(before):
+        found = set()
+        for declaration in ("enum {{ {} }};", "struct {} {{ int a; }};"):
+            source = tmp_path / "names.c"
+            source.write_text(f'{before}\n#line 1 "names"\n' + "\n".join(map(declaration.format, identifiers)) + "\n")
+            done = subprocess.run(["gcc", "-std=gnu11", *AVX2, "-fsyntax-only", "-fmax-errors=0", source],
+                                  capture_output=True, text=True, check=False, env={"LC_ALL": "C", "PATH": "/usr/bin:/bin"})
+            found |= {identifiers[int(line) - 1] for line in re.findall(r"^names:(\d+):\d+: error", done.stderr, re.M)}
+        return found
+
+    taken = refused(system_headers(text))
+    assert "sizeof" in taken and "pixel" not in taken
+    assert refused(system_headers(text) + included(folder, name)) - taken == set()
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("name", FILES)
+def test_no_macro_remains(name, compiler, folder, tmp_path):
+    source = tmp_path / "macros.c"
+
+    def macros(text):
+        source.write_text(text)
+        return set(re.findall(r"^#define (\w+)", run(compiler, *AVX2, "-dM", "-E", source), re.M))
+
+    headers = system_headers((folder / name).read_text())
+    left = macros(headers + included(folder, name)) - macros(headers)
+    assert [macro for macro in left if not KEPT.fullmatch(macro) and not macro.startswith("BN_DRAWS_")] == []
+
+
+USER = """
+static int forgotten(void) { return 1; }
+double mine(double a, double b, double c) { double x_ = a * b + c; { double x_ = a; (void)x_; } return x_; }
+"""
+
+
+@pytest.mark.skipif(not AVX2, reason="the assembly is x86-64's")
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("name", FILES)
+def test_pragmas_end_with_the_file(name, compiler, folder, tmp_path):
+    """After the file, the compiler fuses and warns as before; in it, it does neither, even if all the warnings are on."""
+    def function(before):
+        (tmp_path / "user.c").write_text(before + USER)
+        done = subprocess.run([compiler, "-std=gnu11", "-O2", "-mavx2", "-mfma", "-Wall", "-Wextra", "-Wshadow", "-S",
+                               "user.c", "-o", "user.s"], cwd=tmp_path, capture_output=True, text=True, check=True)
+        text = (tmp_path / "user.s").read_text()
+        whole = re.search(r"^mine:(.*?)\bret", text, re.M | re.S)[1]
+        return "vfmadd" in whole, text.count("vfm"), sorted(re.findall(r"\[-W([\w-]+)\]", done.stderr))
+
+    assert function(included(folder, name)) == function("") == (True, 1, ["shadow", "unused-function"])
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("name", FILES)
+def test_compiles_after_any_code(name, compiler, folder, tmp_path):
+    (tmp_path / "unity.c").write_text(HOSTILE + included(folder, name) + DRAW)
+    run(compiler, *FLAGS, *AVX2, "-Wno-undef", "-c", "unity.c", "-o", "unity.o", cwd=tmp_path)
+    run(compiler, "unity.o", "-lm", "-o", "unity", cwd=tmp_path)
+    run(tmp_path / "unity")
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("standard", ["c++11", "c++14", "c++20"])
+def test_headers_compile_after_any_code(standard, compiler, folder, tmp_path):
+    more = "#include <bn/bn_choose.h>\n#include <bn/bn.h>\n" + ("" if standard == "c++11" else "#include <bn/bn.hpp>\n")
+    useless = ["-Wuseless-cast"] if compiler == "gcc" else []
+    for first in ("<bn/bn_path.h>", f'"{folder}/bn_draws.h"'):
+        (tmp_path / "engine.cpp").write_text(f"{STANDARD}{HOSTILE}#include {first}\n{more}{DRAW}")
+        run({"gcc": "g++", "clang": "clang++"}.get(compiler, CXX), f"-std={standard}", *CXX_FLAGS, *useless, "-I", INCLUDE,
+            "-fsyntax-only", tmp_path / "engine.cpp")
+
+
+def test_implementation_after_other_inclusions(folder, tmp_path):
+    """A header may have included bn_draws.h before, and a later one may include it again while the macro is still defined."""
+    header = f'#include "{folder}/bn_draws.h"\n'
+    (tmp_path / "one.c").write_text(header + included(folder, "bn_draws.h") + header + DRAW)
+    (tmp_path / "two.c").write_text(header + DRAW.replace("main", "other"))
+    run(CC, "-Werror", "-Wall", "-Wextra", "one.c", "two.c", "-o", "program", cwd=tmp_path)
+    run(tmp_path / "program")
+    (tmp_path / "unity.cpp").write_text(included(folder, "bn_draws.h"))
+    done = subprocess.run([CXX, "-fsyntax-only", tmp_path / "unity.cpp"], capture_output=True, text=True, check=False)
+    assert done.returncode != 0 and "C11 source" in done.stderr
+
+
+WITHOUT_EXCEPTIONS = """#include <bn/bn.hpp>
+int main(int argc, char **) {
+    uint16_t ranks[16 * 16] = {};
+    const bn_mask mask = bn_mask_u16(ranks, 16, 16); // not a permutation
+    bn_sampler made;
+    if (bn_sampler_init_mask(&made, &mask, 1) != BN_ERROR_BAD_DATA) return 1;
+    if (bn_sampler_init(&made, BN_SAMPLER_SOBOL, 1) != BN_SUCCESS) return 1;
+    const bn::Sampler sampler(made);
+    if (sampler.sample_1d(1, 2, 3) != bn::Sampler(bn::Type::sobol, 1).sample_1d(1, 2, 3)) return 1;
+    if (argc > 1) bn::Sampler::from_mask(mask);
+    return 0;
+}
+"""
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_cpp_header_without_exceptions(compiler, static_library, tmp_path):
+    (tmp_path / "main.cpp").write_text(WITHOUT_EXCEPTIONS)
+    run({"gcc": "g++", "clang": "clang++"}.get(compiler, CXX), "-std=c++14", *CXX_FLAGS, *static_library.pkg_config("--cflags"),
+        tmp_path / "main.cpp", "-o", tmp_path / "main", *static_library.pkg_config("--libs"))
+    run(tmp_path / "main")
+    done = subprocess.run([tmp_path / "main", "fail"], capture_output=True, text=True, check=False)
+    assert done.returncode == -6 and "terminate called" in done.stderr
+
+
+MODULE = """module;
+#include <bn/bn.hpp>
+export module numbers;
+export inline float number(unsigned long long seed, int x, int y) {
+    return bn::PathSampler(bn::Sampler(seed).get(), bn_path_start(x, y, 0, 0)).ray(1).draw()[0];
+}
+"""
+
+
+@pytest.mark.parametrize("compiler", [name for name in COMPILERS if name != "cc"])
+def test_cpp_modules(compiler, static_library, tmp_path):
+    """A module can use the headers in its global module fragment, and export inline functions that draw."""
+    if compiler == "gcc" and int(run("gcc", "-dumpversion").partition(".")[0]) < 14:
+        pytest.skip("modules of this GCC lose the static variables of inline functions")
+    cflags = [*static_library.pkg_config("--cflags"), "-pthread"]
+    (tmp_path / "numbers.cppm").write_text(MODULE)
+    (tmp_path / "main.cpp").write_text("import numbers;\nint main() { return number(1, 2, 3) == number(1, 2, 4); }\n")
+    if compiler == "gcc":
+        command = ["g++", "-std=c++20", "-fmodules-ts", *cflags, "-x", "c++", "numbers.cppm", "main.cpp"]
+    else:
+        run("clang++", "-std=c++20", *cflags, "--precompile", "numbers.cppm", "-o", "numbers.pcm", cwd=tmp_path)
+        command = ["clang++", "-std=c++20", "-pthread", "-fprebuilt-module-path=.", "numbers.pcm", "main.cpp"]
+    run(*command, "-o", "program", "-x", "none", *static_library.pkg_config("--libs"), cwd=tmp_path)
+    run(tmp_path / "program")

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""libbn for Windows, compiled with MinGW and run under Wine: the single-file forms beside <windows.h>, and file names in UTF-8. Without
+MinGW the tests are skipped; without Wine they only compile. scripts/platforms runs the C tests there."""
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from conftest import ROOT, cmake_build, run
+from test_guests import DRAW, FLAGS, included
+
+CC, CXX = "x86_64-w64-mingw32-gcc", "x86_64-w64-mingw32-g++"
+WINE = next((path for name in ("wine64", "wine", "/usr/lib/wine/wine64") if (path := shutil.which(name))), None)
+
+pytestmark = pytest.mark.skipif(shutil.which(CC) is None, reason="MinGW is not installed (Debian: gcc-mingw-w64-x86-64-posix)")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("windows")
+    run(ROOT / "scripts" / "amalgamate", "--output", folder)
+    run(ROOT / "scripts" / "amalgamate", "--draws", "--output", folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def windows(tmp_path_factory):
+    """Runs a program, if there is Wine, and returns what it prints."""
+    environment = {**os.environ, "WINEPREFIX": str(tmp_path_factory.mktemp("wine")), "WINEDEBUG": "-all", "LC_ALL": "C.UTF-8"}
+    server = Path(WINE).resolve().with_name("wineserver") if WINE else None
+
+    def windows(program, **options):
+        if WINE is None:
+            pytest.skip("compiled, but not run: Wine is not installed (Debian: wine64)")
+        done = subprocess.run([WINE, program], env=environment, capture_output=True, text=True, check=False, timeout=300, **options)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    yield windows
+    if server is not None and server.exists():
+        subprocess.run([server, "-k"], env=environment, check=False)
+
+
+@pytest.mark.parametrize("order", ["before", "after"])
+@pytest.mark.parametrize("name", ["bn.c", "bn_draws.h"])
+def test_one_source_with_windows_h(name, order, folder, tmp_path):
+    headers = "#include <winsock2.h>\n#include <windows.h>\n#include <ole2.h>\n"
+    text = included(folder, name)
+    (tmp_path / "unity.c").write_text((headers + text if order == "before" else text + headers) + DRAW)
+    run(CC, "-O1", *FLAGS, "-Wno-undef", "unity.c", "-o", "unity.exe", cwd=tmp_path)
+
+
+@pytest.mark.skipif(shutil.which(CXX) is None, reason="MinGW's C++ compiler is not installed (Debian: g++-mingw-w64-x86-64-posix)")
+@pytest.mark.parametrize("standard", ["c++11", "c++17"])
+def test_cpp_headers_with_windows_h(standard, folder, tmp_path):
+    header = "bn/bn_path.h" if standard == "c++11" else "bn/bn.hpp"
+    for headers in (f"#include <windows.h>\n#include <{header}>\n", f"#include <{header}>\n#include <windows.h>\n"):
+        (tmp_path / "main.cpp").write_text(headers + DRAW)
+        run(CXX, f"-std={standard}", *FLAGS, "-Wno-undef", "-fno-exceptions", "-fno-rtti", "-I", folder, "-fsyntax-only",
+            tmp_path / "main.cpp")
+
+
+@pytest.mark.parametrize("test", ["test_draw_hashes", "test_dither"])
+def test_amalgamation_has_the_same_bits(test, folder, windows, tmp_path):
+    """bn.c for all functions, bn_draws.h for the draws, with the compiler's own flags."""
+    data = f'-DBN_TESTS_DIR="{ROOT}/tests"'
+    run(CC, "-O2", data, "-I", folder, ROOT / f"tests/c/{test}.c", folder / "bn.c", "-o", tmp_path / "all.exe")
+    programs = ["all.exe"]
+    if test == "test_draw_hashes":
+        (tmp_path / "draws.c").write_text(included(folder, "bn_draws.h"))
+        run(CC, "-O2", data, "-I", folder, ROOT / f"tests/c/{test}.c", tmp_path / "draws.c", "-o", tmp_path / "draws.exe")
+        programs.append("draws.exe")
+    for program in programs:
+        assert re.search(r"[1-9]\d* checks, 0 failed", windows(tmp_path / program))
+
+
+PATHS = r"""
+#include <bn/neural.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static void try_open(const char *model, const char *runtime) {
+    bn_neural_options options = bn_neural_options_default();
+    bn_neural *neural = NULL;
+    options.model_path = model;
+    options.runtime_path = runtime;
+    printf("%d\n", (int)bn_neural_open(&options, &neural));
+    fflush(stdout);
+}
+
+int main(void) {
+    try_open(u8"plain.onnx", u8"plain.dll");
+    try_open(u8"Jörg €/模型 𝄞.onnx", u8"Jörg €/𝄞.dll");
+    _wputenv(L"BN_ONNXRUNTIME=Jörg €\\𝄞.dll");
+    try_open(u8"plain.onnx", NULL);
+    try_open(u8"missing é.onnx", NULL);
+    try_open("J\xf6rg \x80/m.onnx", NULL); /* the code page of Western Europe */
+    try_open(u8"plain.onnx", u8"é.dll");
+    printf("%u\n", (unsigned)bn_thread_count());
+    return 0;
+}
+"""
+RUNTIME = """
+#include <stdio.h>
+__declspec(dllexport) const void *OrtGetApiBase(void) {
+    printf("loaded ");
+    fflush(stdout);
+    return NULL; /* not a usable runtime */
+}
+"""
+
+
+def test_paths_are_utf_8(windows, tmp_path):
+    cmake_build(ROOT, tmp_path / "build", "-DCMAKE_SYSTEM_NAME=Windows", "-DCMAKE_SYSTEM_PROCESSOR=AMD64", f"-DCMAKE_C_COMPILER={CC}",
+                "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF", "-DBN_SMALL_DATA=ON", "-DBN_WERROR=ON")
+    (tmp_path / "paths.c").write_text(PATHS, encoding="utf-8")
+    (tmp_path / "runtime.c").write_text(RUNTIME)
+    run(CC, "-std=c11", "-I", ROOT / "libbn/include", "paths.c", *(tmp_path / "build").rglob("libbn.a"), "-o", "paths.exe", cwd=tmp_path)
+    run(CC, "-shared", "runtime.c", "-o", "plain.dll", cwd=tmp_path)
+    (tmp_path / "Jörg €").mkdir()
+    shutil.copy(tmp_path / "plain.dll", tmp_path / "Jörg €" / "𝄞.dll")
+    for name in ("plain.onnx", "Jörg €/模型 𝄞.onnx"):
+        (tmp_path / name).write_text("a model")
+    printed = windows("./paths.exe", cwd=tmp_path).split("\n")
+    # RUNTIME: the model was read, and the library loaded or not. IO: there is no such model.
+    assert printed[:6] == ["loaded 6", "loaded 6", "loaded 6", "7", "7", "6"]
+    assert 1 <= int(printed[6]) <= len(os.sched_getaffinity(0))
