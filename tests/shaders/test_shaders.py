@@ -2,10 +2,13 @@
 """With Vulkan and OpenGL drivers, draws, paths and choices in WGSL, GLSL and HLSL are bit-identical to the library's. Without a GPU, Mesa's
 software drivers run the shaders."""
 
+import os
+import platform
 import re
 import shutil
 
 import devices
+import dxc
 import numpy as np
 import pytest
 from conftest import GLSLANG, HERE, INCLUDE, need, need_module, need_opengl, need_wgpu, run
@@ -27,10 +30,10 @@ def compare(run_shader, code, cases, first=0):
 
 
 def with_texts(source):
-    """GLSL code with its includes replaced with the files' texts."""
+    """GLSL or HLSL code with its includes replaced with the files' texts."""
     def text(line):
         (path,) = (folder / line[1] for folder in (INCLUDE / "bn", HERE) if (folder / line[1]).exists())
-        return path.read_text()
+        return with_texts(path.read_text())
 
     return re.sub(r'^#include "(\S+)"$', text, source, flags=re.M)
 
@@ -97,6 +100,24 @@ def test_hlsl(cases, tmp_path):
     need_wgpu()
     code = spirv(tmp_path, HERE / "draw.hlsl", "-D", "-e", "main", f"-I{INCLUDE / 'bn'}")
     compare(devices.run_wgpu, code, cases)
+
+
+def dxc_compiled(*arguments):
+    if (platform.system(), platform.machine()) != ("Linux", "x86_64"):
+        pytest.skip("the package with DXC has it only for x86-64 Linux")
+    library = os.environ.get("BN_DXC")
+    need(library and os.path.exists(library), "DXC in BN_DXC")
+    return dxc.compile_hlsl(library, with_texts((HERE / "draw.hlsl").read_text()), "-E", "main", "-WX", *arguments)
+
+
+def test_hlsl_in_dxc(cases):
+    compare(devices.run_wgpu, dxc_compiled("-T", "cs_6_0", "-spirv"), cases)
+
+
+@pytest.mark.parametrize("model", ["6_0", "6_6"])
+@pytest.mark.parametrize("optimisation", ["-O3", "-Od"])
+def test_dxc_makes_dxil(model, optimisation):
+    assert dxc_compiled("-T", f"cs_{model}", optimisation, "-Wno-ignored-attributes").startswith(b"DXBC")
 
 
 def test_hlsl_in_slang(cases, tmp_path):
