@@ -65,7 +65,7 @@ void render(const Frame &f, Scene &scene, const Geometry &geometry, SamplerPoint
         RenderTotals totals;
         const std::sig_atomic_t never = 0;
         render_frame(
-            integrator, {f.spp, f.index, 1, 0, 2, 0}, film, totals,
+            integrator, {f.spp, f.index, 1, 0, 0, 2, 0}, film, totals,
             [](double, const RenderTotals &) {}, never);
         for (const FilmPixel &pixel : film.pixels)
             values.push_back(float(luminance(pixel.radiance)));
