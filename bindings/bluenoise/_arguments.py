@@ -30,8 +30,13 @@ UINT64 = (0, 2**64 - 1)
 MAX_TEXELS = 2**31 - 1
 
 
+def said(value: object) -> str:
+    """A short form of a value for messages, on one line."""
+    return " ".join(reprlib.repr(value).split())
+
+
 def _out_of_range(name: str, value: object, low: float, high: float) -> NoReturn:
-    raise ValueError(f"{name} must be in {low} .. {high}, not {value}")
+    raise ValueError(f"{name} must be in {low} .. {high}, not {said(value)}")
 
 
 def together(names: str, *shapes: tuple[int, ...]) -> tuple[int, ...]:
@@ -44,18 +49,18 @@ def together(names: str, *shapes: tuple[int, ...]) -> tuple[int, ...]:
 
 def flag(name: str, value: object) -> bool:
     if not isinstance(value, (bool, np.bool_)):
-        raise TypeError(f"{name} must be True or False, not {reprlib.repr(value)}")
+        raise TypeError(f"{name} must be True or False, not {said(value)}")
     return bool(value)
 
 
 def integer(name: str, value: object, low: int, high: int) -> int:
     """An integer of any type except bool, in low .. high."""
     if isinstance(value, (bool, np.bool_)):
-        raise TypeError(f"{name} must be an integer, not {value!r}")
+        raise TypeError(f"{name} must be an integer, not {said(value)}")
     try:
         number = operator.index(value)  # type: ignore[arg-type]
     except TypeError:
-        raise TypeError(f"{name} must be an integer, not {reprlib.repr(value)}") from None
+        raise TypeError(f"{name} must be an integer, not {said(value)}") from None
     if not low <= number <= high:
         _out_of_range(name, number, low, high)
     return number
@@ -64,11 +69,11 @@ def integer(name: str, value: object, low: int, high: int) -> int:
 def real(name: str, value: object, low: float, high: float, low_included: bool = True) -> float:
     """A finite real number in [low, high] or (low, high]."""
     if isinstance(value, (bool, np.bool_, str, bytes)):
-        raise TypeError(f"{name} must be a number, not {value!r}")
+        raise TypeError(f"{name} must be a number, not {said(value)}")
     try:
         number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be a number, not {reprlib.repr(value)}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"{name} must be a number, not {said(value)}") from None
     if not (math.isfinite(number) and low <= number <= high and (low_included or number != low)):
         bracket = "[" if low_included else "("
         raise ValueError(f"{name} must be in {bracket}{low}, {high}], not {number}")
@@ -78,9 +83,9 @@ def real(name: str, value: object, low: float, high: float, low_included: bool =
 def one_of(name: str, value: object, known: Iterable[str]) -> None:
     """Raises unless the value is one of the known strings."""
     if not isinstance(value, str):
-        raise TypeError(f"{name} must be a string, not {value!r}")
+        raise TypeError(f"{name} must be a string, not {said(value)}")
     if value not in known:
-        raise ValueError(f"{name} must be one of {', '.join(known)}, not {value!r}")
+        raise ValueError(f"{name} must be one of {', '.join(known)}, not {said(value)}")
 
 
 def seed(value: object) -> int:
@@ -96,7 +101,7 @@ def seed(value: object) -> int:
 
 def callback(name: str, value: Optional[Progress]) -> Optional[Progress]:
     if value is not None and not callable(value):
-        raise TypeError(f"{name} must be callable or None, not {reprlib.repr(value)}")
+        raise TypeError(f"{name} must be callable or None, not {said(value)}")
     return value
 
 
@@ -108,11 +113,15 @@ def report(progress: Optional[Progress], fraction: float) -> None:
 
 def array(name: str, value: object) -> npt.NDArray[Any]:
     """Converts an array-like value to an array. Other values, such as GPU tensors, raise TypeError with the reason."""
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise ValueError(f"{name} has masked elements; fill them, for example with {name}.filled(0)")
     try:
         return np.asarray(value)
-    except (ValueError, TypeError, RuntimeError) as error:
+    except MemoryError:
+        raise
+    except Exception as error:  # __array__ may raise any type
         hint = "; for a tensor, give .detach().cpu().numpy()" if hasattr(value, "detach") else ""
-        raise TypeError(f"{name} must be an array, not {reprlib.repr(value)}: {error}{hint}") from None
+        raise TypeError(f"{name} must be an array, not {said(value)}: {' '.join(str(error).split())}{hint}") from None
 
 
 def integers(name: str, value: object, dtype: npt.DTypeLike, low: int, high: int) -> npt.NDArray[Any]:
@@ -125,7 +134,7 @@ def integers(name: str, value: object, dtype: npt.DTypeLike, low: int, high: int
     if given.dtype.kind == "O" and all(isinstance(v, int) for v in given.flat):
         pass  # Python integers beyond 64 bits: the range check below reports one
     elif given.dtype.kind not in "iu":
-        raise TypeError(f"{name} must hold integers, not {given.dtype} ({reprlib.repr(value)})")
+        raise TypeError(f"{name} must hold integers, not {given.dtype} ({said(value)})")
     if given.size:
         for extreme in (int(given.min()), int(given.max())):
             if not low <= extreme <= high:
@@ -137,7 +146,7 @@ def reals(name: str, value: object) -> npt.NDArray[np.float64]:
     """An array of real numbers."""
     given = array(name, value)
     if given.dtype.kind not in "fiu" and given.size:
-        raise TypeError(f"{name} must hold numbers, not {given.dtype} ({reprlib.repr(value)})")
+        raise TypeError(f"{name} must hold numbers, not {given.dtype} ({said(value)})")
     return given.astype(np.float64)
 
 
@@ -148,8 +157,8 @@ def output(out: object, extents: Sequence[int], dtype: npt.DTypeLike) -> npt.NDA
         if math.prod(extents) * kind.itemsize > sys.maxsize:
             raise MemoryError(f"an array of {' x '.join(map(str, extents))} is too large for memory")
         return np.empty(extents, kind)
-    if not isinstance(out, np.ndarray):
-        raise TypeError(f"out must be an array, not {reprlib.repr(out)}")
+    if not isinstance(out, np.ndarray) or isinstance(out, (np.matrix, np.ma.MaskedArray)):
+        raise TypeError(f"out must be an array, not {said(out)}")
     if out.shape != extents or out.dtype != kind:
         raise ValueError(f"out must have shape {extents} and dtype {kind}, not {out.shape} and {out.dtype}")
     if not out.flags.carray:
@@ -164,12 +173,13 @@ def shape(value: object, max_ndim: int) -> tuple[int, ...]:
         extents: tuple[object, ...] = () if isinstance(value, (str, bytes)) else tuple(value)  # type: ignore[arg-type]
     except (TypeError, NotImplementedError):  # the latter from memoryview
         extents = ()
-        if hasattr(value, "__index__"):
-            raise TypeError(f"shape must be a tuple, not {value}: ({value}, {value}) is a square, ({value},) a row") from None
+        if isinstance(value, (int, np.integer)):
+            n = said(int(value))
+            raise TypeError(f"shape must be a tuple, not {n}: ({n}, {n}) is a square, ({n},) a row") from None
     if not extents and not isinstance(value, (tuple, list)):
-        raise TypeError(f"shape must be a tuple of integers, not {reprlib.repr(value)}")
+        raise TypeError(f"shape must be a tuple of integers, not {said(value)}")
     if not 1 <= len(extents) <= max_ndim:
-        raise ValueError(f"shape must have 1 to {max_ndim} extents, not {reprlib.repr(value)}")
+        raise ValueError(f"shape must have 1 to {max_ndim} extents, not {said(value)}")
     whole = tuple(integer("shape", extent, -sys.maxsize, sys.maxsize) for extent in extents)
     if min(whole) < 1:
         raise ValueError(f"shape must have extents of at least 1, not {whole}")
@@ -217,6 +227,8 @@ def permutation(name: str, flat: npt.NDArray[Any]) -> None:
     """Raises ValueError with the first rank that does not occur exactly once."""
     if is_permutation(flat):
         return
+    if flat.size == 0:
+        raise ValueError(f"{name} must have at least one texel")
     counts = np.bincount(flat[flat < flat.size], minlength=flat.size)
     rank = int(np.flatnonzero(counts != 1)[0])
     raise ValueError(

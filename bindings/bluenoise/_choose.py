@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import reprlib
-
 import numpy as np
 import numpy.typing as npt
 
@@ -141,7 +139,7 @@ def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uin
         raise ValueError(f"cdf must have shape (count,) with at least one entry, not {values.shape}")
     _bad("cdf", "[0, 1e30]", values, ~((values >= 0) & (values <= 1e30)))
     if (np.diff(values) < 0).any():
-        raise ValueError(f"cdf must be in ascending order, not {reprlib.repr(cdf)}")
+        raise ValueError(f"cdf must be in ascending order, not {arguments.said(cdf)}")
     if values[-1] < 1e-30:
         raise ValueError(f"cdf must end in a sum of 1e-30 or more, not {values[-1]}")
     return _parts(_core.choose_cdf(values.astype(np.float32), _numbers(u)))

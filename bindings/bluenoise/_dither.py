@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import reprlib
 import sys
 from typing import TYPE_CHECKING, Any, Optional, Sequence, TypeVar, overload
 
@@ -70,8 +69,9 @@ def dither(
     Parameters
     ----------
     image : array_like or PIL.Image.Image
-        An array of shape ``(height, width)`` or ``(height, width, channels)``: uint8 or uint16, where the largest value is full scale, or
-        floats in [0, 1]; all channels are dithered. Or a Pillow image of mode 1, L, LA, I;16, F, P, PA, RGB or RGBA: alpha is unchanged,
+        An array of shape ``(height, width)`` or ``(height, width, channels)``, in any memory order, or an object that NumPy converts to
+        one, such as a pandas DataFrame or an xarray DataArray: uint8 or uint16, where the largest value is full scale, or floats in
+        [0, 1]; all channels are dithered. Or a Pillow image of mode 1, L, LA, I;16, F, P, PA, RGB or RGBA: alpha is unchanged,
         mode 1 becomes L, palettes become RGB or RGBA, and transparent colours become alpha.
     levels : int, default 2
         Number of levels, 2 to 256, evenly spaced from 0 to full scale.
@@ -88,7 +88,7 @@ def dither(
     Returns
     -------
     ndarray or PIL.Image.Image
-        The dithered image. Its type, dtype and shape are the same as the input's.
+        The dithered image, with the dtype and shape of the input. A Pillow image keeps its metadata (``info``).
 
     Raises
     ------
@@ -137,14 +137,17 @@ def _dither_array(image: Any, levels: int, srgb: bool, channel_offset: bool, mas
     array = arguments.array("image", image)
     integers = array.dtype.kind == "u" and array.dtype.itemsize <= 2
     if not integers and array.dtype.kind != "f":
-        raise TypeError(f"image must have dtype uint8, uint16 or float, not {array.dtype} ({reprlib.repr(image)})")
+        hint = "; convert it, for example with np.asarray(image, np.uint8)" if array.dtype.kind in "biuO" else ""
+        raise TypeError(f"image must have dtype uint8, uint16 or float, not {array.dtype} ({arguments.said(image)}){hint}")
     if array.ndim not in (2, 3) or array.size == 0:
         raise ValueError(f"image must have shape (height, width) or (height, width, channels), not {array.shape}")
     if array.ndim == 3 and array.shape[0] <= 4 < array.shape[2]:
-        raise ValueError(f"image of shape {array.shape} has its channels first: give np.moveaxis(image, 0, -1)")
+        given = "image" if isinstance(image, np.ndarray) else "np.asarray(image)"
+        raise ValueError(f"image of shape {array.shape} has its channels first: give np.moveaxis({given}, 0, -1)")
     texels = array.reshape(*array.shape[:2], -1)
     steps, full = levels - 1, np.iinfo(array.dtype).max if integers else 1
-    ends = np.rint(np.arange(levels) * (full / steps)).astype(array.dtype)
+    level = np.arange(levels, dtype=np.result_type(array.dtype, np.float64))
+    ends = (np.rint(level * (full / steps)) if integers else level / steps).astype(array.dtype)
     table = _positions(full, ends.astype(np.float64), srgb) if integers else None
     out = np.empty(texels.shape, array.dtype)
     # Works in parts of a few megabytes, each of which is a stack of whole mask tiles.
@@ -154,13 +157,13 @@ def _dither_array(image: Any, levels: int, srgb: bool, channel_offset: bool, mas
         part = texels[first : first + rows]
         if table is not None:
             found = _dither_channels(table[part], levels, False, channel_offset, mask)
-            out[first : first + rows] = ends[(found * np.float32(steps) + np.float32(0.5)).astype(np.uint8)]
-            continue
-        values = part.astype(np.float32, order="C")
-        inside = (values >= 0) & (values <= 1)
-        if not inside.all():
-            raise ValueError(f"image must have values in [0, 1], not {part[~inside][0]}")
-        out[first : first + rows] = _dither_channels(values, levels, srgb, channel_offset, mask)
+        else:
+            values = part.astype(np.float32)
+            inside = (values >= 0) & (values <= 1)
+            if not inside.all():
+                raise ValueError(f"image must have values in [0, 1], not {part[~inside][0]}")
+            found = _dither_channels(values, levels, srgb, channel_offset, mask)
+        out[first : first + rows] = ends[(found * np.float32(steps) + np.float32(0.5)).astype(np.uint8)]
     return out.reshape(array.shape)
 
 
@@ -188,7 +191,7 @@ def _dither_channels(
     for channel in range(channels):
         plane, own = values[:, :, channel : channel + 1], mask[channel] if mask.ndim == 3 else mask
         if mask.dtype.kind != "f":
-            planes.append(_core.dither(np.ascontiguousarray(plane), levels, srgb, False, own))
+            planes.append(_core.dither(plane, levels, srgb, False, own))
             continue
         if channel_offset and mask.ndim == 2:
             own = np.roll(own, [-int(channel * step % 1 * n) for step, n in zip(_CHANNEL_STEPS, own.shape)], (0, 1))
@@ -220,15 +223,19 @@ def _dither_picture(picture: Any, pillow: Any, *options: Any) -> Any:
         picture = picture.convert(("LA" if picture.mode in ("1", "L") else "RGBA") if transparent else "RGB")
     elif picture.mode == "1":
         picture = picture.convert("L")
+    elif "transparency" in picture.info and picture.mode.startswith("I"):
+        raise ValueError("image has 16 bits and a transparent colour, but Pillow has no 16-bit mode with alpha: give image.convert('LA')")
     array = np.asarray(picture)
     # Older versions of Pillow use mode I for 16-bit PNG and PGM files.
     if picture.mode.startswith("I;16") or picture.mode == "I" and picture.format in ("PNG", "PPM"):
         array = array.astype(np.uint16)
     elif picture.mode not in _PICTURE_MODES:
-        raise ValueError(f"image must have mode {', '.join(_PICTURE_MODES)}, not {picture.mode}")
+        raise ValueError(f"image must have mode {', '.join(_PICTURE_MODES)}, not {picture.mode}; give image.convert('RGB')")
     if picture.mode in ("LA", "RGBA"):
         out = array.copy()
         out[..., :-1] = _dither_array(array[..., :-1], *options)
     else:
         out = _dither_array(array, *options)
-    return pillow.fromarray(out)
+    result = pillow.fromarray(out)
+    result.info = picture.info.copy()
+    return result

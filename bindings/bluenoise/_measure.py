@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-import reprlib
 from dataclasses import dataclass
 from typing import Any, Optional, Sequence, Union
 
@@ -51,7 +50,7 @@ def ranks_of(name: str, value: npt.ArrayLike) -> tuple[arguments.Ranks, bool]:
     ranks or values. Other threads cannot change the copy."""
     given = arguments.array(name, value)
     if given.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must hold integers or floats, not {given.dtype} ({reprlib.repr(value)})")
+        raise TypeError(f"{name} must hold integers or floats, not {given.dtype} ({arguments.said(value)})")
     if given.ndim not in (1, 2) or given.size == 0:
         hint = f"; take one {name} at a time, as in {name}[0]" if given.ndim == 3 else ""
         raise ValueError(f"{name} must have shape (height, width) or (n,), not {given.shape}{hint}")
@@ -166,7 +165,11 @@ def anisotropy(masks: Union[npt.ArrayLike, Sequence[npt.ArrayLike]]) -> float:
         masks = np.asarray(masks)
         if masks.ndim != 3:
             raise ValueError(f"masks must have shape (k, height, width), not {masks.shape}; for one mask, give [mask]")
-    return _anisotropy(masks)
+    try:
+        each = iter(masks)  # type: ignore[arg-type]
+    except TypeError:
+        raise TypeError(f"masks must be a sequence of masks, not {arguments.said(masks)}") from None
+    return _anisotropy(each)
 
 
 def _anisotropy(masks: Any) -> float:

@@ -260,7 +260,7 @@ def _path(name: str, value: object) -> str:
     try:
         path = os.fspath(value)  # type: ignore[call-overload]
     except TypeError:
-        raise TypeError(f"{name} must be a path, not {value!r}") from None
+        raise TypeError(f"{name} must be a path, not {arguments.said(value)}") from None
     if not isinstance(path, str) or not path or "\0" in path:
         raise ValueError(f"{name} must be a path, not {path!r}")
     return path

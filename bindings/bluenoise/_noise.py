@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import reprlib
 from typing import Any, Optional
 
 import numpy as np
@@ -20,7 +19,7 @@ COLOURS = {0.25: ("black", (0, 0, 16)), 0.5: ("blue", (40, 60, 170)), 1.0: ("gre
 def _image(name: str, value: npt.ArrayLike) -> npt.NDArray[np.float32]:
     given = arguments.array(name, value)
     if given.dtype.kind != "f":
-        raise TypeError(f"{name} must hold linear light as floats, not {given.dtype} ({reprlib.repr(value)})")
+        raise TypeError(f"{name} must hold linear light as floats, not {given.dtype} ({arguments.said(value)})")
     if given.ndim not in (2, 3) or given.size == 0:
         raise ValueError(f"{name} must have shape (height, width) or (height, width, channels), not {given.shape}")
     if np.isnan(given).any():

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import reprlib
 from typing import Any, Iterator, NoReturn, Optional
 
 import numpy as np
@@ -87,7 +86,7 @@ class PathSampler:
         self, sampler: Sampler, x: npt.ArrayLike, y: npt.ArrayLike, index: npt.ArrayLike, stream: npt.ArrayLike = 0
     ) -> None:
         if not isinstance(sampler, Sampler):
-            raise TypeError(f"sampler must be a Sampler, not {reprlib.repr(sampler)}")
+            raise TypeError(f"sampler must be a Sampler, not {arguments.said(sampler)}")
         streams = arguments.integers("stream", stream, np.uint32, *arguments.UINT32)
         self._set(
             sampler,

@@ -7,7 +7,6 @@ import functools
 import inspect
 import itertools
 import math
-import reprlib
 from typing import Any, Callable, Optional
 
 import numpy as np
@@ -130,7 +129,7 @@ def points(
     given = {"density": density, "candidates": candidates, "mask": mask, "jitter": jitter}
     for name, value in given.items():
         if value is not None and name not in METHODS[method]:
-            raise TypeError(f"method {method!r} has no option {name} (given as {reprlib.repr(value)})")
+            raise TypeError(f"method {method!r} has no option {name} (given as {arguments.said(value)})")
     options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if field is not None:
         options["density"] = field
@@ -168,7 +167,7 @@ class _Density:
     def __init__(self, value: npt.ArrayLike, dims: int) -> None:
         given = arguments.array("density", value)
         if given.dtype.kind not in "biuf":
-            raise TypeError(f"density must hold numbers, not {given.dtype} ({reprlib.repr(value)})")
+            raise TypeError(f"density must hold numbers, not {given.dtype} ({arguments.said(value)})")
         if given.ndim != dims or given.size == 0:
             raise ValueError(f"density must have shape {'(height, width)' if dims == 2 else '(depth, height, width)'}, not {given.shape}")
         self.values = given.astype(np.float64)

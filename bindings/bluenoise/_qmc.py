@@ -19,8 +19,8 @@ class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
         d = arguments.integer("d", d, 1, 2**31 - 1)
         try:
             x, y = pixel
-        except (TypeError, ValueError):
-            raise ValueError(f"pixel must be (x, y), not {pixel!r}") from None
+        except (TypeError, ValueError, NotImplementedError):  # the latter from memoryview
+            raise ValueError(f"pixel must be (x, y), not {arguments.said(pixel)}") from None
         super().__init__(d=d)
         if seed is not None:
             sampler = Sampler(sampler.type, seed=seed, samples_per_pixel=sampler.samples_per_pixel, mask=sampler.mask)

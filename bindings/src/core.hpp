@@ -18,7 +18,8 @@ namespace bluenoise {
 
 namespace py = pybind11;
 
-/* Arrays from the Python side already have the right type and C order; nothing is converted here. */
+/* Arrays from the Python side already have the right type. Inputs may have any memory order: pybind11 copies
+ * those that are not C-ordered. Outputs are noconvert(), because a copy would be lost. */
 using Ranks = py::array_t<uint32_t, py::array::c_style>;
 using Floats = py::array_t<float, py::array::c_style>;
 using Doubles = py::array_t<double, py::array::c_style>;

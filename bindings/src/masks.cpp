@@ -155,17 +155,17 @@ void bind_masks(py::module_ &module) {
                py::arg("ranks").noconvert(), py::arg("options"), py::arg("progress"));
     module.def("relax", generator<bn_relax, bn_relax_options>("relax", &bn_mask::depth),
                py::arg("ranks").noconvert(), py::arg("options"), py::arg("progress"));
-    module.def("ranks_to_float", &ranks_to_float, py::arg("ranks").noconvert(), py::arg("count"));
+    module.def("ranks_to_float", &ranks_to_float, py::arg("ranks"), py::arg("count"));
     module.def("builtin_mask", &builtin_mask, py::arg("size"));
     module.def("builtin_mask_exists",
                [](uint32_t size) { return bn_builtin_mask(size).ranks != nullptr; });
-    module.def("power_spectrum", &power_spectrum, py::arg("ranks").noconvert());
-    module.def("mask_error", &mask_error, py::arg("ranks").noconvert(), py::arg("sigma"));
-    module.def("dither", &dither, py::arg("image").noconvert(), py::arg("levels"), py::arg("srgb"),
+    module.def("power_spectrum", &power_spectrum, py::arg("ranks"));
+    module.def("mask_error", &mask_error, py::arg("ranks"), py::arg("sigma"));
+    module.def("dither", &dither, py::arg("image"), py::arg("levels"), py::arg("srgb"),
                py::arg("channel_offset"), py::arg("mask"));
-    module.def("visible_noise", &visible_noise, py::arg("first").noconvert(),
-               py::arg("second").noconvert(), py::arg("sigma"), py::arg("exposure"),
-               py::arg("first_share"), py::arg("window"), py::arg("progress"));
+    module.def("visible_noise", &visible_noise, py::arg("first"), py::arg("second"),
+               py::arg("sigma"), py::arg("exposure"), py::arg("first_share"), py::arg("window"),
+               py::arg("progress"));
 }
 
 } // namespace bluenoise

@@ -132,9 +132,8 @@ void bind_sampler(py::module_ &module) {
     py::class_<Sampler>(module, "Sampler")
         .def(py::init<int32_t, uint64_t, uint32_t, const py::object &>(), py::arg("type"),
              py::arg("seed"), py::arg("samples_per_pixel"), py::arg("mask"))
-        .def("sample", &Sampler::sample, py::arg("x").noconvert(), py::arg("y").noconvert(),
-             py::arg("index").noconvert(), py::arg("domain").noconvert(),
-             py::arg("out").noconvert(), py::arg("pair") = -1)
+        .def("sample", &Sampler::sample, py::arg("x"), py::arg("y"), py::arg("index"),
+             py::arg("domain"), py::arg("out").noconvert(), py::arg("pair") = -1)
         .def("block", &Sampler::block, py::arg("x0"), py::arg("y0"), py::arg("first_index"),
              py::arg("domain"), py::arg("out").noconvert())
         .def("points", &Sampler::points, py::arg("x"), py::arg("y"), py::arg("first_index"),

@@ -189,6 +189,24 @@ class TestImages:
         picture = self.picture("RGB")
         assert (np.asarray(dither(picture, 4)) == dither(np.asarray(picture), 4)).all()
 
+    @pytest.mark.parametrize("mode", ["1", "L", "LA", "P", "PA", "RGB", "RGBA"])
+    def test_metadata_is_kept(self, mode):
+        picture = self.picture(mode)
+        picture.info.update(icc_profile=b"profile", dpi=(300, 300), exif=b"Exif")
+        out = dither(picture)
+        assert out.info == picture.info and out.info is not picture.info
+
+    def test_metadata_of_a_transparent_colour_is_replaced_by_alpha(self):
+        picture = self.picture("P")
+        picture.info.update(icc_profile=b"profile", transparency=3)
+        assert dither(picture).info == {"icc_profile": b"profile"} and picture.info["transparency"] == 3
+
+    def test_16_bit_images_with_a_transparent_colour_are_refused(self):
+        picture = self.Image.fromarray(np.array([[300, 70]], np.uint16))
+        picture.info["transparency"] = 300
+        with refused(ValueError, ["16 bits", "transparent colour", "convert('LA')"]):
+            dither(picture)
+
     def test_16_bit_and_float_images(self):
         ramp = np.linspace(0, 65535, 4096).reshape(64, 64).astype(np.uint16)
         sixteen = dither(self.Image.fromarray(ramp), 2)
