@@ -21,7 +21,7 @@ def _whole(values: object, dtype: npt.DTypeLike, shape: tuple[int, ...]) -> _Who
 
 
 class Pan:
-    """How far a picture has moved, in whole pixels. Draws that follow a moving picture subtract it from their coordinates.
+    """How far an image has moved, in whole pixels. Draws that follow a moving image subtract it from their coordinates.
 
     Call `follow` once per frame. Sums are exact: errors do not grow with the distance. Results are bit-identical to those of
     ``bn_follow`` in C and in shaders.
@@ -29,7 +29,7 @@ class Pan:
     Parameters
     ----------
     shape : tuple of int, default ()
-        The shape of `x` and `y`: one pan, or an array of pans, for example one for each layer of the picture.
+        The shape of `x` and `y`: one pan, or an array of pans, for example one for each layer of the image.
 
     Examples
     --------
@@ -54,7 +54,7 @@ class Pan:
         Parameters
         ----------
         x, y : array_like of float
-            How far the picture moved since the last frame, in pixels, in the directions in which coordinates grow. Both broadcast to
+            How far the image moved since the last frame, in pixels, in the directions in which coordinates grow. Both broadcast to
             `shape` and are rounded to float32. Values that are NaN or at least 2**24 in size count as 0.
         """
         self._sums[...] = _core.pan_add(self._sums, np.stack([self._motion("x", x), self._motion("y", y)]))

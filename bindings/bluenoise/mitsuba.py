@@ -8,10 +8,13 @@
     scene["sensor"]["sampler"] = {"type": "bluenoise", "sample_count": 16, "seed": 0}
 
 Samples are bit-identical to those of ``bluenoise.Sampler("blue", seed=seed)`` at the film's pixels, including its crop offset.
-``seed`` ranges from 0 to 2**31 - 1. The seed passed to ``mitsuba.render`` becomes the stream of a ``bluenoise.PathSampler``, so you
-can pass a frame number. Two-dimensional draws 2 r and 2 r + 1 are ``draw_direction`` and ``draw_end_light`` of ray r: for the
-camera ray, the pixel position and the first light; for later rays, the direction and the next light. One-dimensional draws
-are ``next_1d`` calls on the ray whose direction or light is drawn next.
+``seed`` ranges from 0 to 2**31 - 1. The seed passed to ``mitsuba.render`` becomes the stream of a ``bluenoise.PathSampler``. With the
+property ``"film": True``, it is the number of a film's frame instead, and samples continue from frame to frame: the first index is
+``bluenoise.frame_index(seed, sample_count)``.
+
+Two-dimensional draws 2 r and 2 r + 1 are ``draw_direction`` and ``draw_end_light`` of ray r: for the camera ray, the pixel position and
+the first light; for later rays, the direction and the next light. One-dimensional draws are ``next_1d`` calls on the ray whose direction
+or light is drawn next.
 
 Draws run in Dr.Jit, even inside recorded loops. Scalar variants are not supported.
 """
@@ -30,6 +33,7 @@ except ImportError as error:
     raise ImportError(f"the sampler needs Mitsuba 3; run pip install 'libbn[mitsuba]' ({error})") from None
 
 from . import arrays
+from ._frames import frame_index, frame_stream
 from ._sampler import Sampler
 
 __all__: list[str] = []
@@ -122,6 +126,8 @@ def _create_class() -> Any:
         def __init__(self, props: Any) -> None:
             base.__init__(self, props)
             self._sampler = Sampler("blue", seed=int(props.get("seed", 0)))
+            self._is_film = bool(props.get("film", False))
+            self._first = 0  # the index of a frame's first sample
             self._film = _Film(self)
             self._per_wavefront = 1  # samples per pixel in a wavefront
             self._advances = 0
@@ -136,7 +142,7 @@ def _create_class() -> Any:
             props = mi.Properties("bluenoise")
             props["sample_count"] = self.sample_count()
             other = type(self)(props)
-            other._sampler, other._film = self._sampler, self._film
+            other._sampler, other._film, other._is_film = self._sampler, self._film, self._is_film
             return other
 
         def fork(self) -> Any:
@@ -147,6 +153,7 @@ def _create_class() -> Any:
             if self._lanes is not None:
                 mi.Sampler.seed(other, 0, self.wavefront_size())
             other._per_wavefront, other._advances, other._lanes = self._per_wavefront, self._advances, self._lanes
+            other._first = self._first
             other._pairs, other._singles = mi.Int32(self._pairs), mi.Int32(self._singles)
             return other
 
@@ -158,6 +165,9 @@ def _create_class() -> Any:
         def seed(self, seed: Any, wavefront_size: int = _UNSEEDED) -> None:
             mi.Sampler.seed(self, seed, wavefront_size)  # for wavefront_size()
             key = mi.Int32(mi.UInt32(seed))
+            if self._is_film:
+                frame, most = int(key[0]) & 0xFFFFFFFF, self.sample_count()
+                self._first, key = int(frame_index(frame, most)), mi.Int32(mi.UInt32(frame_stream(frame, most)))
             dr.make_opaque(key)
             x0, y0, width = self._place()
             pixel = dr.arange(mi.UInt32, self.wavefront_size()) // self._per_wavefront
@@ -184,7 +194,7 @@ def _create_class() -> Any:
             self._pairs, self._singles = mi.Int32(0), mi.Int32(0)
             if self._lanes is None:
                 return
-            first = self._advances * self._per_wavefront
+            first = self._first + self._advances * self._per_wavefront
             lane = dr.arange(mi.UInt32, self.wavefront_size())
             index = dr.opaque(mi.UInt32, first) + lane % self._per_wavefront
             self._lanes = self._lanes.at_index(index, first + self._per_wavefront - 1)

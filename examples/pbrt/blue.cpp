@@ -7,8 +7,6 @@
 #include <pbrt/util/error.h>
 #include <pbrt/util/print.h>
 
-#include <bn/bn_draw.h>
-
 #include <algorithm>
 
 namespace pbrt {
@@ -25,13 +23,14 @@ BlueSampler *BlueSampler::Create(const ParameterDictionary &parameters, const Fi
                       : Options->pixelSamples ? *Options->pixelSamples
                                               : asked;
     const int seed = parameters.GetOneInt("seed", Options->seed);
-    return alloc.new_object<BlueSampler>(count, uint32_t(seed));
+    return alloc.new_object<BlueSampler>(count, uint32_t(seed), parameters.GetOneInt("frame", 0));
 }
 
 void BlueSampler::OpenDomain(int newKey) {
     key = newKey;
     spent = 0;
-    bn_sample_4d(&sampler, pixel.x, pixel.y, sampleIndex, bn_domain_child(BN_DOMAIN_ROOT, key), u);
+    bn_sample_4d(&sampler, pixel.x, pixel.y, firstIndex + sampleIndex,
+                 bn_domain_child(BN_DOMAIN_ROOT, key), u);
 }
 
 // Each domain covers three dimensions so that a path restarted at a later dimension gets the same keys.
@@ -58,9 +57,9 @@ void BlueSampler::StartPixelSample(Point2i p, int index, int dim) {
 Float BlueSampler::WavelengthOffset() const {
     if (samplesPerPixel > MaxEquidistant || sampleIndex >= samplesPerPixel) return u[3];
     const uint32_t domain = bn_domain_child(BN_DOMAIN_ROOT, 0);
-    if (samplesPerPixel == 1) return bn_sample_1d(&mask, pixel.x, pixel.y, 0, domain);
+    if (samplesPerPixel == 1) return bn_sample_1d(&mask, pixel.x, pixel.y, firstIndex, domain);
     float first[2];
-    bn_sample_2d(&sampler, pixel.x, pixel.y, 0, domain, 1, first);
+    bn_sample_2d(&sampler, pixel.x, pixel.y, firstIndex, domain, 1, first);
     const int place = sampleIndex * EquidistantSteps[samplesPerPixel] % samplesPerPixel;
     const Float v = first[1] + Float(place) / samplesPerPixel;
     return v - int(v);
@@ -90,7 +89,8 @@ Point2f BlueSampler::GetPixel2D() {
     dimension += 2;
     if (key == 0) return Point2f(u[0], u[1]);
     float pair[4];
-    bn_sample_4d(&sampler, pixel.x, pixel.y, sampleIndex, bn_domain_child(BN_DOMAIN_ROOT, 0), pair);
+    bn_sample_4d(&sampler, pixel.x, pixel.y, firstIndex + sampleIndex,
+                 bn_domain_child(BN_DOMAIN_ROOT, 0), pair);
     return Point2f(pair[0], pair[1]);
 }
 

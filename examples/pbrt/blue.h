@@ -9,7 +9,7 @@
 #include <pbrt/base/sampler.h>
 #include <pbrt/util/vecmath.h>
 
-#include <bn/bn.h>
+#include <bn/bn_path.h>
 
 #include <string>
 
@@ -20,8 +20,10 @@ namespace pbrt {
 // counts the dimensions of a whole path, and may start at any dimension.
 class BlueSampler {
   public:
-    BlueSampler(int samplesPerPixel, uint64_t seed)
-        : samplesPerPixel(samplesPerPixel), sampler(bn_sampler_make(seed)) {
+    BlueSampler(int samplesPerPixel, uint64_t seed, int frame = 0)
+        : samplesPerPixel(samplesPerPixel),
+          firstIndex(bn_frame_index(uint32_t(frame), uint32_t(samplesPerPixel))),
+          sampler(bn_sampler_make(seed)) {
         bn_sampler_init(&mask, BN_SAMPLER_MASK, seed);
     }
 
@@ -45,6 +47,7 @@ class BlueSampler {
     Float WavelengthOffset() const;
 
     int samplesPerPixel;
+    uint32_t firstIndex; // of this frame of a film
     bn_sampler sampler;
     bn_sampler mask; // for images with one sample per pixel
     Point2i pixel;

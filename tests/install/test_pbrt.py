@@ -36,10 +36,10 @@ def test_no_number_is_drawn_twice(draws, order):
     assert all(0 <= float(number) < 1 for line in lines for number in line.split())
 
 
-@pytest.mark.parametrize("arguments", [["wavefront", "40"], ["domains"], ["wavelengths"]], ids=lambda arguments: arguments[0])
+@pytest.mark.parametrize("arguments", [["wavefront", "40"], ["domains"], ["frames"], ["wavelengths"]], ids=lambda arguments: arguments[0])
 def test_comparisons_find_no_differences(draws, arguments):
-    """The wavefront integrator draws the same numbers as an uninterrupted path, decisions use the domains listed in the README, and at
-    few samples wavelengths are evenly spaced."""
+    """The wavefront integrator draws the same numbers as an uninterrupted path, decisions use the domains listed in the README, frames
+    continue the samples, and at few samples wavelengths are evenly spaced."""
     assert run(draws, *arguments) == "0\n"
 
 

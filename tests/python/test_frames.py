@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Following a moving picture keeps the error that averaged frames have at rest. Pans and the frames of films are those of bn_path.h."""
+"""Following a moving image keeps the error that averaged frames have at rest. Pans and the frames of films are those of bn_path.h."""
 
 import numpy as np
 import pytest

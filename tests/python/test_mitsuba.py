@@ -82,6 +82,17 @@ def test_film_pixels_match_the_library(crop):
         assert np.array_equal(picture[..., 2], single(x, y, 0, 2, 0, seed))
 
 
+@pytest.mark.usefixtures("llvm")
+def test_frames_of_a_film_continue_the_samples():
+    register_probe()
+    film = {"sampler": {"type": "bluenoise", "sample_count": 3, "seed": 5, "film": True}}
+    y, x, i = np.mgrid[0:6, 0:9, 0:3]
+    for frame, first, stream in ((0, 0, 0), (7, 28, 0), (2**30 + 1, 4, 1)):
+        picture = np.array(mitsuba.render(scene_of({"type": "probe", "pair": 3}, 9, 6, 3, sensor=film), seed=frame))
+        wanted = np.concatenate([own(x, y, first + i, 3, stream), single(x, y, first + i, 2, 0, stream)[..., None]], -1).mean(2)
+        np.testing.assert_allclose(picture, wanted, atol=1e-6)
+
+
 def test_scalar_variants_are_rejected():
     mitsuba.set_variant("scalar_rgb")
     with pytest.raises(RuntimeError, match="llvm_ad_rgb, not scalar_rgb"):

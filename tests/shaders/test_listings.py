@@ -22,6 +22,7 @@ def test_upload(tmp_path):
 
 def test_cpp(tmp_path):
     compile_text(tmp_path, "realtime.cpp", listing("realtime.cpp"))
+    compile_text(tmp_path, "follow.cpp", listing("follow.cpp"))
 
 
 def compile_hlsl(folder, text):

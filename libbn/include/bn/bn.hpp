@@ -405,10 +405,10 @@ inline PathSampler Split::operator[](uint32_t k) const noexcept {
 
 // ---- Frames
 
-// How far a picture has moved, in whole pixels. Call follow() once per frame, and draw at (x - pan.x(), y - pan.y()).
+// How far an image has moved, in whole pixels. Call follow() once per frame, and draw at (x - pan.x(), y - pan.y()).
 class Pan {
   public:
-    // Calls bn_follow(): the picture moved by (x, y) pixels, in the directions in which coordinates grow.
+    // Calls bn_follow(): the image moved by (x, y) pixels, in the directions in which coordinates grow.
     void follow(float x, float y) noexcept { state_ = bn_follow(state_, x, y); }
 
     int32_t x() const noexcept { return static_cast<int32_t>(state_.x); }

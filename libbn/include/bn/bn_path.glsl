@@ -147,7 +147,7 @@ BN_FUNCTION BN_UINT bn_loop_later_bits(bn_uint2 seed, bn_path path, BN_UINT doma
 #endif
 
 #ifdef BN_FLOAT_BITS
-/* How far the picture, or a layer of it, has moved since the start, in two's complement. Start with
+/* How far the image, or a layer of it, has moved since the start, in two's complement. Start with
  * zeros. */
 struct bn_pan {
     BN_UINT x, y;           /* whole pixels, to subtract from the coordinates of draws */
@@ -170,7 +170,7 @@ BN_FUNCTION bn_uint2 bn_pan_add(bn_uint2 at, float motion) {
     return at;
 }
 
-/* The pan after one more frame, in which the picture moved by (x, y) pixels, in the directions in which
+/* The pan after one more frame, in which the image moved by (x, y) pixels, in the directions in which
  * the coordinates grow. pan.x becomes the sum of all x, rounded to the nearest integer (halves upwards),
  * modulo 2^32. Each motion is truncated to a multiple of 2^-24 and then added without rounding, so errors
  * do not grow with the distance, and a motion and its opposite cancel. Coordinates that are NaN or at

@@ -62,7 +62,7 @@
  *     bn_path path = bn_path_start(x, y, first + i, stream); // sample i = 0, 1 ... of the frame
  *
  * `most` is the largest number of samples that a pixel takes in any frame. If a renderer draws one sample
- * per frame and averages frames along the motion of the picture, the draws should follow the motion too:
+ * per frame and averages frames along the motion of the image, the draws should follow the motion too:
  *
  *     pan = bn_follow(pan, motion_x, motion_y); // once per frame, starting with bn_pan pan = {0, 0, 0, 0}
  *     bn_path path = bn_path_start(x - pan.x, y - pan.y, frame, 0);

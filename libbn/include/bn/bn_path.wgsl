@@ -128,7 +128,7 @@ fn bn_loop_later_bits(seed: vec2u, path: bn_path, domain: u32, k: u32) -> u32 {
 
 /* ---- Frames */
 
-/* How far the picture, or a layer of it, has moved since the start, in two's complement. Start with
+/* How far the image, or a layer of it, has moved since the start, in two's complement. Start with
  * zeros. */
 struct bn_pan {
     x: u32,
@@ -156,7 +156,7 @@ fn bn_pan_add(at_in: vec2u, motion: f32) -> vec2u {
     return at;
 }
 
-/* The pan after one more frame, in which the picture moved by (x, y) pixels, in the directions in which
+/* The pan after one more frame, in which the image moved by (x, y) pixels, in the directions in which
  * the coordinates grow. pan.x becomes the sum of all x, rounded to the nearest integer (halves upwards),
  * modulo 2^32. Each motion is truncated to a multiple of 2^-24 and then added without rounding, so errors
  * do not grow with the distance, and a motion and its opposite cancel. Coordinates that are NaN or at

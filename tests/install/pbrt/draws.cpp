@@ -3,6 +3,7 @@
 //     draws path ORDER DEPTHS          one line per number, with its values in eight samples
 //     draws wavefront DEPTHS           how many values differ from those of an uninterrupted path
 //     draws domains                    how many values do not match the draws of their domain
+//     draws frames                     how many values of a film's frame do not continue those of the frames before it
 //     draws wavelengths                how many pixels have unevenly spaced wavelengths at 1 to 7 samples
 #include <pbrt/blue.h>
 
@@ -21,8 +22,10 @@ using Numbers = std::vector<float>;
 
 namespace {
 
-pbrt::BlueSampler make() {
-    return *pbrt::BlueSampler::Create({}, nullptr, {});
+pbrt::BlueSampler make(int frame = 0) {
+    pbrt::ParameterDictionary parameters;
+    parameters.frame = frame;
+    return *pbrt::BlueSampler::Create(parameters, nullptr, {});
 }
 
 void add(Numbers &numbers, const Point2f &p) {
@@ -105,6 +108,17 @@ int wavefront(int depths) {
     return wrong;
 }
 
+int frames() {
+    int wrong = 0;
+    pbrt::BlueSampler film = make(), frame = make(3);
+    for (int index = 0; index < 16; ++index) {
+        const Numbers wanted = path(film, {index, 9}, 3 * 16 + index, "7", 4);
+        const Numbers numbers = path(frame, {index, 9}, index, "7", 4);
+        for (size_t i = 0; i < wanted.size(); ++i) wrong += numbers[i] != wanted[i];
+    }
+    return wrong;
+}
+
 int domains() {
     int wrong = 0;
     const bn_sampler library = bn_sampler_make(0);
@@ -164,6 +178,7 @@ int main(int, char **arguments) {
     if (what == "path") return print_path(arguments[2], std::atoi(arguments[3]));
     std::printf("%d\n", what == "wavefront" ? wavefront(std::atoi(arguments[2]))
                         : what == "domains" ? domains()
+                        : what == "frames"  ? frames()
                                             : wavelengths());
     return 0;
 }

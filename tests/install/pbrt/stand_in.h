@@ -24,7 +24,10 @@ struct Point2f {
 struct FileLoc;
 
 struct ParameterDictionary {
-    int GetOneInt(const std::string &, int otherwise) const { return otherwise; }
+    int frame = 0;
+    int GetOneInt(const std::string &name, int otherwise) const {
+        return name == "frame" ? frame : otherwise;
+    }
 };
 
 struct PBRTOptions {

@@ -42,12 +42,12 @@ impl<'s> PathSampler<'s> {
     }
 }
 
-/// How far a picture has moved, in whole pixels: draw at `(x - pan.x(), y - pan.y())`.
+/// How far an image has moved, in whole pixels: draw at `(x - pan.x(), y - pan.y())`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pan(sys::bn_pan);
 
 impl Pan {
-    /// Call this once per frame: the picture moved by (x, y) pixels, in the directions in which coordinates grow. `bn_path.glsl` has
+    /// Call this once per frame: the image moved by (x, y) pixels, in the directions in which coordinates grow. `bn_path.glsl` has
     /// the rules for rounding and for values that are not finite.
     pub fn follow(&mut self, x: f32, y: f32) {
         // SAFETY: a pure function.
