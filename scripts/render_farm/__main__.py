@@ -54,7 +54,8 @@ def parse(arguments):
     add("--threads", type=positive, default=1, metavar="N", help="threads per task (default 1)")
     add("--tile", type=parse_size, default=(128, 128), metavar="WxH", help="maximum size of a task in pixels (default 128x128)")
     add("--spp", type=positive, default=16, metavar="N", help="samples per pixel (default 16)")
-    add("--first-sample", type=int, default=0, metavar="N", help="index of the first sample of each pixel (default 0)")
+    add("--first-sample", type=int, default=0, metavar="N", help="index of the first sample of each pixel (default 0); in a film, "
+        "the frame number times a power of two that is at least --spp")
     add("--size", type=parse_size, default=(512, 512), metavar="WxH", help="size of the image in pixels (default 512x512)")
     add("--crop", type=region, metavar="x0,y0,x1,y1", help="render only this region")
     add("--scene", type=file_or_name, metavar="NAME|FILE", help="the scene (default cornell)")

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What draws should follow: `scripts/bench follow` averages frames of simple motions, and writes three tables in docs/realtime.md
+
+Every pixel integrates the same half-planes at one sample per frame. The first table compares ways to choose the pan: the history is reprojected
+along the motion, read bilinearly, and averaged with a weight of 0.1. The others have a still camera: the second compares frame numbers that
+repeat, and the third ways to choose a lobe.
+"""
+
+import numpy as np
+from scipy import ndimage
+
+import bluenoise
+
+from ..base.command import Parser
+from ..base.tables import md_table, write_or_print
+from ..measure.image_error import blurred
+from .realtime import half_plane
+
+GUIDE, COMMAND, PERIODS_COMMAND, LOBES_COMMAND = "docs/realtime.md", "scripts/bench follow", "scripts/bench follow: periods", "scripts/bench follow: lobes"
+SIDE, EDGE, FRAMES, WEIGHT, TILE, RADIUS = 256, 40, 40, 0.1, 64, 70
+SIGMA = 1.0
+Y, X = np.mgrid[:SIDE, :SIDE]
+ACROSS, DOWN = (2 * grid / (SIDE - 1) - 1 for grid in (X, Y))  # -1 to 1
+PERIODS, LOBES = (64, 32, 16), (0.5, 0.3)
+SETTLED = range(160, 192)  # frames at which settled averages are measured
+
+
+# ---- Motions: for frame t, the motion in x and y of each pixel, and the layer that it shows
+
+def even(x, y):
+    return np.full(X.shape, float(x)), np.full(X.shape, float(y))
+
+
+def two_layers(t):
+    """A disc moves in front of a background, and is in the centre of the last frame."""
+    disc = (3.0, 1.0)
+    inside = np.hypot(X - SIDE / 2 - disc[0] * (t - FRAMES + 1), Y - SIDE / 2 - disc[1] * (t - FRAMES + 1)) < RADIUS
+    return np.where(inside, disc[0], -2.0), np.where(inside, disc[1], 0.0), inside
+
+
+MOTIONS = {
+    "rest": lambda t: (*even(0, 0), X < 0),
+    "pan by 2.5 pixels": lambda t: (*even(2.2, 1.2), X < 0),
+    "parallax, 1 to 4 pixels": lambda t: (2.5 + 1.5 * DOWN, 0 * DOWN, X < 0),
+    "zoom, 0 to 1 pixel": lambda t: (ACROSS, DOWN, X < 0),
+    "zoom, 0 to 4 pixels": lambda t: (4 * ACROSS, 4 * DOWN, X < 0),
+    "roll, 0 to 4 pixels": lambda t: (-4 * DOWN, 4 * ACROSS, X < 0),
+    "a disc that moves by 3 pixels, in front of a background that moves by 2": two_layers,
+}
+
+
+def in_tiles(values):
+    """The median of each tile."""
+    count = SIDE // TILE
+    medians = np.median(values.reshape(count, TILE, count, TILE).transpose(0, 2, 1, 3).reshape(count, count, -1), -1)
+    return medians.repeat(TILE, 0).repeat(TILE, 1)
+
+
+WAYS = {
+    "fixed": lambda x, y, layer: even(0, 0),
+    "one pan": lambda x, y, layer: even(np.median(x), np.median(y)),
+    "a pan for each tile": lambda x, y, layer: (in_tiles(x), in_tiles(y)),
+}
+
+
+# ---- The measure
+
+def planes(count):
+    return [half_plane(np.random.default_rng([7, i])) for i in range(count)]
+
+
+def deviations(sampler, x, y, index, integrands):
+    """[integrands][height][width]"""
+    u = bluenoise.PathSampler(sampler, x, y, index).ray(0).draw_direction()
+    return np.stack([values(u) - np.float32(mean) for values, mean in integrands])
+
+
+def error(kind, motion, way, integrands):
+    """RMSE of the averaged frames after a blur. With two layers, of the disc."""
+    sampler, pan, average, before = bluenoise.Sampler(kind, seed=1), bluenoise.Pan(X.shape), None, None
+    for t in range(FRAMES):
+        x, y, layer = MOTIONS[motion](t)
+        if average is None:
+            pans = [(pan.x, pan.y)] * 2
+        elif way == "a pan for each layer":
+            pan.follow(*(np.where(X < SIDE // 2, own[~layer][0], own[layer][0]) for own in (x, y)))  # both layers' pans, side by side
+            pans = [(int(pan.x[0, at]), int(pan.y[0, at])) for at in (0, -1)]
+        else:
+            pan.follow(*WAYS[way](x, y, layer))
+            pans = [(pan.x, pan.y)] * 2
+        shifts = [np.where(layer, front, back) for back, front in zip(*pans)]
+        found = deviations(sampler, X - shifts[0], Y - shifts[1], t, integrands)
+        if average is None:
+            average = found
+        else:
+            places = np.stack([Y - y, X - x])
+            history = np.stack([ndimage.map_coordinates(own, places, order=1, mode="nearest") for own in average])
+            known = before[tuple(np.clip(np.rint(places), 0, SIDE - 1).astype(int))] == layer
+            average = np.where(known, history + WEIGHT * (found - history), found)
+        before = layer
+    measured = np.zeros(X.shape, bool)
+    measured[EDGE:-EDGE, EDGE:-EDGE] = True
+    if before.any():
+        measured &= np.hypot(X - SIDE / 2, Y - SIDE / 2) < RADIUS - 4 * SIGMA
+    return float(np.sqrt(np.mean(blurred(np.moveaxis(average, 0, -1), SIGMA)[measured] ** 2)))
+
+
+def motion_table(integrands):
+    base, rows = error("sobol", "rest", "fixed", integrands), []
+    for motion in MOTIONS:
+        ways = (*WAYS, "a pan for each layer")
+        rows.append([motion, *("" if way not in WAYS and MOTIONS[motion] is not two_layers else f"{error('blue', motion, way, integrands) / base:.2f}" for way in ways)])
+    return md_table(["error over padded Sobol' at rest", *WAYS, "a pan for each layer"], rows)
+
+
+def settled(new_of, weight):
+    """RMSE of a settled average of the deviations new_of(t), and of its change from frame to frame, after a blur."""
+    average, found = None, []
+    for t in range(SETTLED.stop):
+        new = new_of(t)
+        last, average = average, new if average is None else average + max(weight, 1 / (t + 1)) * (new - average)
+        if t in SETTLED:
+            found.append([np.mean(blurred(np.moveaxis(own, 0, -1), SIGMA) ** 2) for own in (average, average - last)])
+    return np.sqrt(np.mean(found, 0))
+
+
+SMALL = np.s_[:SIDE // 2, :SIDE // 2]
+
+
+def period_errors(period, weight, integrands):
+    sampler = bluenoise.Sampler("blue", seed=1)
+    return settled(lambda t: deviations(sampler, X[SMALL], Y[SMALL], t % period if period else t, integrands), weight)
+
+
+def lobe_error(probability, weight, rescaled, integrands):
+    """The error of a lobe that is chosen with a probability: from the direction's first number, which is then rescaled, or from a separate number."""
+    sampler = bluenoise.Sampler("blue", seed=1)
+
+    def deviation(t):
+        ray = bluenoise.PathSampler(sampler, X[SMALL], Y[SMALL], t).ray(0)
+        u = ray.draw_direction()
+        if rescaled:
+            chosen, u[..., 0] = bluenoise.choose(probability, u[..., 0])
+        else:
+            chosen = ray.next_1d() < probability
+        return np.stack([np.where(chosen, values(u) / probability, 0) - mean for values, mean in integrands])
+
+    return settled(deviation, weight)[0]
+
+
+def lobe_table(integrands):
+    return md_table(["error over a separate number for the lobe", *(f"probability {probability}" for probability in LOBES)], [
+        [f"rescaled remainder, weight {name}", *(f"{lobe_error(probability, weight, True, integrands) / lobe_error(probability, weight, False, integrands):.2f}"
+                                                for probability in LOBES)] for name, weight in (("1/32", 1 / 32), ("0.1", 0.1))])
+
+
+def period_table(integrands):
+    rows = []
+    for name, weight in (("1/32", 1 / 32), ("0.1", 0.1)):
+        base = period_errors(0, weight, integrands)
+        found = [period_errors(period, weight, integrands) / base for period in PERIODS]
+        rows += [[f"{what}, weight {name}", *(f"{own[i]:.2f}" for own in found)] for i, what in enumerate(("error", "flicker"))]
+    return md_table(["over frame numbers that never repeat", *(f"repeats after {period}" for period in PERIODS)], rows)
+
+
+def run(arguments):
+    parser = Parser("follow", __doc__)
+    parser.number("--integrands", 10, "number of half-planes")
+    parser.table(GUIDE)
+    options = parser.parse_args(arguments)
+    integrands = planes(options.integrands)
+    for command, table in ((COMMAND, motion_table), (PERIODS_COMMAND, period_table), (LOBES_COMMAND, lobe_table)):
+        write_or_print(options, command, table(integrands))
