@@ -22,9 +22,6 @@ def _image(name: str, value: npt.ArrayLike) -> npt.NDArray[np.float32]:
         raise TypeError(f"{name} must hold linear light as floats, not {given.dtype} ({arguments.said(value)})")
     if given.ndim not in (2, 3) or given.size == 0:
         raise ValueError(f"{name} must have shape (height, width) or (height, width, channels), not {given.shape}")
-    if np.isnan(given).any():
-        at = tuple(int(i) for i in np.argwhere(np.isnan(given))[0])
-        raise ValueError(f"{name} must not contain NaN, but element {at} is NaN")
     with np.errstate(over="ignore"):
         return np.ascontiguousarray(given, np.float32)
 
@@ -75,7 +72,7 @@ def visible_noise(
     Notes
     -----
     Samplers with a net in each pixel, such as ``blue`` and ``sobol``, have 10 to 35% lower noise than estimated, because the
-    errors of their halves partly cancel. Features that no sample has found are missing from the estimate. Takes 12 ns per
+    errors of their halves partly cancel. Features that no sample has found are missing from the estimate. Takes 13 ns per
     value and core.
 
     Examples
@@ -91,10 +88,16 @@ def visible_noise(
     side = arguments.integer("window", window, 1, 1023)
     if side % 2 == 0:
         raise ValueError(f"window must be odd, not {side}")
-    if a.ndim == 2:
-        a, b = a[..., None], b[..., None]
-    return _core.visible_noise(a, b, arguments.real("sigma", sigma, 0, 16), arguments.real("exposure", exposure, 1e-30, 1e30),
-                               arguments.real("first_share", first_share, 0.001, 0.999), side, arguments.callback("progress", progress))
+    options = (arguments.real("sigma", sigma, 0, 16), arguments.real("exposure", exposure, 1e-30, 1e30),
+               arguments.real("first_share", first_share, 0.001, 0.999), side, arguments.callback("progress", progress))
+    try:
+        return _core.visible_noise(np.atleast_3d(a), np.atleast_3d(b), *options)
+    except ValueError:
+        for name, image in (("first", a), ("second", b)):
+            if np.isnan(image).any():
+                at = tuple(int(i) for i in np.argwhere(np.isnan(image))[0])
+                raise ValueError(f"{name} must not contain NaN, but element {at} is NaN") from None
+        raise
 
 
 def false_colour(noise: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:

@@ -17,11 +17,11 @@ import OpenEXR
 
 import bluenoise
 
-from ..base.files import write_rows, write_text
+from ..base.files import read_numbers, write_rows, write_text
 from ..base.plots import STYLES, finish, plt, save
 from ..base.tables import md_table, update_table
 from ..measure.image_error import visible_error
-from . import variants, views
+from . import times, variants, views
 from .judge import Run, Task, render_references
 from .renderer import progressive, run_pathtracer
 from .renders import NAMES
@@ -32,7 +32,7 @@ BLOCK = 16  # pixels per side: where noise is judged, and the blocks in which th
 STEPS = (1.0, 2.0)  # thresholds of --visible-noise
 LEVELS = (0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08)  # thresholds of --noise
 PER_PIXEL = ("sobol", "blue")  # samplers shown with --noise
-FIELDS = ("what", "scene", "sampler", "at", "estimate", "noise", "noise_95", "samples", "seconds", "capped")
+FIELDS = ("what", "scene", "sampler", "at", "estimate", "noise", "noise_95", "samples", "capped")
 
 
 def rms(values):
@@ -83,9 +83,8 @@ class Stops(Run):
             run_pathtracer(self.program, [*request.arguments(), task.rule, task.level, "--min-spp", 4, "--threads", 1, "--quiet", "-o", path])
             with OpenEXR.File(str(path), separate_channels=True) as file:
                 layers = {name: np.array(channel.pixels) for name, channel in file.channels().items()}
-                seconds = float(file.header()["seconds"])
         picture = np.stack([layers[name] for name in "RGB"], axis=-1)
-        return [{"spp": 0, "samples": float(layers["count"].mean()), "seconds": seconds, "capped": float((layers["count"] == CAP).mean()),
+        return [{"spp": 0, "samples": float(layers["count"].mean()), "capped": float((layers["count"] == CAP).mean()),
                  "blocks": block_noise(picture, reference.picture, reference.exposure).tolist()}]
 
 
@@ -105,6 +104,7 @@ class Report:
         self.options, self.references = options, references
         self.scenes = tuple(dict.fromkeys(view.scene for view in references))
         self.labels = options.labels
+        self.times = times.over(read_numbers(Path("evidence/results/times.csv")), "sobol")
         self.groups = {}  # (rule, level, scene, label): rows with the reference's own error
         for task, (rows, _) in results.items():
             own = rms(visible_error(references[task.view].first_half, 2 * references[task.view].picture - references[task.view].first_half,
@@ -125,7 +125,7 @@ class Report:
             return None
         blocks = np.concatenate([row["blocks"] for row in rows])
         return {"what": rule, "scene": scene, "sampler": label, "at": level, "noise": rms(blocks), "noise_95": float(np.percentile(blocks, 95)),
-                "samples": float(np.mean([row["samples"] for row in rows])), "seconds": float(np.sum([row["seconds"] for row in rows])),
+                "samples": float(np.mean([row["samples"] for row in rows])),
                 "capped": float(np.mean([row["capped"] for row in rows]))}
 
     def rows(self):
@@ -157,22 +157,25 @@ class Report:
         """The scenes in which no sampler gave more than 5% of the pixels the most samples."""
         return [scene for scene in self.scenes if all(self.stopped("--visible-noise", level, scene, label)["capped"] <= 0.05 for label in labels)]
 
-    def over(self, label, base, level, figure):
-        """A sampler's samples or seconds over the base's, geometric mean over the scenes in which neither reached the cap."""
+    def time_over(self, label, base):
+        """CPU time per sample over the base's (times.py)."""
+        return self.times[label] / self.times[base]
+
+    def over(self, label, base, level):
+        """(a sampler's samples over the base's, number of scenes): geometric mean over the scenes in which neither reached the cap."""
         scenes = self.below_cap(level, (label, base))
-        found = [math.log(self.stopped("--visible-noise", level, scene, label)[figure] / self.stopped("--visible-noise", level, scene, base)[figure])
-                 for scene in scenes]
-        return (math.exp(np.mean(found)), len(scenes)) if found else (math.nan, 0)
+        found = [self.stopped("--visible-noise", level, scene, label)["samples"] / self.stopped("--visible-noise", level, scene, base)["samples"] for scene in scenes]
+        return (statistics.geometric_mean(found) if found else math.nan), len(scenes)
 
     def stop_table(self, level):
         lines = []
         for scene in self.scenes:
             cells = [self.stopped("--visible-noise", level, scene, label) for label in self.labels]
             lines.append([scene, *(f"{row['samples']:.1f} ({row['noise_95']:.2f}{', capped' if row['capped'] > 0.05 else ''})" for row in cells)])
-        for name, figure in (("samples", "samples"), ("CPU time", "seconds")):
-            for base in ("sobol", "white"):
-                lines.append([f"{name} over {NAMES[base]}", *(f"{value:.2f} ({count} scenes)" if count else "" for value, count in (
-                    self.over(label, base, level, figure) for label in self.labels))])
+        for base in ("sobol", "white"):
+            found = {label: self.over(label, base, level) for label in self.labels}
+            lines.append([f"samples over {NAMES[base]}", *(f"{value:.2f} ({count} scenes)" for value, count in found.values())])
+            lines.append([f"CPU time over {NAMES[base]}", *(f"{value * self.time_over(label, base):.2f}" for label, (value, _) in found.items())])
         return md_table([f"samples until {level:g} step{'s' * (level != 1)} (noise left)", *(NAMES.get(label, label) for label in self.labels)], lines)
 
     def guide_table(self):
@@ -182,10 +185,9 @@ class Report:
             scenes = self.below_cap(level, variants.ALWAYS)
             for label in variants.ALWAYS:
                 rows, base = ([self.stopped("--visible-noise", level, scene, name) for scene in scenes] for name in (label, "sobol"))
-                mean = {name: statistics.geometric_mean([row[name] for row in rows]) / (name == "samples" or statistics.geometric_mean([row[name] for row in base]))
-                        for name in ("samples", "seconds")}
+                samples, others = (statistics.geometric_mean([row["samples"] for row in part]) for part in (rows, base))
                 left = [row["noise_95"] for row in rows]
-                lines.append([f"{level:g} step{'s' * (level != 1)}, {NAMES[label]}", f"{mean['samples']:.1f}", f"{mean['seconds']:.2f}", f"{np.median(left):.2f}", f"{max(left):.2f}"])
+                lines.append([f"{level:g} step{'s' * (level != 1)}, {NAMES[label]}", f"{samples:.1f}", f"{samples / others * self.time_over(label, 'sobol'):.2f}", f"{np.median(left):.2f}", f"{max(left):.2f}"])
         return md_table([f"until 95% of the image is below ({len(self.below_cap(1.0, variants.ALWAYS))} scenes)", "samples per pixel", "CPU time over padded Sobol'",
                          "noise left: median scene", "worst scene"], lines)
 
@@ -201,15 +203,15 @@ class Report:
         for label in PER_PIXEL:
             for rule, level in (("--noise", self.best_level(label)), ("--visible-noise", 1.0)):
                 rows = [self.stopped(rule, level, scene, label) for scene in self.scenes]
-                left = [row["noise_95"] for row in rows if row["capped"] <= 0.05]
+                left = [row["noise_95"] for row in rows if row["capped"] <= 0.05] or [math.nan]
                 lines.append([f"{NAMES[label]}, `{rule} {level:g}`", f"{np.mean([row['samples'] for row in rows]):.1f}", f"{min(left):.2f}", f"{np.median(left):.2f}",
                               f"{max(left):.2f}", f"{len(left)}"])
         return md_table(["rule", "samples, mean", "noise left: lowest scene", "median scene", "highest scene", "scenes below the cap"], lines)
 
     def answer(self):
-        (sobol, count), (white, _) = (self.over("blue", base, 1.0, "samples") for base in ("sobol", "white"))
-        (sobol_time, _), (white_time, _) = (self.over("blue", base, 1.0, "seconds") for base in ("sobol", "white"))
-        left = [row["noise_95"] for scene in self.scenes for label in self.labels for row in [self.stopped("--visible-noise", 1.0, scene, label)] if row["capped"] <= 0.05]
+        (sobol, count), (white, _) = (self.over("blue", base, 1.0) for base in ("sobol", "white"))
+        sobol_time, white_time = sobol * self.time_over("blue", "sobol"), white * self.time_over("blue", "white")
+        left = [row["noise_95"] for scene in self.scenes for label in self.labels for row in [self.stopped("--visible-noise", 1.0, scene, label)] if row["capped"] <= 0.05] or [math.nan]
         total, share, low, high = self.summary()
         return (f"Until 95% of an image is below one step of visible noise, `blue` takes {sobol:.2f} times the samples and {sobol_time:.2f} times the CPU time of padded "
                 f"Sobol', and {white:.2f} and {white_time:.2f} times those of white noise (geometric means over the {count} and more scenes below the cap of {CAP} samples). "
@@ -231,8 +233,8 @@ class Report:
             "![Noise left in each scene by the two rules](stop.png)", "## Method",
             f"{len(self.references)} crops of {len(self.scenes)} scenes, the held-out views of [renders.md](renders.md) aligned to {BLOCK} pixels; {options.seeds} seed{'s' * (options.seeds > 1)}; "
             f"references with {options.reference_spp} samples, whose own error is subtracted from the true noise in the first table. The true noise is the difference of the "
-            "displayed, blurred (sigma 2.1) and sRGB-encoded image from its reference, in steps of an 8-bit display. CPU times are of one thread on a shared machine; "
-            "only ratios are meaningful. Z-order is tuned for the cap, because a stop rule cannot know the count."]) + "\n"
+            "displayed, blurred (sigma 2.1) and sRGB-encoded image from its reference, in steps of an 8-bit display. CPU times are the samples times the CPU time per sample in "
+            "[times.csv](times.csv) (`scripts/bench times`, built-in scenes). Z-order is tuned for the cap, because a stop rule cannot know the count."]) + "\n"
 
     def plot(self, path):
         figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), sharex=True, sharey=True)

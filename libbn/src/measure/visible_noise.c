@@ -7,8 +7,8 @@
  * clipping is not linear. Halving the samples increases the shift, and e(M) minus the mean of e(A) and e(B)
  * shows by how much.
  *
- * Each row is blurred once along x into a ring of rows, which the blur along y reads. The squared noise is
- * pooled in integers, so running sums are exact and results do not depend on where a thread starts. */
+ * Each row is blurred once along x into a ring of rows, which the blur along y reads. Neighbouring rows are
+ * then so alike that large images measure every second one. The squared noise is pooled in integers, so running sums are exact and results do not depend on where a thread starts. */
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/memory.h"
@@ -18,9 +18,12 @@
 #include <float.h>
 
 enum {
-    IMAGES = 3,             /* the first half, the second half and the mean */
-    LANES = 16,             /* values blurred side by side, in registers */
-    CHUNK = 256,            /* rows that a thread takes at a time */
+    IMAGES = 3,         /* the first half, the second half and the mean */
+    LANES = 16,         /* values blurred side by side, in registers */
+    TILE_ROWS = 256,    /* a thread takes tiles of the map, whose rows fit in its cache */
+    TILE_VALUES = 1536, /* in a row of a tile; at least TILE_COLUMNS pixels */
+    TILE_COLUMNS = 128,
+    SMALL = 64,             /* rows of an image whose rows are all measured */
     REPORT = 16,            /* rows between two calls of `progress` */
     MOST_TAPS = 2 * 48 + 1, /* at the widest blur */
     MOST_WINDOW = 1023,
@@ -35,12 +38,14 @@ typedef struct meter {
     float *map;
     uint32_t width, height, channels;
     int32_t reach;            /* of the blur, in pixels */
+    int32_t step;             /* every step-th row is measured */
     int32_t around;           /* of the pooling window, in pixels */
     float kernel[MOST_TAPS];  /* weights from -reach to reach */
     float exposure, share[2]; /* the halves' shares of the samples */
     float noise_scale;        /* standard error of the mean over that of the halves' difference */
-    size_t row;               /* values in a row of an image */
-    size_t padded;            /* values in a row of a ring */
+    uint32_t tile_columns, tiles_across;
+    size_t most_pixels; /* in a row of a tile, with the pixels around it that are pooled */
+    size_t padded;      /* values in a row of a ring */
     bn_progress progress;
     void *progress_user;
     int cancelled;
@@ -48,12 +53,15 @@ typedef struct meter {
     size_t each_memory; /* of one thread, in bytes */
 } meter;
 
+/* The memory of a thread, and the tile that it works on. */
 typedef struct scratch {
     float *source[IMAGES]; /* a row before the blur, with mirrored ends */
     float *ring[IMAGES];   /* the last 2 reach + 1 rows, blurred along x */
     float *blurred[IMAGES];
-    uint64_t *energy;  /* the last 2 around + 1 rows of squared noise */
-    uint64_t *columns; /* their sum */
+    uint64_t *energy;     /* the last 2 around + 1 rows of squared noise */
+    uint64_t *columns;    /* their sum */
+    uint32_t left, right; /* the tile's columns of the map */
+    uint32_t from, to;    /* the columns that are pooled for them */
 } scratch;
 
 /* The pixel that stands for one outside the image: the image repeats, mirrored. */
@@ -85,14 +93,13 @@ static float encoded(float v) {
 }
 
 static int has_nan(const float *values, size_t count) {
-    uint32_t most = 0; /* the largest magnitude, as bits; beyond infinity for a NaN */
+    int nan = 0;
     for (size_t i = 0; i < count; ++i) {
-        uint32_t bits;
+        int32_t bits;
         memcpy(&bits, values + i, sizeof bits);
-        bits &= 0x7fffffff;
-        most = bits > most ? bits : most;
+        nan |= (bits & 0x7fffffff) > 0x7f800000;
     }
-    return most > 0x7f800000;
+    return nan;
 }
 
 /* Blurs a multiple of LANES values. before[j] and after[j] are at distance j; both are at 0 for j = 0. */
@@ -110,32 +117,50 @@ static void blur(const meter *m, const float *const *before, const float *const 
     }
 }
 
-/* Blurs row y of the displayed images along x into the rings. */
-static void blur_row(const meter *m, const scratch *s, uint32_t y) {
-    const size_t channels = m->channels, margin = (size_t)m->reach * channels;
-    const float *first = m->image[0] + y * m->row, *second = m->image[1] + y * m->row;
-    float *a = s->source[0] + margin, *b = s->source[1] + margin, *mean = s->source[2] + margin;
-    for (size_t i = 0; i < m->row; ++i) {
-        const float one = first[i] * m->exposure, other = second[i] * m->exposure;
+/* The halves and their mean as displayed. */
+static void display(const meter *m, const float *first, const float *second, float *restrict a,
+                    float *restrict b, float *restrict mean, size_t count) {
+    const float exposure = m->exposure, share = m->share[0], rest = m->share[1];
+    for (size_t i = 0; i < count; ++i) {
+        const float one = first[i] * exposure, other = second[i] * exposure;
         a[i] = displayed(one);
         b[i] = displayed(other);
-        mean[i] = displayed(m->share[0] * one + m->share[1] * other);
+        mean[i] = displayed(share * one + rest * other);
+    }
+}
+
+/* Squared noise, from the blurred images, in place of the first. */
+static void square(const meter *m, float *restrict a, const float *restrict b,
+                   const float *restrict mean, size_t count) {
+    const float scale = m->noise_scale, share = m->share[0], rest = m->share[1];
+    for (size_t i = 0; i < count; ++i) {
+        const float one = encoded(a[i]), other = encoded(b[i]);
+        const float noise = scale * (one - other);
+        const float shift = encoded(mean[i]) - (share * one + rest * other);
+        a[i] = noise * noise + shift * shift;
+    }
+}
+
+/* Blurs row y of the displayed images along x into the rings. */
+static void blur_row(const meter *m, const scratch *s, uint32_t y) {
+    const size_t channels = m->channels, row = (size_t)y * m->width * channels;
+    const int64_t from = s->from, to = s->to, width = m->width;
+    const int64_t begin = from - m->reach, end = to + m->reach;
+    /* All pixels inside the image at once, then those outside, one by one. */
+    for (int64_t x = begin, next; x < end; x = next) {
+        next = x < 0 || x >= width ? x + 1 : end < width ? end : width;
+        const float *first = m->image[0] + row + mirrored(x, m->width) * channels;
+        const float *second = m->image[1] + row + mirrored(x, m->width) * channels;
+        const size_t at = (size_t)(x - begin) * channels, count = (size_t)(next - x) * channels;
+        display(m, first, second, s->source[0] + at, s->source[1] + at, s->source[2] + at, count);
     }
     const size_t slot = y % (2 * (uint32_t)m->reach + 1);
     for (int k = 0; k < IMAGES; ++k) {
-        float *row = s->source[k] + margin;
-        for (int64_t x = 1; x <= m->reach; ++x) {
-            const uint32_t left = mirrored(-x, m->width);
-            const uint32_t right = mirrored(m->width - 1 + x, m->width);
-            for (size_t c = 0; c < channels; ++c) {
-                row[c - (size_t)x * channels] = row[left * channels + c];
-                row[m->row + (size_t)(x - 1) * channels + c] = row[right * channels + c];
-            }
-        }
+        const float *centre = s->source[k] + (size_t)m->reach * channels;
         const float *before[MOST_TAPS], *after[MOST_TAPS];
         for (int32_t j = 0; j <= m->reach; ++j) {
-            before[j] = row - (size_t)j * channels;
-            after[j] = row + (size_t)j * channels;
+            before[j] = centre - (size_t)j * channels;
+            after[j] = centre + (size_t)j * channels;
         }
         blur(m, before, after, s->ring[k] + slot * m->padded, m->padded);
     }
@@ -152,17 +177,12 @@ static void measure_row(const meter *m, const scratch *s, uint32_t y) {
         }
         blur(m, before, after, s->blurred[k], m->padded);
     }
+    const size_t pixels = s->to - s->from;
     float *a = s->blurred[0];
-    const float *b = s->blurred[1], *mean = s->blurred[2];
-    for (size_t i = 0; i < m->row; ++i) {
-        const float one = encoded(a[i]), other = encoded(b[i]);
-        const float noise = m->noise_scale * (one - other);
-        const float shift = encoded(mean[i]) - (m->share[0] * one + m->share[1] * other);
-        a[i] = noise * noise + shift * shift;
-    }
-    uint64_t *energy = s->energy + y % (2 * (uint32_t)m->around + 1) * m->width;
+    square(m, a, s->blurred[1], s->blurred[2], pixels * m->channels);
+    uint64_t *energy = s->energy + y % (2 * (uint32_t)m->around + 1) * m->most_pixels;
     const double scale = BN_ENERGY_SCALE / m->channels;
-    for (size_t x = 0; x < m->width; ++x) {
+    for (size_t x = 0; x < pixels; ++x) {
         double sum = 0;
         for (size_t c = 0; c < m->channels; ++c) sum += (double)a[x * m->channels + c];
         energy[x] = (uint64_t)(int64_t)(sum * scale);
@@ -172,21 +192,19 @@ static void measure_row(const meter *m, const scratch *s, uint32_t y) {
 
 /* Removes row y from the sum over the window's rows. */
 static void drop_row(const meter *m, const scratch *s, uint32_t y) {
-    const uint64_t *energy = s->energy + y % (2 * (uint32_t)m->around + 1) * m->width;
-    for (size_t x = 0; x < m->width; ++x) s->columns[x] -= energy[x];
+    const uint64_t *energy = s->energy + y % (2 * (uint32_t)m->around + 1) * m->most_pixels;
+    for (size_t x = 0; x < s->to - s->from; ++x) s->columns[x] -= energy[x];
 }
 
 /* Writes a row of the map: the root mean square over the part of the window inside the image. */
 static void pool_row(const meter *m, const scratch *s, uint32_t y, uint32_t rows) {
-    const int64_t width = m->width, around = m->around;
+    const int64_t around = m->around, from = s->from, to = s->to;
     uint64_t sum = 0;
-    for (int64_t x = 0; x < around && x < width; ++x) sum += s->columns[x];
-    for (int64_t x = 0; x < width; ++x) {
-        if (x + around < width) sum += s->columns[x + around];
-        if (x - around - 1 >= 0) sum -= s->columns[x - around - 1];
-        const int64_t left = x < around ? 0 : x - around;
-        const int64_t right = x + around < width ? x + around : width - 1;
-        const double pixels = (double)(right - left + 1) * rows;
+    int64_t left = from, right = from; /* of the window, half-open */
+    for (int64_t x = s->left; x < s->right; ++x) {
+        for (; right < to && right <= x + around; ++right) sum += s->columns[right - from];
+        for (; left < x - around; ++left) sum -= s->columns[left - from];
+        const double pixels = (double)(right - left) * rows;
         m->map[(size_t)y * m->width + (size_t)x] =
             (float)sqrt((double)(int64_t)sum / (pixels * BN_ENERGY_SCALE));
     }
@@ -196,22 +214,33 @@ static int32_t clamped_row(const meter *m, int64_t y) {
     return (int32_t)(y < 0 ? 0 : y < m->height ? y : m->height - 1);
 }
 
-/* Computes rows [first, last) of the map. Returns 0 if cancelled; only member 0 can be. */
-static int measure_rows(meter *m, const scratch *s, uint32_t index, uint32_t first, uint32_t last) {
+/* Computes a tile of the map. Returns 0 if cancelled; only member 0 can be. */
+static int measure_tile(const meter *m, scratch *s, uint32_t index, uint32_t tile, uint32_t tiles) {
+    const uint32_t first = tile / m->tiles_across * TILE_ROWS, around = (uint32_t)m->around;
+    const uint32_t last = m->height - first < TILE_ROWS ? m->height : first + TILE_ROWS;
+    s->left = tile % m->tiles_across * m->tile_columns;
+    s->right = m->width - s->left < m->tile_columns ? m->width : s->left + m->tile_columns;
+    s->from = s->left < around ? 0 : s->left - around;
+    s->to = m->width - s->right < around ? m->width : s->right + around;
     int32_t top = clamped_row(m, (int64_t)first - m->around); /* of the window */
+    uint32_t rows = 0;                                        /* measured in the window */
     int32_t next = top, next_blurred = clamped_row(m, (int64_t)top - m->reach);
-    for (size_t x = 0; x < m->width; ++x) s->columns[x] = 0;
+    for (size_t x = 0; x < m->most_pixels; ++x) s->columns[x] = 0;
     for (uint32_t y = first; y < last; ++y) {
         const int32_t bottom = clamped_row(m, (int64_t)y + m->around);
-        for (; top < (int64_t)y - m->around; ++top) drop_row(m, s, (uint32_t)top);
+        for (; top < (int64_t)y - m->around; ++top)
+            if (top % m->step == 0) rows -= 1, drop_row(m, s, (uint32_t)top);
         for (; next <= bottom; ++next) {
+            if (next % m->step != 0) continue;
+            ++rows;
             const int32_t until = clamped_row(m, (int64_t)next + m->reach);
             for (; next_blurred <= until; ++next_blurred) blur_row(m, s, (uint32_t)next_blurred);
             measure_row(m, s, (uint32_t)next);
         }
-        pool_row(m, s, y, (uint32_t)(bottom - top + 1));
+        pool_row(m, s, y, rows);
+        const double done = (tile + (double)(y - first) / (last - first)) / tiles;
         if (index == 0 && m->progress != NULL && (y - first) % REPORT == 0 &&
-            m->progress(m->progress_user, (double)y / m->height) != 0) {
+            m->progress(m->progress_user, done) != 0) {
             return 0;
         }
     }
@@ -232,8 +261,8 @@ static size_t scratch_divide(const meter *m, char *memory, scratch *s) {
         }
     }
     s->energy = memory ? (uint64_t *)(void *)(memory + used) : NULL;
-    s->columns = memory ? s->energy + window * m->width : NULL;
-    return used + ((window + 1) * m->width * sizeof(uint64_t) + 63) / 64 * 64;
+    s->columns = memory ? s->energy + window * m->most_pixels : NULL;
+    return used + ((window + 1) * m->most_pixels * sizeof(uint64_t) + 63) / 64 * 64;
 }
 
 static void work(void *user, bn_team *team, uint32_t index, uint32_t threads) {
@@ -241,10 +270,9 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t threads) {
     scratch s;
     (void)threads;
     scratch_divide(m, m->memory + index * m->each_memory, &s);
-    for (uint64_t chunk; (chunk = bn_team_next(team)) * CHUNK < m->height;) {
-        const uint64_t end = (chunk + 1) * CHUNK;
-        const uint32_t last = end < m->height ? (uint32_t)end : m->height;
-        if (!measure_rows(m, &s, index, (uint32_t)chunk * CHUNK, last)) {
+    const uint32_t tiles = m->tiles_across * ((m->height - 1) / TILE_ROWS + 1);
+    for (uint32_t tile; (tile = bn_team_next(team)) < tiles;) {
+        if (!measure_tile(m, &s, index, tile, tiles)) {
             m->cancelled = 1; /* member 0 is the caller's thread */
             bn_team_stop(team);
         }
@@ -280,14 +308,19 @@ static BN_NOINLINE bn_result visible_noise(const bn_visible_noise_options *given
                .height = height,
                .channels = channels,
                .reach = (int32_t)ceil(BN_REACH * o.sigma),
+               .step = height > SMALL && o.sigma >= 1.5 && o.window >= 9 ? 2 : 1,
                .around = (int32_t)(o.window / 2),
                .exposure = (float)o.exposure,
                .share = {(float)o.first_share, (float)(1 - o.first_share)},
                .noise_scale = (float)sqrt(o.first_share * (1 - o.first_share)),
-               .row = (size_t)width * channels,
                .progress = progress,
                .progress_user = user};
-    m.padded = (m.row + LANES - 1) / LANES * LANES;
+    m.tile_columns = TILE_VALUES / channels > TILE_COLUMNS ? TILE_VALUES / channels : TILE_COLUMNS;
+    if (m.tile_columns < 4 * (uint32_t)m.around) m.tile_columns = 4 * (uint32_t)m.around;
+    m.tiles_across = (width - 1) / m.tile_columns + 1;
+    m.most_pixels = (size_t)m.tile_columns + 2 * (size_t)m.around;
+    if (m.most_pixels > width) m.most_pixels = width;
+    m.padded = (m.most_pixels * channels + LANES - 1) / LANES * LANES;
     double weights[MOST_TAPS] = {1}, total = 1;
     for (int32_t j = 1; j <= m.reach; ++j) {
         weights[j] = bn_portable_exp(-0.5 * j * j / (o.sigma * o.sigma));
@@ -296,8 +329,8 @@ static BN_NOINLINE bn_result visible_noise(const bn_visible_noise_options *given
     for (int32_t j = 0; j <= m.reach; ++j) m.kernel[j] = (float)(weights[j] / total);
 
     uint32_t threads = o.threads != 0 ? o.threads : bn_thread_count();
-    const uint32_t chunks = (height - 1) / CHUNK + 1;
-    if (threads > chunks) threads = chunks;
+    const uint32_t tiles = m.tiles_across * ((height - 1) / TILE_ROWS + 1);
+    if (threads > tiles) threads = tiles;
     if (threads > MOST_THREADS) threads = MOST_THREADS;
     scratch unused;
     m.each_memory = scratch_divide(&m, NULL, &unused);
