@@ -388,9 +388,9 @@ def _mask(options: argparse.Namespace) -> None:
     text = "".join(f", {name} {value}" for name, value in shown.items())
     description = f"bluenoise {__version__}: {method}, seed {options.seed}{text}"
     _files.save_mask(path, suffix, ranks, options.bits, description)
-    count = math.prod(shape)
-    if suffix == ".png" and options.bits == 16 and count > 2**16:
-        _say(f"{path} has 65536 levels for {count} ranks; .npy keeps every rank")
+    lost = _files.merged_ranks(path, suffix, options.bits, math.prod(shape))
+    if lost:
+        _say(lost)
     if options.json:
         facts: dict[str, Any] = {"output": str(path), "format": suffix[1:], "size": list(reversed(shape))}
         if suffix == ".png":
@@ -453,9 +453,12 @@ def _dither(options: argparse.Namespace) -> None:
     _files.check_output(path, suffix, _files.LOSSLESS, options.input, options.mask)
     if options.mask is None and (options.rank or options.channel):
         raise ValueError(f"{'--rank' if options.rank else '--channel'} needs --mask")
-    picture = _files.open_picture(options.input)
-    if isinstance(picture, bytes) and suffix != ".png":
+    picture, chunks = _files.open_picture(options.input)
+    if isinstance(picture, np.ndarray) and suffix != ".png":
         raise ValueError(f"an image with 16 bits per channel does not fit in {suffix}; write .png")
+    greyed = suffix == ".pgm" and picture.mode in ("RGB", "P") and "transparency" not in picture.info
+    if greyed:
+        picture = picture.convert("L")
     ranks = None
     if options.mask is not None:
         planes = _files.without_constants(_channels(options))
@@ -464,24 +467,22 @@ def _dither(options: argparse.Namespace) -> None:
         ranks = np.stack([_files.ranked(options.mask, plane, options.rank, "--rank") for plane in planes])
         ranks = ranks if len(ranks) > 1 else ranks[0]
     with _files.about(options.input):
-        if isinstance(picture, bytes):
-            texels, alpha = _files.read_png(options.input, picture)
-            colour = texels[..., :-1] if alpha else texels
+        if isinstance(picture, np.ndarray):
+            colour = _files.without_alpha(picture)
             colour[:] = dither(colour, options.levels, mask=ranks, srgb=options.srgb)
-            _files.save_png16(path, texels, picture)
         else:
-            _files.save_picture(path, suffix, dither(picture, options.levels, mask=ranks, srgb=options.srgb), picture)
+            picture = dither(picture, options.levels, mask=ranks, srgb=options.srgb)
+    _files.save_picture(path, suffix, picture, chunks)
+    if greyed:
+        _say(f"{path} holds grey: the colours became their luminance")
 
 
 def _density(path: Path) -> Any:
     """The numbers in a .npy file, or the grey values of an image."""
     if path.suffix.lower() == ".npy":
         return _files.load_values(path)
-    picture = _files.open_picture(path)
-    if not isinstance(picture, bytes):
-        return np.asarray(picture.convert("L"))
-    texels, alpha = _files.read_png(path, picture)
-    return texels[..., : texels.shape[-1] - alpha].mean(-1)
+    picture, _ = _files.open_picture(path)
+    return _files.without_alpha(picture).mean(-1) if isinstance(picture, np.ndarray) else np.asarray(picture.convert("L"))
 
 
 def _points(options: argparse.Namespace) -> None:

@@ -237,5 +237,5 @@ def _dither_picture(picture: Any, pillow: Any, *options: Any) -> Any:
     else:
         out = _dither_array(array, *options)
     result = pillow.fromarray(out)
-    result.info = picture.info.copy()
+    result.info = {name: value for name, value in picture.info.items() if name != "compression"}  # of a TIFF file, perhaps lossy
     return result

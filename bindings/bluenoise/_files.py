@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import importlib
 import io
+import itertools
 import math
 import os
+import re
 import stat
 import struct
 import sys
@@ -26,31 +28,39 @@ from ._measure import ranks_of
 from ._neural import PathLike
 from ._sampler import Sampler
 
-# Lossless formats, which preserve a dithered image.
-LOSSLESS = (".png", ".tif", ".tiff", ".bmp", ".pgm", ".ppm")
+Chunks = list[tuple[bytes, bytes]]  # of a PNG file: names and contents
+# Lossless formats, which preserve a dithered image, and the Pillow modes that each can hold.
+_TIFF = (".tif", ".tiff")
+_MODES: dict[str, tuple[str, ...]] = {
+    ".png": (), **dict.fromkeys(_TIFF, ("L", "LA", "RGB", "RGBA", "I", "F")), ".bmp": ("L", "RGB"), ".pgm": ("L", "I"), ".ppm": ("RGB",)}
+LOSSLESS = tuple(_MODES)
 STREAM = Path("-")
 MASK_SUFFIXES = (".png", ".exr", ".npy")
 
 _ORIENTATION = 0x0112
 _PNG_COLOUR_TYPES = {1: 0, 2: 4, 3: 2, 4: 6}  # grey, grey and alpha, RGB, RGBA
+_PNG_PASSES = [(0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2)]  # x, y and their steps
+_COLOUR_CHUNKS = (b"cHRM", b"gAMA", b"iCCP", b"sRGB", b"cICP", b"mDCV", b"cLLI")
+_SRGB_PRIMARIES = struct.pack(">8I", 31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000)
+_ONE_PICTURE = ("MPO", "PSD")  # a JPEG with previews, depth or gain maps behind it; layers, which Pillow flattens
 _EXR_CHANNELS = {1: "Y", 2: "RG", 3: "RGB", 4: "RGBA"}
 _NPY_MAGIC, _PNG_MAGIC, _EXR_MAGIC = b"\x93NUMPY", b"\x89PNG\r\n\x1a\n", b"\x76\x2f\x31\x01"
 
 
-def needed(module: str, words: str, extra: str) -> Any:
+def needed(module: str, words: str, package: str) -> Any:
     """A module that only some functions need."""
     try:
         return importlib.import_module(module)
     except ImportError:
-        raise ImportError(f"{words}; run pip install 'libbn[{extra}]'") from None
+        raise ImportError(f"{words}; run: pip install {package}") from None
 
 
 def pillow() -> Any:
-    return needed("PIL.Image", "images need Pillow", "image")
+    return needed("PIL.Image", "images need Pillow", "Pillow")
 
 
 def openexr() -> Any:
-    return needed("OpenEXR", "EXR files need OpenEXR", "exr")
+    return needed("OpenEXR", "EXR files need OpenEXR", "OpenEXR")
 
 
 def standard(name: str) -> BinaryIO:
@@ -136,35 +146,45 @@ def about(path: Path) -> Iterator[None]:
         raise type(error)(f"{path}: {error}") from None
 
 
-def open_picture(path: Path) -> Any:
-    """Reads a single-frame image completely. Returns a Pillow image, or the bytes of a 16-bit PNG."""
+def open_picture(path: Path) -> tuple[Any, Chunks]:
+    """Reads an image completely. Returns a Pillow image, or the texels (height, width, channels) of a 16-bit PNG, in which the last of two
+    or four channels is alpha; and the PNG chunks that describe its colours and resolution."""
     data = read_bytes(path)
     if is_png16(data):
-        return data
+        return read_png16(path, data)
     picture = _decode_picture(path, data)
     if picture.mode == "I" and picture.format not in ("PNG", "PPM"):
         raise ValueError(f"{path} has 32-bit integers, whose range is unknown; save it with 8 or 16 bits")
-    return picture
+    if picture.format == "PNG":
+        before = itertools.takewhile(lambda chunk: chunk[0] != b"IDAT", _png_chunks(data))
+        chunks = [chunk for chunk in before if chunk[0] in _COLOUR_CHUNKS]
+    elif picture.info.get("icc_profile"):
+        chunks = [(b"iCCP", b"profile\0\0" + zlib.compress(picture.info["icc_profile"]))]
+    else:
+        chunks = _coded_colour(picture, data)
+    dpi = [float(each) for each in picture.info.get("dpi", ())]
+    if len(dpi) == 2 and all(0 < each < 1e6 for each in dpi):
+        chunks.append((b"pHYs", struct.pack(">IIB", *(round(each / 0.0254) for each in dpi), 1)))
+    return picture, chunks
 
 
-def _decode_picture(path: Path, data: bytes) -> Any:
+def _coded_colour(picture: Any, data: bytes) -> Chunks:
+    """The colour description of an AVIF file, which Pillow ignores, as a cICP chunk."""
+    at = data.find(b"colrnclx") + 8
+    primaries, transfer = struct.unpack_from(">HH", data, at) if picture.format == "AVIF" and at >= 8 else (2, 2)
+    known = 2 not in (primaries, transfer) and max(primaries, transfer) < 256
+    return [(b"cICP", bytes([primaries, transfer, 0, 1]))] if known else []
+
+
+@contextmanager
+def _decoding(path: Path) -> Iterator[Any]:
+    """Yields Pillow's Image module, and turns the errors of its decoders into one line. Images that are too large are errors."""
     Image = pillow()
-    from PIL import ImageOps
-
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             warnings.simplefilter("error", Image.DecompressionBombWarning)
-            picture = Image.open(io.BytesIO(data))
-            lost = _lost(picture, data)
-            if lost:
-                raise ValueError(lost)
-            picture.load()
-            upright = ImageOps.exif_transpose(picture)
-            upright.format = picture.format
-            if picture.getexif().get(_ORIENTATION, 1) > 4 and "dpi" in upright.info:
-                upright.info["dpi"] = upright.info["dpi"][::-1]
-            return upright
+            yield Image
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
         raise ValueError(f"{path} has more than {Image.MAX_IMAGE_PIXELS / 1e6:.1f} megapixels, the most that is read") from None
     except MemoryError:
@@ -174,24 +194,50 @@ def _decode_picture(path: Path, data: bytes) -> Any:
         raise ValueError(f"{path} cannot be read as an image: {text}") from None
 
 
-def _lost(picture: Any, data: bytes) -> str:
-    """Names metadata that Pillow would silently drop."""
-    if picture.format in ("GIF", "PNG", "WEBP", "TIFF") and getattr(picture, "n_frames", 1) > 1:
-        return f"it has {picture.n_frames} frames; save one"
+def _decode_picture(path: Path, data: bytes) -> Any:
+    with _decoding(path) as Image:
+        from PIL import ImageOps
+
+        picture = Image.open(io.BytesIO(data))
+        _refuse_losses(picture, data)
+        picture.load()
+        upright = ImageOps.exif_transpose(picture)
+        upright.format = picture.format
+        if picture.getexif().get(_ORIENTATION, 1) > 4 and "dpi" in upright.info:
+            upright.info["dpi"] = upright.info["dpi"][::-1]
+        return upright
+
+
+def _refuse_losses(picture: Any, data: bytes) -> None:
+    """Raises ValueError if Pillow would silently drop a part of the file."""
+    frames = getattr(picture, "n_frames", 1)
+    if frames > 1 and picture.format not in _ONE_PICTURE:
+        raise ValueError(f"it has {frames} frames; save one")
     tags = getattr(picture, "tag_v2", {}) if picture.format == "TIFF" else {}
     bits = max(tags.get(258, (8,)))
     if picture.format == "PPM" and isinstance(picture.tile[0][3], tuple):
         bits = int(picture.tile[0][3][1]).bit_length()
-    at = data.find(b"ihdr", 0, 100)
-    if picture.format == "JPEG2000" and at > 0:
-        bits = (data[at + 14] & 127) + 1
-    if bits > 8 and picture.mode in ("RGB", "RGBA", "RGBX", "LA", "CMYK", "YCbCr"):
-        return f"Pillow keeps 8 of its {bits} bits per channel; save it as a 16-bit PNG"
+    elif picture.format == "SGI":
+        bits = 8 * data[3]
+    elif picture.format == "JPEG2000":
+        at = data.find(b"\xff\x4f\xff\x51") + 40  # the number of components, then three bytes for each
+        bits = max(byte & 127 for byte in data[at + 2 : at + 2 + 3 * int.from_bytes(data[at : at + 2], "big") : 3]) + 1
+    elif data[4:8] == b"ftyp":  # AVIF, and HEIF through a plugin
+        depths = re.findall(rb"pixi\0{4}([\1-\4])(.{4})", data, re.DOTALL)
+        coded = re.findall(rb"av1C\x81.(.)", data, re.DOTALL)
+        bits = max([8, *(each for count, depth in depths for each in depth[: count[0]]), *(_av1_bits(each[0]) for each in coded)])
+    deep = bits > 8 and (picture.format == "SGI" or data[4:8] == b"ftyp")
+    if deep or bits > 8 and picture.mode in ("RGB", "RGBA", "RGBX", "LA", "CMYK", "YCbCr"):
+        raise ValueError(f"Pillow keeps 8 of its {bits} bits per channel; save it as a 16-bit PNG")
     if bits in range(9, 16):
-        return f"its range of {bits} bits gets lost; save it with 8 or 16 bits"
+        raise ValueError(f"its range of {bits} bits gets lost; save it with 8 or 16 bits")
     if tags.get(262) == 0 and bits > 8:
-        return "it has 0 for white; save it with 0 for black"
-    return ""
+        raise ValueError("it has 0 for white; save it with 0 for black")
+
+
+def _av1_bits(flags: int) -> int:
+    """The bit depth in the third byte of an AV1 configuration box."""
+    return 8 + 2 * (flags >> 6 & 1) + 2 * (flags >> 5 & 1)
 
 
 def _decode_npy(path: Path, data: bytes) -> npt.NDArray[Any]:
@@ -244,20 +290,56 @@ def _decode_exr(path: Path, data: bytes) -> npt.NDArray[Any]:
     return planes[0] if len(planes) == 1 else np.stack(planes, axis=-1)
 
 
-def read_png(path: Path, data: bytes) -> tuple[npt.NDArray[np.uint16], bool]:
-    """The texels (height, width, channels) of a 16-bit PNG file, and whether the last channel is alpha. Transparent colours become alpha.
-    Pillow would keep only 8 bits."""
-    reader = needed("png", "16-bit PNG files need pypng", "image").Reader
-    try:
-        width, height, rows, info = reader(bytes=data).asDirect()
-        texels = np.empty((height, width, info["planes"]), np.uint16)
-        for y, row in enumerate(rows):
-            texels[y] = np.asarray(row, np.uint16).reshape(width, -1)
-    except MemoryError:
-        raise
-    except Exception as error:
-        raise ValueError(f"{path} cannot be read as an image: {error}") from None
-    return texels, info["alpha"]
+def _png_chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
+    """The names and contents of a PNG file's chunks."""
+    at, name = len(_PNG_MAGIC), b""
+    while name != b"IEND":
+        size, name = struct.unpack_from(">I4s", data.ljust(at + 8, b"\0"), at)
+        content, check = data[at + 8 : at + 8 + size], data[at + 8 + size : at + 12 + size]
+        if check != struct.pack(">I", zlib.crc32(name + content)):
+            raise ValueError("it is truncated" if len(check) < 4 else f"its chunk {name.decode('latin-1')} is damaged")
+        yield name, content
+        at += 12 + size
+
+
+def read_png16(path: Path, data: bytes) -> tuple[npt.NDArray[np.uint16], Chunks]:
+    """The texels (height, width, channels) of a 16-bit PNG file, and its chunks with metadata. Transparent colours become alpha.
+
+    Pillow keeps only 8 bits of most such files. PNG predicts each byte of a texel from the same byte of its neighbours, so the upper bytes
+    and the lower bytes are two valid 8-bit images, which Pillow decodes."""
+    with _decoding(path) as Image:
+        _refuse_losses(Image.open(io.BytesIO(data)), data)
+        chunks = list(_png_chunks(data))
+        width, height, _, colour, _, _, interlaced = struct.unpack(">IIBBBBB", chunks[0][1])
+        channels = {kind: count for count, kind in _PNG_COLOUR_TYPES.items()}[colour]
+        passes = [(len(range(y, height, dy)), len(range(x, width, dx))) for x, y, dx, dy in (_PNG_PASSES if interlaced else [(0, 0, 1, 1)])]
+        passes = [(rows, columns) for rows, columns in passes if rows and columns]
+        size = sum(rows * (1 + 2 * channels * columns) for rows, columns in passes)
+        packed = b"".join(content for name, content in chunks if name == b"IDAT")
+        coded = np.frombuffer(zlib.decompressobj().decompress(packed, size), np.uint8)
+        if coded.size < size:
+            raise ValueError("it is truncated")
+        upper, lower, at = [], [], 0
+        for rows, columns in passes:
+            lines = coded[at : at + rows * (1 + 2 * channels * columns)].reshape(rows, -1)
+            at += lines.size
+            upper.append(np.hstack([lines[:, :1], lines[:, 1::2]]))
+            lower.append(np.hstack([lines[:, :1], lines[:, 2::2]]))
+        header = struct.pack(">IIBBBBB", width, height, 8, colour, 0, 0, interlaced)
+        texels = np.zeros((height, width, channels), np.uint16)
+        for half in (upper, lower):
+            parts = [(b"IHDR", header), (b"IDAT", zlib.compress(b"".join(each.tobytes() for each in half), 0)), (b"IEND", b"")]
+            texels = texels << 8 | np.asarray(Image.open(io.BytesIO(_png_file(parts)))).reshape(texels.shape)
+        for name, content in chunks:
+            if name == b"tRNS":
+                key = np.frombuffer(content, ">u2")
+                texels = np.dstack([texels, np.where((texels == key).all(-1), 0, 65535).astype(np.uint16)])
+    return texels, [chunk for chunk in chunks if chunk[0] in (*_COLOUR_CHUNKS, b"pHYs", b"eXIf")]
+
+
+def without_alpha(texels: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """The first of one or two channels, or the first three of three or four."""
+    return texels[..., : texels.shape[-1] - 1 | 1]
 
 
 def is_png16(data: bytes) -> bool:
@@ -273,7 +355,7 @@ def load_values(path: Path) -> npt.NDArray[Any]:
     if data.startswith(_EXR_MAGIC):
         array = _decode_exr(path, data)
     elif is_png16(data) and data[25]:
-        array = read_png(path, data)[0]
+        array = read_png16(path, data)[0]
     else:
         picture = _decode_picture(path, data)
         if picture.mode in ("P", "PA"):
@@ -391,6 +473,11 @@ def save(path: PathLike, mask: npt.ArrayLike, *, bits: int = 16) -> None:
         The file cannot be written.
     ImportError
         A required package is missing.
+
+    Warns
+    -----
+    UserWarning
+        The mask has more ranks than a 16-bit PNG or an EXR keeps distinct, so `load` will need ``rank=True``.
     """
     given = _path(path)
     suffix = given.suffix.lower()
@@ -408,6 +495,15 @@ def save(path: PathLike, mask: npt.ArrayLike, *, bits: int = 16) -> None:
         if ranks.ndim == 3 and not (channels and len(ranks) <= 4):
             raise ValueError(f"a mask of shape {ranks.shape} does not fit in {suffix}; write .npy")
     save_mask(given, suffix, ranks, bits, "bluenoise")
+    lost = merged_ranks(given, suffix, bits, ranks[0].size if channels else ranks.size)
+    if lost:
+        warnings.warn(lost, stacklevel=2)
+
+
+def merged_ranks(path: Path, suffix: str, bits: int, count: int) -> str:
+    """A message if a format has too few values for this many ranks; 8 bits are too few on purpose."""
+    levels = {".png": 2**16 if bits == 16 else count, ".exr": 2**24}.get(suffix, count)
+    return f"{path} has {levels} levels for {count} ranks; .npy keeps every rank" if count > levels else ""
 
 
 def _path(path: PathLike) -> Path:
@@ -461,41 +557,53 @@ def png(values: npt.NDArray[Any], chunks: Sequence[tuple[bytes, bytes]]) -> byte
     rows = np.zeros((height, 1 + values[0].nbytes), np.uint8)  # each row starts with filter type 0
     rows[:, 1:] = np.frombuffer(values.astype(values.dtype.newbyteorder(">")).tobytes(), np.uint8).reshape(height, -1)
     header = struct.pack(">IIBBBBB", width, height, 8 * values.itemsize, _PNG_COLOUR_TYPES[channels], 0, 0, 0)
+    return _png_file([(b"IHDR", header), *chunks, (b"IDAT", zlib.compress(rows.tobytes(), 9)), (b"IEND", b"")])
+
+
+def _png_file(chunks: Chunks) -> bytes:
     parts = [_PNG_MAGIC]
-    for name, content in ((b"IHDR", header), *chunks, (b"IDAT", zlib.compress(rows.tobytes(), 9)), (b"IEND", b"")):
+    for name, content in chunks:
         parts += [struct.pack(">I", len(content)), name, content, struct.pack(">I", zlib.crc32(name + content))]
     return b"".join(parts)
 
 
-_KEPT_CHUNKS = (b"cHRM", b"gAMA", b"iCCP", b"sRGB", b"cICP", b"eXIf", b"pHYs")
-
-
-def save_png16(path: Path, texels: npt.NDArray[np.uint16], source: bytes) -> None:
-    """Writes a 16-bit PNG with its source's colour, orientation and resolution metadata."""
-    reader = needed("png", "16-bit PNG files need pypng", "image").Reader
-    chunks = [(name, content) for name, content in reader(bytes=source).chunks() if name in _KEPT_CHUNKS]
-    with replacing(path, ".png") as beside:
-        beside.write_bytes(png(texels, chunks))
-
-
-def save_picture(path: Path, suffix: str, picture: Any, source: Any) -> None:
-    """Writes an image with its source's colour profile, gamma and resolution."""
-    kept = {name: source.info[name] for name in ("icc_profile", "dpi") if source.info.get(name)}
-    gamma = source.info.get("gamma")
+def save_picture(path: Path, suffix: str, picture: Any, chunks: Chunks) -> None:
+    """Writes a Pillow image or texels (height, width, channels) with the chunks of open_picture(). Raises ValueError if the format cannot
+    hold the image, its alpha or its colours."""
     if suffix == ".png":
-        from PIL.PngImagePlugin import PngInfo
-
-        kept["pnginfo"] = chunks = PngInfo()
-        if gamma:
-            chunks.add(b"gAMA", struct.pack(">I", round(100000 * gamma)))
-        if source.info.get("chromaticity"):
-            chunks.add(b"cHRM", struct.pack(">8I", *(round(100000 * each) for each in source.info["chromaticity"])))
-        if "srgb" in source.info:
-            chunks.add(b"sRGB", bytes([source.info["srgb"]]))
-    elif gamma and abs(gamma - 1 / 2.2) > 0.01 and "icc_profile" not in kept:
-        raise ValueError(f"{path} cannot hold the input's gamma of {1 / gamma:.3g}; write .png")
+        texels = np.asarray(picture)
+        if texels.dtype.kind != "u":
+            raise ValueError(f"{path} cannot hold floats; write .tif")
+        with replacing(path, suffix) as beside:
+            beside.write_bytes(png(texels if texels.ndim == 3 else texels[..., None], chunks))
+        return
+    lost = _undescribed(dict(chunks))
+    if lost and not (suffix in _TIFF and lost == "colour profile"):
+        raise ValueError(f"{path} cannot hold the input's {lost}; write .png")
+    modes, mode = _MODES[suffix], picture.mode
+    if mode in ("LA", "RGBA") and mode not in modes and picture.getextrema()[-1] == (255, 255):
+        mode = mode[:-1]  # opaque
+    if mode == "L" and mode not in modes:
+        mode = "RGB"
+    if mode.split(";")[0] not in modes:
+        words = {"LA": "alpha", "RGBA": "alpha", "RGB": "colours", "F": "floats"}.get(mode, "16 bits per channel")
+        raise ValueError(f"{path} cannot hold the input's {words}; write {'.tif' if mode == 'F' else '.png'}")
+    picture = picture if mode == picture.mode else picture.convert(mode)
+    kept = {name: picture.info[name] for name in ("icc_profile", "dpi") if picture.info.get(name)}
+    picture.info = {}
     with replacing(path, suffix) as beside:
-        try:
-            picture.save(beside, **kept)
-        except (ValueError, KeyError) as error:
-            raise ValueError(f"{path} cannot hold this image: {error}") from None
+        picture.save(beside, **kept)
+
+
+def _undescribed(chunks: dict[bytes, bytes]) -> str:
+    """What gets lost without a PNG's colour description: nothing for sRGB. The chunks are in order of precedence."""
+    if b"cICP" in chunks:
+        return "" if chunks[b"cICP"] == b"\x01\x0d\0\x01" else "colour description (cICP)"
+    if b"iCCP" in chunks:
+        return "colour profile"
+    if b"sRGB" in chunks:
+        return ""
+    if b"gAMA" in chunks and abs(int.from_bytes(chunks[b"gAMA"], "big") - 45455) > 1000:
+        return f"gamma of {100000 / max(1, int.from_bytes(chunks[b'gAMA'], 'big')):.3g}"
+    found, usual = (np.frombuffer(each, ">u4").astype(np.int64) for each in (chunks.get(b"cHRM", _SRGB_PRIMARIES), _SRGB_PRIMARIES))
+    return "primaries (cHRM)" if (abs(found - usual) > 1000).any() else ""

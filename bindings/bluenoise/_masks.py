@@ -64,7 +64,7 @@ def mask(
     CancelledError
         `progress` returned a true value.
     RuntimeMissingError
-        ONNX Runtime, which two-channel masks need, is missing.
+        ONNX Runtime, which two-channel masks need, is missing. `anneal` makes them without it.
 
     Notes
     -----
@@ -82,7 +82,10 @@ def mask(
     if count == 1:
         return (relax if len(extents) == 2 and math.prod(extents) > _LARGE else void_and_cluster)(extents, **given)
     if count == 2 and len(extents) == 2:
-        return neural(extents, channels=2, **given)
+        try:
+            return neural(extents, channels=2, **given)
+        except _core.RuntimeMissingError as error:
+            raise _core.RuntimeMissingError(f"{error}; without it, anneal makes two-channel masks, more slowly") from None
     return anneal(extents, channels=count, sweeps=_SWEEPS, **given)
 
 

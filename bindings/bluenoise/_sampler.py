@@ -286,7 +286,7 @@ class Sampler:
         try:
             from ._qmc import SamplerEngine
         except ModuleNotFoundError as error:
-            raise ImportError(f"qmc needs SciPy; run pip install 'libbn[qmc]' ({error})") from None
+            raise ImportError(f"qmc needs SciPy; run: pip install scipy ({error})") from None
         return SamplerEngine(self, d, pixel)
 
     def __setattr__(self, name: str, value: object) -> NoReturn:

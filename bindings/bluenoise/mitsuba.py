@@ -30,7 +30,7 @@ try:
     import drjit
     import mitsuba
 except ImportError as error:
-    raise ImportError(f"the sampler needs Mitsuba 3; run pip install 'libbn[mitsuba]' ({error})") from None
+    raise ImportError(f"the sampler needs Mitsuba 3; run: pip install 'mitsuba>=3.9' ({error})") from None
 
 from . import arrays
 from ._frames import frame_index, frame_stream
