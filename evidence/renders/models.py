@@ -106,13 +106,12 @@ def scene(name):
     """The path to a scene's GLB, created if needed. It has its own folder because the path tracer counts all files beside it as inputs."""
     path = cache_folder() / "models" / "scenes" / name / f"{name}.glb"
     if not path.is_file():
-        import trimesh
         from own_scene import to_gltf
 
         model = unpacked() / MODELS[name][1]
         plain = path.parent.parent / f"{name}.plain.glb"
-        to_gltf.convert(model, plain)
-        data = stage(plain.read_bytes(), trimesh.load_scene(str(plain)).bounds, MODELS[name][2])
+        *_, report = to_gltf.convert(model, plain, "bench")
+        data = stage(plain.read_bytes(), report["bounds"], MODELS[name][2])
         with written_beside(path) as beside:
             beside.write_bytes(data)
         plain.unlink()

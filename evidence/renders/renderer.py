@@ -30,6 +30,14 @@ class RenderError(CommandError):
     """The path tracer failed. The message is its error output."""
 
 
+def notes_of(program, arguments):
+    """The path tracer's lines about what it ignores in a scene file."""
+    done = subprocess.run([program, *map(str, arguments), "--list-inputs"], check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise RenderError(done.stderr.strip())
+    return [line.removeprefix("pathtracer: ") for line in done.stderr.splitlines()]
+
+
 def run_pathtracer(program, arguments):
     """Runs the path tracer and returns its standard output. Raises RenderError with its error message if it fails."""
     try:

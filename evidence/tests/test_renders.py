@@ -2,6 +2,7 @@
 """scripts/bench renders: a tiny run, which is interrupted and resumed, and the report's parts on synthetic data."""
 
 import re
+import struct
 import subprocess
 import types
 from pathlib import Path
@@ -164,10 +165,13 @@ def test_each_quarter_contains_one_full_size_crop():
 
 
 def test_models_stand_on_a_lit_floor(pathtracer, tmp_path):
-    (tmp_path / "m.obj").write_text("v 0 5 0\nv 40 5 0\nv 0 5 20\nf 1 3 2\n")
-    to_gltf.convert(tmp_path / "m.obj", tmp_path / "m.glb")
+    data = np.array([[0, 5, 0], [0, 5, 20], [40, 5, 0]], "<f4").tobytes()
+    tree = {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+            "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36}]}
+    model = to_gltf.glb_of(tree, struct.pack("<I4s", 36, b"BIN\0") + data)
     for in_room, light, dark in ((True, "none", "none"), (False, "sky", "none")):
-        (tmp_path / "s.glb").write_bytes(models.stage((tmp_path / "m.glb").read_bytes(), [(0, 5, 0), (40, 5, 20)], in_room))
+        (tmp_path / "s.glb").write_bytes(models.stage(model, [(0, 5, 0), (40, 5, 20)], in_room))
         means = []
         for sky in (light, dark):
             view = views.View(str(tmp_path / "s.glb"), "", 32, 24, ("--eye", "0,1.5,0.01", "--target", "0,0,0", "--fov", "60", "--env", sky))

@@ -88,6 +88,8 @@ Scene load_scene(const Options &o, InputRecord &record) {
     SceneOptions options;
     if (!o.text("--camera").empty()) options.camera.number = o.number<uint32_t>("--camera");
     if (!o.text("--fov").empty()) options.camera.fov = o.number<double>("--fov");
+    if (!o.text("--lens").empty()) options.camera.lens = o.number<float>("--lens");
+    if (!o.text("--focus").empty()) options.camera.focus = o.number<float>("--focus");
     options.camera.eye = o.point("--eye");
     options.camera.target = o.point("--target");
     options.photometric = o.flag("--photometric");

@@ -231,14 +231,17 @@ void choose_camera(Scene &scene, const CameraChoice &choice) {
                         scene.cameras.size(), " of its own; see --list-cameras, or set --eye");
         camera = scene.cameras[*choice.number].camera;
     }
+    if (choice.lens) camera.lens_radius = *choice.lens;
     if (choice.fov) camera.tan_half_height = tan_half(*choice.fov);
     camera.frames_square = camera.frames_square && !choice.fov && !choice.eye && !choice.target;
     const Point3d eye = choice.eye.value_or(Point3d(camera.position) + scene.origin);
     const Point3d target = choice.target.value_or(Point3d(camera.target) + scene.origin);
     const Vec3 position = Vec3(eye - scene.origin), ahead = Vec3(target - scene.origin);
+    const double distance = length(target - eye);
+    if (choice.focus || !(camera.focus_distance > 0))
+        camera.focus_distance = choice.focus.value_or(float(distance));
     // Re-aiming at the same target would change the last bits of the scene's own camera.
     if (position == camera.position && ahead == camera.target) return;
-    const double distance = length(target - eye);
     if (!(distance > 0) || !std::isfinite(distance))
         throw Error("the camera has no direction: --eye and --target are both ",
                     digits(position, scene.origin), "; move one of them");

@@ -143,7 +143,8 @@ const std::vector<SceneEntry> &scene_entries();
 struct CameraChoice {
     std::optional<uint32_t> number; // which of the scene's cameras; the first by default
     std::optional<Point3d> eye, target;
-    std::optional<double> fov; // the vertical angle of view, in degrees
+    std::optional<double> fov;        // the vertical angle of view, in degrees
+    std::optional<float> lens, focus; // the lens radius and the focus distance
 };
 
 struct InputRecord;

@@ -34,6 +34,7 @@ from evidence.measure.image_error import LUMINANCE, SIGMAS, all_errors, blurred
 from evidence.measure.statistics import ratio
 from evidence.renders.judge import Cells, Run, Task, pictures_of, render_references
 from evidence.renders.renderer import REFERENCE_PARTS, progressive, scene_label
+from evidence.renders.renderer import notes_of as notes_on
 from evidence.renders.variants import OWN
 from evidence.renders.views import View
 
@@ -168,8 +169,8 @@ def html_table(head, lines):
     return f'<div class="wide" tabindex="0"><table>{"".join(rows)}</table></div>'
 
 
-def page(options, rows, pictures, reference, notes):
-    """The text of report.html. rows: of summary(); pictures: {(sampler, count): array}."""
+def page(options, rows, pictures, reference, notes, ignored):
+    """The text of report.html. rows: of summary(); pictures: {(sampler, count): array}; ignored: lines about what the image lacks."""
     samplers, name = options.samplers, scene_label(options.scene)
     images = {key: preview(picture, options.exposure) for key, picture in pictures.items()}
     data = {
@@ -181,7 +182,7 @@ def page(options, rows, pictures, reference, notes):
         "notes": [{f"{one}|{other}": note(one, other, {s: rows[s][n]["each"] for s in samplers}, reference.own[ERROR])
                    for one, other in itertools.combinations(samplers, 2)} for n in options.shown]}
     part = part_worth_showing(reference.picture, pictures[samplers[0], options.start])
-    parts = ["<h2>Images</h2>", "<p>Top: a noisy part of the image, enlarged. Middle: its signed luminance error, grey where it is zero, on one scale "
+    parts = [*(f"<p><strong>{html.escape(line)}</strong></p>" for line in ignored), "<h2>Images</h2>", "<p>Top: a noisy part of the image, enlarged. Middle: its signed luminance error, grey where it is zero, on one scale "
              "for all samplers. Bottom: this error after a 2.1-pixel blur, on another scale.</p>"]
     for n in options.galleries:
         errors = {s: luminance_error(pictures[s, n], reference.picture) for s in samplers}
@@ -242,7 +243,7 @@ def parse_options(arguments):
     parser = Parser("", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
                     epilog="Arguments after -- are passed to the path tracer: scripts/demo my.gltf -- --env sky.exr")
     parser.prog, parser.description = "scripts/demo", __doc__
-    parser.add_argument("scene", nargs="?", help="a built-in scene (pathtracer --list), a .gltf or .glb file, or a mesh, which scripts/to-gltf converts")
+    parser.add_argument("scene", nargs="?", help="a built-in scene (pathtracer --list), a .gltf or .glb file, or a .blend file or a mesh, which scripts/to-gltf converts")
     parser.add_argument("--samplers", type=names_of("sampler", OWN), default=SAMPLERS, metavar="A,B,...",
                         help=f"samplers from {', '.join(OWN)} (default {','.join(SAMPLERS)})")
     parser.number("--spp", 64, "largest sample count per pixel")
@@ -271,7 +272,15 @@ def parse_options(arguments):
 
 def run(arguments):
     options = parse_options(arguments)
-    options.scene = scene_for(options.scene, options.out, "demo")
+    given = {*options.more}
+    options.scene, own_options, lines = scene_for(options.scene, options.out, "demo")
+    # The user's own options replace those of the scene.
+    for name, value in zip(own_options[::2], own_options[1::2]):
+        if name not in given:
+            options.more = (*options.more, name, value)
+    ignored = [*lines[1:], *notes_on(options.pathtracer, ["--scene", options.scene, *options.more])]
+    for line in (*lines[:1], *ignored):
+        print(f"demo: {line}", flush=True)
     view = View(options.scene, "", *options.size, options.more, options.exposure)
     # Try names and options with one sample before spending hours on a reference.
     for label in options.samplers:
@@ -293,7 +302,7 @@ def run(arguments):
     fields = ("sampler", "spp", "seconds", *MEASURES)
     write_rows(options.out / "convergence.csv", fields,
                [{"sampler": label, "spp": spp, **{name: row[name] for name in fields[2:]}} for label, own in rows.items() for spp, row in own.items()])
-    write_text(options.out / "report.html", page(options, rows, pictures, reference, notes))
+    write_text(options.out / "report.html", page(options, rows, pictures, reference, notes, ignored))
     print(text_table([header(options.samplers), *texts(rows, options.printed)]))
     for n, noises in noise_maps(pictures, options.samplers, options.printed, options.exposure).items():
         print(f"visible noise at {n} samples, in steps of an 8-bit display; 95% of the image is below: {noise_text(noises)}")

@@ -1,216 +1,300 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Converts OBJ, PLY, STL, OFF and other meshes to GLB, which the path tracer reads.
+"""Converts .blend, OBJ, PLY, STL, FBX, USD, Alembic and Collada files to GLB, which the path tracer reads.
 
-trimesh reads the file; MTL materials become glTF materials. One line lists what could not be converted.
+Blender reads the file and writes the GLB. Area lights become emissive surfaces, and the world becomes an EXR file beside the GLB. One line
+lists what could not be converted, another the options to render with. The first run installs Blender as a Python module (bpy).
 """
 
 import argparse
-import io
+import json
+import math
+import os
 import re
+import shutil
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 from evidence.base.atomic_write import written_beside
 from evidence.base.command import CommandError, run_or_say_why
 
 GLTF = (".gltf", ".glb")
-BYTE_ORDER_MARK = b"\xef\xbb\xbf"
-COMMENT = re.compile(rb"\s+#.*")
-GLASS = ("4", "6", "7", "9")  # values of illum
-TEXTURES = {"map_ke": "emissiveTexture", "norm": "normalTexture"}
-READ = {"name", "image", "ka", "kd", "ks", "ns", "ke", "ni", "tf", "tr", "d", "illum", "pr", "pm", "map_kd", "options", *TEXTURES}
-OPTIONS = re.compile(r"^(?:-\w+(?:\s+(?:[-+.\deE]+|on|off))*\s+)+")  # options before the name of a texture
+FORMATS = (".blend", ".obj", ".ply", ".stl", ".fbx", ".usd", ".usda", ".usdc", ".usdz", ".abc", ".dae")
+BPY = "bpy==4.5.15"
+SIZE = "a download of 400 MB, 1 GB on disk"
+FAR = 16  # move a mesh to the origin if it is this many times its size away
 
 
-def resolver_of(trimesh, path, lost):
-    """Finds the files that a mesh refers to, including those with Windows paths, and records missing files."""
+# ---- Blender
 
-    class Resolver(trimesh.resolvers.FilePathResolver):
-        def get(self, name):
-            name = re.sub(r"^[A-Za-z]:.*/", "", str(name).strip().strip('"').replace("\\", "/"))
-            try:
-                data = super().get(name)
-            except (OSError, ValueError):
-                names = name.split()
-                if len(names) > 1 and all(each.lower().endswith(".mtl") for each in names):
-                    return b"\n".join(map(self.get_or_nothing, names))
-                lost.add(f"{name}, which is missing")
-                raise
-            if not name.lower().endswith(".mtl"):
-                return data
-            return b"\n".join(map(plain, data.removeprefix(BYTE_ORDER_MARK).splitlines()))
-
-        def get_or_nothing(self, name):
-            try:
-                return self.get(name)
-            except (OSError, ValueError):
-                return b""
-
-    def plain(line):
-        """trimesh treats the options of map_Kd as part of its name, and drops all materials if a colour is a single number."""
-        one = re.match(rb"\s*(k[ades]|tf)\s+(\S+)\s*$", line, re.I)
-        if one:
-            return one[1] + 3 * (b" " + one[2])
-        spectrum = re.match(rb"\s*((?:k[ades]|tf)\s+(?:xyz|spectral))\b", line, re.I)
-        if spectrum:
-            lost.add(spectrum[1].decode())
-        if re.match(rb"\s*newmtl\s", line):
-            return COMMENT.sub(b"", line)
-        words = re.match(rb"\s*map_kd\s+(.*)", line, re.I)
-        text = words[1].decode("utf-8", "replace") if words else ""
-        options = OPTIONS.match(text)
-        return b"options " + options[0].encode() + b"\nmap_kd " + text[options.end():].encode() if options else line
-
-    return Resolver(str(path))
+def blender(program):
+    """The Python that has Blender's module, installed if needed."""
+    folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "libbn" / "blender-4.5"
+    python, complete = folder / "bin/python", folder / "complete"
+    if complete.is_file() and complete.read_text() == BPY:
+        return python
+    base = next(filter(None, (shutil.which(name) for name in (os.environ.get("PYTHON311"), "python3.11") if name)), None)
+    if not base:
+        raise CommandError("Blender's Python module needs Python 3.11; install it, or set PYTHON311 to its path")
+    print(f"{program}: installing Blender 4.5 ({BPY}: {SIZE}) into {folder}; this happens once", file=sys.stderr, flush=True)
+    complete.unlink(missing_ok=True)
+    for command in ([base, "-m", "venv", "--clear", folder], [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", BPY]):
+        done = subprocess.run([*map(str, command)], stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+        if done.returncode:
+            said = (done.stderr.strip() or done.stdout.strip() or "no message").splitlines()[-1]
+            raise CommandError(f"cannot install Blender: {said}; remove {folder} and try again, or export the scene as glTF yourself")
+    complete.write_text(BPY)
+    return python
 
 
-def transform_of(options):
-    """KHR_texture_transform for the options of an MTL texture, where v points up."""
-    pair = {"-s": [1.0, 1.0], "-o": [0.0, 0.0]}
-    for name, values in re.findall(r"(-[so])((?:\s+[-+.\deE]+)+)", " ".join(options)):
-        numbers = [float(v) for v in values.split()[:2]]
-        pair[name][:len(numbers)] = numbers
-    (su, sv), (u, v) = pair["-s"], pair["-o"]
-    return {"scale": [su, sv], "offset": [u, 1 - sv - v]}
+def messages(text):
+    """The importers' and the exporter's warnings in Blender's output. Some are not about losses."""
+    found = re.findall(r"(?:WARN|ERROR) \(io[.\w]*\): (?:\S+\.cc:\d+ )?(?:\w+: )?(.*)|\| (?:WARNING|ERROR): (.*)|^(?:Warning|Error): (.*)", text, re.M)
+    lines = (re.sub(r"\s+", " ", max(match, key=len)).strip(" .") for match in found)
+    return {line for line in lines if line and "active Vertex Color will not be exported" not in line and "Draco" not in line}
 
 
-def converted(trimesh, source, own_resolver, lost):
-    """Converts an MTL material to glTF: the material, its extensions, its exact factors and its texture transform."""
-    from PIL import Image
+# ---- What Blender would lose
 
-    mtl = {name: value for name, value in source.kwargs.items() if value not in (None, [])}
-    image = source.image if source.kwargs else None  # trimesh creates one for a mesh without a material
-
-    def number(name, default):
-        try:
-            return float(mtl[name][-1]) if name in mtl else default  # d may be preceded by an option
-        except ValueError:
-            lost.add(" ".join([name, *mtl[name]]))
-            return default
-
-    lost.update(sorted(name for name in mtl if name not in READ))
-    # A texture is multiplied by the colour if there is one.
-    colour = list(mtl.get("kd", [0.6 if image is None else 1.0] * 3))
-    emission = [float(v) for v in mtl.get("ke", [float("map_ke" in mtl)] * 3)]
-    cover = number("d", 1 - number("tr", 0.0))
-    glass = mtl.get("illum", ["0"])[0] in GLASS or cover < 0.5
-    if cover < 1 and not glass:
-        lost.add("d, as partial transparency")
-    shine = max(mtl.get("ks", [0.0]))
-    metal = shine > 0 and max(colour) < 0.01 and image is None
-    extensions = {}
-    if "pr" not in mtl and "pm" not in mtl and (shine == 0 or mtl.get("illum", ["2"])[0] in ("0", "1")):
-        extensions["KHR_materials_specular"] = {"specularFactor": 0.0}
-    if glass:
-        extensions = {"KHR_materials_transmission": {"transmissionFactor": 1.0}, "KHR_materials_ior": {"ior": number("ni", 1.5)}}
-        colour = [float(v) for v in mtl.get("tf", [])] or [1.0, 1.0, 1.0]
-    if max(emission) > 1:
-        extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": max(emission)}
-        emission = [v / max(emission) for v in emission]
-    textures = {}
-    for name, meant in TEXTURES.items():
-        if name in mtl:
-            try:
-                textures[meant] = Image.open(trimesh.util.wrap_as_stream(own_resolver.get(OPTIONS.sub("", " ".join(mtl[name])))))
-            except (OSError, ValueError):
-                continue
-    # The roughness whose lobe is as wide as that of the Blinn-Phong exponent.
-    rough = 0.0 if glass else (2 / (float(mtl.get("ns", 0)) + 2)) ** 0.25
-    material = trimesh.visual.material.PBRMaterial(
-        baseColorFactor=[255] * 4, metallicFactor=number("pm", 1.0 if metal else 0.0),
-        roughnessFactor=number("pr", rough), emissiveFactor=emission, baseColorTexture=image, doubleSided=True, **textures)
-    # trimesh rounds factors to bytes.
-    factors = {"baseColorFactor": [*(mtl["ks"] if metal else colour), 1.0]}
-    return material, extensions, factors, transform_of(mtl["options"]) if "options" in mtl else None
+def centre_of(low, high):
+    """A point near the middle of far coordinates, with few digits; None if they are not far."""
+    middle = [(a + b) / 2 for a, b in zip(low, high)]
+    extent = max(b - a for a, b in zip(low, high))
+    return [float(round(m)) for m in middle] if max(map(abs, middle)) > FAR * max(extent, 1.0) else None
 
 
-def convert(path, output):
-    """Writes the GLB. Returns a list of what could not be converted."""
-    import trimesh
-
-    lost, more = set(), {}
-    own_resolver = resolver_of(trimesh, path, lost)
-    is_obj = path.suffix.lower() == ".obj" and path.is_file()
-    text = path.read_bytes().removeprefix(BYTE_ORDER_MARK) if is_obj else b""
-    text = re.sub(rb"^(?:usemtl|mtllib)[ \t].*", lambda line: COMMENT.sub(b"", line[0]), text, flags=re.M)
-    coloured = re.search(rb"^v(?:[ \t]+\S+){6}", text, re.M)
-
-    def loaded(**options):
-        # trimesh drops all vertex colours if one vertex has none, so such vertices become white.
-        complete = re.sub(rb"^(v(?:[ \t]+[^\s#]+){3})[ \t]*(?=\r?$)", rb"\1 1 1 1", text, flags=re.M) if coloured else text
-        return trimesh.load_scene(io.BytesIO(complete) if is_obj else str(path), file_type="obj" if is_obj else None,
-                                  resolver=own_resolver, process=False, **options)
-
+def moved_text(data, keyword):
+    """Moves the vertices of a text, such as the lines "v x y z", to the origin. Returns the text and where it was, or None."""
+    pattern = re.compile(rb"^(\s*" + keyword + rb"[ \t]+)(\S+)[ \t]+(\S+)[ \t]+(\S+)", re.M)
+    low, high = [math.inf] * 3, [-math.inf] * 3
     try:
-        scene = loaded()
-        # trimesh keeps vertex colours only if it reads no materials.
-        plain = loaded(skip_materials=True).geometry if coloured else {}
-    except Exception as error:  # the exception types vary as much as the formats
-        raise CommandError(f"trimesh cannot read {path}: {str(error).splitlines()[0] if str(error) else type(error).__name__}") from None
-    if not any(len(getattr(mesh, "faces", ())) for mesh in scene.geometry.values()):
-        raise CommandError(f"{path} has no triangles")
-    if re.search(rb"^f(?:[ \t]+\S+){5}", text, re.M):
-        lost.add("the shape of concave polygons")
-    if re.search(rb"^[lp][ \t]", text, re.M):
-        lost.add("lines and points")
-    known = {}
-    for key, mesh in scene.geometry.items():
-        if mesh.visual.kind == "vertex" and (mesh.visual.vertex_colors[:, 3] < 255).any():
-            lost.add("vertex alpha")
-        source = getattr(mesh.visual, "material", None)
-        if not isinstance(source, trimesh.visual.material.SimpleMaterial):
+        for match in pattern.finditer(data):
+            for i in range(3):
+                value = float(match[i + 2])
+                low[i], high[i] = min(low[i], value), max(high[i], value)
+    except ValueError:
+        return data, None  # Blender says what is wrong
+    centre = centre_of(low, high) if low[0] < math.inf else None
+    if not centre:
+        return data, None
+    place = lambda match: match[1] + b" ".join(repr(float(match[i + 2]) - centre[i]).encode() for i in range(3))
+    return pattern.sub(place, data), centre
+
+
+PLY_TYPES = {"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2", "uint16": "u2", "int": "i4", "int32": "i4",
+             "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4", "double": "f8", "float64": "f8"}
+
+
+def moved_ply(data):
+    """Like moved_text, for the vertices of a PLY file if they are its first element."""
+    import numpy as np
+
+    header, end, body = data.partition(b"end_header\n")
+    text = header.decode("latin-1")
+    first = re.search(r"^element (\w+) (\d+)\s*\n((?:(?:property|comment) .*\n)*)", text, re.M)
+    properties = re.findall(r"^property (\w+) (\w+)\s*$", first[3], re.M) if first and first[1] == "vertex" and "property list" not in first[3] else []
+    names = [name for _, name in properties]
+    if not end or not {"x", "y", "z"} <= {*names}:
+        return data, None
+    if "format ascii" in text:
+        lines = body.split(b"\n")
+        rows = [line.split() for line in lines[:int(first[2])]]
+        places = [names.index(c) for c in "xyz"]
+        values = np.array([[float(row[p]) for p in places] for row in rows])
+    else:
+        order = "<" if "binary_little_endian" in text else ">"
+        table = np.frombuffer(body, [(name, order + PLY_TYPES[kind]) for kind, name in properties], int(first[2])).copy()
+        values = np.stack([table[c].astype(float) for c in "xyz"], -1)
+    centre = centre_of(values.min(0).tolist(), values.max(0).tolist()) if len(values) else None
+    if not centre:
+        return data, None
+    if "format ascii" in text:
+        for row, value in zip(rows, values - centre):
+            for place, number in zip(places, value):
+                row[place] = repr(float(number)).encode()
+        return header + end + b"\n".join([b" ".join(row) for row in rows] + lines[len(rows):]), centre
+    for i, c in enumerate("xyz"):
+        table[c] = values[:, i] - centre[i]
+    return header + end + table.tobytes() + body[table.nbytes:], centre
+
+
+def mtl_files(data, folder):
+    """The MTL files of an OBJ's text, and the text with one name per line."""
+    found = []
+
+    def split(match):
+        name = match[1].decode("utf-8", "surrogateescape").strip()
+        name = (name if (folder / name).is_file() else re.split(r"\s+#", name)[0]).strip('"').replace("\\", "/")
+        names = re.split(r"(?<=\.mtl)\s+", name, flags=re.I)
+        names = [name] if (folder / name).is_file() or len(names) < 2 else names
+        found.extend(folder / each for each in names)
+        return b"\n".join(b"mtllib " + each.encode("utf-8", "surrogateescape") for each in names)
+
+    return re.sub(rb"^mtllib[ \t]+([^\r\n]*)", split, data, flags=re.M), found
+
+
+def mtl_corrections(text):
+    """{material: {input of the Principled BSDF: value}} for materials with illum 3 or more, which Blender takes for metal, and with Tf, which it
+    takes for glass. Only what is not opaque is glass, and what refracts without saying how opaque it is."""
+    result = {}
+    for part in re.split(r"^\s*newmtl\s+", text, flags=re.M)[1:]:
+        name, _, lines = part.partition("\n")
+        words = {line.split()[0].lower(): line.split()[1:] for line in lines.splitlines() if len(line.split()) > 1}
+
+        def numbers(key, default, words=words):
+            try:
+                return [float(word) for word in words[key] if not word.startswith("-halo")] or default
+            except (KeyError, ValueError):
+                return default
+
+        illum, cover = words.get("illum", ["2"])[0], numbers("d", [1 - numbers("tr", [0.0])[-1]])[-1]
+        index, colour, shine = numbers("ni", [1.5])[-1], numbers("kd", [0.8] * 3), numbers("ks", [0.0])
+        if illum not in "3456789" and "tf" not in words:
             continue
-        if id(source) not in known:
-            name = f"{len(known)} {source.kwargs.get('name', source.name) or ''}".strip()
-            known[id(source)], *more[name] = converted(trimesh, source, own_resolver, lost)
-            known[id(source)].name = name
-        mesh.visual = trimesh.visual.TextureVisuals(uv=mesh.visual.uv, material=known[id(source)])
-        if coloured and key in plain and len(plain[key].vertices) == len(mesh.vertices):
-            mesh.visual.vertex_attributes["color"] = plain[key].visual.vertex_colors
-        elif coloured:
-            lost.add("vertex colours of objects with multiple materials")
+        says_cover = "d" in words or "tr" in words
+        if illum in "4679" and (cover < 1 or (not says_cover and illum in "67" and index > 1)):
+            tint = numbers("tf", [1.0])
+            result[name.strip()] = {"Transmission Weight": 1.0, "Metallic": 0.0, "Alpha": 1.0, "IOR": index, "Roughness": 0.0, "Specular IOR Level": 0.5,
+                                    "Base Color": tint if len(tint) == 3 else tint[:1] * 3}
+        elif "pm" not in words:
+            mirror = max(shine) > 0 and max(colour) < 0.01 and "map_kd" not in words
+            result[name.strip()] = {"Transmission Weight": 0.0, "Metallic": float(mirror), **({"Base Color": (shine * 3)[:3]} if mirror else {})}
+    return result
 
-    def finish(tree):
-        used = set()
-        for material in tree.get("materials", []):
-            extensions, factors, transform = more.get(material.get("name"), ({}, {}, None))
-            material["pbrMetallicRoughness"].update(factors)
-            texture = material["pbrMetallicRoughness"].get("baseColorTexture")
-            if transform and texture:
-                texture["extensions"] = {"KHR_texture_transform": transform}
-                used.add("KHR_texture_transform")
-            material["extensions"] = extensions
-            used.update(extensions)
-        grey = {"pbrMetallicRoughness": {"baseColorFactor": [0.6, 0.6, 0.6, 1], "metallicFactor": 0}, "doubleSided": True,
-                "extensions": {"KHR_materials_specular": {"specularFactor": 0.0}}}
-        for primitive in (p for mesh in tree["meshes"] for p in mesh["primitives"] if "material" not in p):
-            white = {**grey, "pbrMetallicRoughness": {"metallicFactor": 0}}
-            tree.setdefault("materials", []).append(white if "COLOR_0" in primitive["attributes"] else grey)
-            primitive["material"] = len(tree["materials"]) - 1
-            used.add("KHR_materials_specular")
-        tree["extensionsUsed"] = sorted({*tree.get("extensionsUsed", []), *used})
 
-    data = trimesh.exchange.gltf.export_glb(scene, tree_postprocessor=finish)
-    if not output.is_file() or output.read_bytes() != data:  # its time stamp tells the demo that it has not changed
-        with written_beside(output) as beside:
+def prepared(path, folder):
+    """Returns (the file for Blender to read, where its coordinates were, more of its request)."""
+    suffix, more = path.suffix.lower(), {}
+    if suffix not in (".obj", ".ply", ".stl"):
+        return path, None, more
+    data = before = path.read_bytes()
+    if suffix == ".ply":
+        texture = re.search(rb"^comment TextureFile[ \t]+([^\r\n]+)", data[:10000], re.M)
+        more = {"texture": str(path.parent / os.fsdecode(texture[1].strip()))} if texture else {}
+        data, centre = moved_ply(data)
+    else:
+        data, centre = moved_text(data, b"v" if suffix == ".obj" else b"vertex") if b"\0" not in data[:1000] else (data, None)
+    if suffix == ".obj":
+        data, libraries = mtl_files(data.removeprefix(b"\xef\xbb\xbf"), path.parent)
+        texts = [file.read_bytes().decode("utf-8", "replace") for file in libraries if file.is_file()]
+        names = {name for text in texts for name in re.findall(r"^\s*newmtl\s+(.*?)\s*$", text, re.M)}
+        plain = lambda match: match[0] if match[0][7:].decode("utf-8", "replace").strip() in names else match[1]
+        data = re.sub(rb"^(usemtl[ \t]+[^\r\n]*?)[ \t]+#[^\r\n]*", plain, data, flags=re.M)  # Blender takes comments for part of the name
+        more = {"mtl": {name: kind for text in texts for name, kind in mtl_corrections(text).items()}}
+    if data == before:
+        return path, None, more
+    # Other files are found by their relative names.
+    for real, links in ((path.parent.parent, folder / "up"), (path.parent, folder / "up" / "here")):
+        links.mkdir()
+        for entry in real.iterdir():
+            if entry != path and not (links.name == "up" and entry.name == "here"):
+                (links / entry.name).symlink_to(entry)
+    copy = folder / "up" / "here" / path.name
+    copy.write_bytes(data)
+    return copy, centre, more
+
+
+# ---- The result
+
+def parts_of(glb):
+    """A GLB's JSON, and the rest of its bytes."""
+    length = int.from_bytes(glb[12:16], "little")
+    return json.loads(glb[20:20 + length]), glb[20 + length:]
+
+
+def glb_of(tree, rest):
+    text = json.dumps(tree, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    return b"glTF" + (2).to_bytes(4, "little") + (20 + len(text) + len(rest)).to_bytes(4, "little") + len(text).to_bytes(4, "little") + b"JSON" + text + rest
+
+
+def move(tree, centre):
+    """Moves the scene by a translation, in double precision."""
+    scene = tree["scenes"][tree.get("scene", 0)]
+    tree["nodes"].append({"translation": centre, "children": scene["nodes"]})
+    scene["nodes"] = [len(tree["nodes"]) - 1]
+
+
+def camera_number(tree, name):
+    """The path tracer's number of the camera whose node has this name."""
+    cameras, open_nodes = [], list(reversed(tree["scenes"][tree.get("scene", 0)]["nodes"]))
+    while open_nodes:
+        node = tree["nodes"][open_nodes.pop()]
+        if "camera" in node and tree["cameras"][node["camera"]]["type"] == "perspective":
+            cameras.append(node)
+        open_nodes.extend(reversed(node.get("children", [])))
+    return next((i for i, node in enumerate(cameras) if name in (node.get("name"), tree["cameras"][node["camera"]].get("name"))), 0)
+
+
+def options_for(tree, report, world, is_blend):
+    """The options of the path tracer that the GLB cannot hold."""
+    options, brightest = [], report.get("brightest")
+    if report.get("camera") and camera_number(tree, report["camera"]):
+        options += ["--camera", str(camera_number(tree, report["camera"]))]
+    if brightest:
+        options += ["--env", str(world)]
+    elif is_blend:
+        options += ["--env", "none"]
+    if report.get("lens"):
+        options += ["--lens", f"{report['lens']:.6g}", "--focus", f"{report['focus']:.6g}"]
+    return options
+
+
+def write_if_changed(path, data):
+    """The demo recognizes an unchanged file by its time stamp."""
+    if not path.is_file() or path.read_bytes() != data:
+        with written_beside(path) as beside:
             beside.write_bytes(data)
-    return sorted(lost)
+
+
+def convert(path, output, program="to-gltf"):
+    """Writes the GLB and, if the file has a world, an EXR beside it. Returns (what is lost, the options to render with, Blender's report)."""
+    path, output = Path(path), Path(output)
+    if path.suffix.lower() not in (*FORMATS, *GLTF):
+        raise CommandError(f"{path} is none of {', '.join(FORMATS)}")
+    python = blender(program)
+    with tempfile.TemporaryDirectory(prefix="libbn-") as name:
+        folder = Path(name)
+        source, centre, more = prepared(path.resolve(), folder)
+        files = {key: str(folder / value) for key, value in (("output", "scene.glb"), ("world", "world.exr"), ("report", "report.json"))}
+        (folder / "request.json").write_text(json.dumps({"source": str(source), **files, **more}))
+        done = subprocess.run([python, Path(__file__).with_name("blender_scene.py"), folder / "request.json"], cwd=folder, stdin=subprocess.DEVNULL,
+                              capture_output=True, text=True, errors="replace", check=False)
+        said = messages(done.stdout + done.stderr)
+        if not Path(files["report"]).is_file() or not Path(files["output"]).is_file():
+            last = sorted(said) or (done.stderr.strip() or done.stdout.strip() or "no message").splitlines()[-1:]
+            raise CommandError(f"Blender cannot read {path}: {last[0].replace(str(folder), '').strip()}")
+        report = json.loads(Path(files["report"]).read_text())
+        tree, rest = parts_of(Path(files["output"]).read_bytes())
+        if not any(mesh["primitives"] for mesh in tree.get("meshes", [])):
+            raise CommandError(f"{path} has no triangles" + (f" ({'; '.join(sorted(said))})" if said else ""))
+        if centre:
+            move(tree, centre)
+        write_if_changed(output, glb_of(tree, rest))
+        world = output.with_suffix(".world.exr")
+        if report.get("brightest"):
+            write_if_changed(world, Path(files["world"]).read_bytes())
+        options = options_for(tree, report, world, path.suffix.lower() == ".blend")
+    missing = [line.removesuffix(", which is missing") for line in report["lost"]]
+    said = {line for line in said if not any(f"{name}'" in line for name in missing)}  # is said once
+    return sorted({*report["lost"], *said}), options, report
 
 
 def scene_for(path, folder, program):
-    """The path to a file that the path tracer reads: this file, or its conversion in the folder, which is reported."""
+    """(the path to a file that the path tracer reads, options for it, lines about it): this file, or its conversion in the folder."""
     path = Path(path)
     if path.suffix.lower() in GLTF or not path.is_file():
-        return str(path)
+        return str(path), [], []
     output = Path(folder) / "scene" / f"{path.stem}.glb"  # the demo checks the files beside it
-    lost = convert(path, output)
-    print(f"{program}: {output} is {path} as glTF" + (f", without: {', '.join(lost)}" if lost else ""), flush=True)
-    return str(output)
+    lost, options, _ = convert(path, output, program)
+    lines = [f"{output} is {path} as glTF" + (f", with {' '.join(options)}" if options else "")]
+    return str(output), options, lines + ([f"{path}: conversion to glTF loses {', '.join(lost)}"] if lost else [])
 
 
 def run(arguments):
-    parser = argparse.ArgumentParser(prog="scripts/to-gltf", description=f"{__doc__} scripts/demo converts meshes by itself.")
-    parser.add_argument("file", type=Path, help="a mesh in a format that trimesh reads")
+    parser = argparse.ArgumentParser(prog="scripts/to-gltf", description=f"{__doc__} scripts/demo converts files by itself.")
+    parser.add_argument("file", type=Path, help=f"the file: {', '.join(FORMATS)}")
     parser.add_argument("-o", dest="output", type=Path, metavar="OUT.glb", help="the GLB (default: FILE with the suffix .glb)")
     options = parser.parse_args(arguments)
     if not options.file.is_file():
@@ -218,8 +302,10 @@ def run(arguments):
     output = options.output or options.file.with_suffix(".glb")
     if output.suffix.lower() != ".glb" or output.resolve() == options.file.resolve():
         raise CommandError(f"-o takes another file named .glb, not {output}")
-    lost = convert(options.file, output)
+    lost, more, _ = convert(options.file, output)
     print(f"to-gltf: wrote {output}" + (f", without: {', '.join(lost)}" if lost else ""))
+    if more:
+        print(f"to-gltf: render it with --scene {output} {' '.join(more)}")
 
 
 if __name__ == "__main__":

@@ -61,7 +61,7 @@ def parse(arguments):
     add("--scene", type=file_or_name, metavar="NAME|FILE", help="the scene (default cornell)")
     add("--env", type=file_or_name, metavar="FILE", help="the environment")
     add("--exposure", metavar="EV|auto", help="exposure of the preview")
-    add("--quiet", action="store_true", help="print only errors")
+    add("--quiet", action="store_true", help="print only errors and warnings")
     add("-o", dest="output", type=Path, required=True, metavar="out.exr", help="the image; a preview is written to out.png beside it")
     add("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"), help=argparse.SUPPRESS)
     options, others = parser.parse_known_args(arguments)
@@ -128,7 +128,10 @@ def run(arguments):
     shared, merging = options.shared, options.merging
     # The path tracer checks all options before a worker sees them: first each value, then the last sample of one pixel.
     whole = Part(*options.crop, options.first_sample, options.spp)
-    listed = run_pathtracer(program, [*shared, *whole.arguments(), "--list-inputs"]).stdout
+    done = run_pathtracer(program, [*shared, *whole.arguments(), "--list-inputs"])
+    for line in done.stderr.splitlines():
+        print(f"farm: {plain(line.removeprefix('pathtracer: '))}", file=sys.stderr)
+    listed = done.stdout
     inputs = names_of(listed)
     # Compare it with the inputs here, because the merging program does not know them.
     for file in (output, output.with_suffix(".png")):

@@ -8,6 +8,7 @@ import re
 import numpy as np
 import pytest
 from own_scene import convergence
+from scene_files import QUAD, floor
 
 import bluenoise
 from evidence.base.command import run_or_say_why
@@ -16,7 +17,6 @@ from evidence.measure.image_error import rmse
 from evidence.renders import judge
 from evidence.renders.views import View
 
-TRIANGLE = "v -1 0 -1\nv 1 0 -1\nv 0 0 1\nv -1 0.5 0\nv 1 0.5 0\nv 0 1.5 0\nf 1 2 3\nf 4 5 6\n"
 TINY = ("--size", "16x16", "--spp", "4", "--reference-spp", "32", "--seeds", "1")
 
 
@@ -55,14 +55,31 @@ def test_report_of_a_tiny_run(pathtracer, capsys):
 
 
 @pytest.mark.slow
-def test_a_changed_scene_is_rendered_again(pathtracer):
-    scene = pathtracer.folder / "my scene.obj"
+def test_a_changed_scene_is_rendered_again(pathtracer, capsys):
+    """What the image lacks is said on the terminal and on the page."""
+    scene = pathtracer.folder / "my scene.glb"
     found = set()
-    for height in ("0.5", "0.8"):
-        scene.write_text(TRIANGLE.replace("0.5", height))
+    for height in (0.5, 0.8):
+        g = floor()
+        g.quads([0.5 * QUAD + np.float32([0, height, 0])], g.material(extensions={"KHR_materials_unlit": {}}))
+        g.save(scene)
         demo(pathtracer, scene, *TINY, "--samplers", "white")
         found.add(rows_of(pathtracer)[0]["rmse"])
     assert len(found) == 2
+    for text in (capsys.readouterr().out, (pathtracer.folder / "out/report.html").read_text(encoding="utf-8")):
+        assert "ignores the extension KHR_materials_unlit" in text
+
+
+@pytest.mark.slow
+def test_options_that_a_converted_scene_needs(pathtracer, monkeypatch, capsys):
+    """The user's own options replace them."""
+    scene = floor().save(pathtracer.folder / "a.glb")
+    monkeypatch.setattr(convergence, "scene_for", lambda path, folder, program: (
+        str(scene), ["--env", "none", "--lens", "0.1"], ["a.glb is a.blend as glTF", "a.blend: conversion to glTF loses hair"]))
+    demo(pathtracer, scene, *TINY, "--spp", "1", "--samplers", "white", "--", "--env", "sky")
+    assert (out := capsys.readouterr().out).startswith("demo: a.glb is a.blend as glTF\ndemo: a.blend: conversion to glTF loses hair\n")
+    header = read_exr(pathtracer.folder / "out/white_1.exr")[0]
+    assert header.max() > 0 and "Written" in out and "loses hair" in (pathtracer.folder / "out/report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(("arguments", "said"), [

@@ -1,93 +1,158 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests scripts/to-gltf: third-party meshes become scenes, and one line lists the features that are lost."""
+"""Tests what scripts/to-gltf does around Blender. tests/blender runs Blender itself."""
+
+import json
+import struct
+import sys
 
 import numpy as np
 import pytest
-import trimesh
 from own_scene import to_gltf
-from scene_files import encoded
 
-SQUARE = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
-FACE = "usemtl a\nf 1/1 2/2 3/3 4/4\n"
-PLAIN = f"mtllib s.mtl\n{SQUARE}{FACE}"
-
-
-def albedo(pathtracer, capsys, obj, mtl, name="s.mtl"):
-    """Converts and renders a square that fills the image. Returns its mean albedo and the conversion's output."""
-    (pathtracer.folder / "s.obj").write_text(obj)
-    (pathtracer.folder / name).write_text(mtl)
-    to_gltf.run([str(pathtracer.folder / "s.obj")])
-    view = ["--eye", "0,0,5", "--target", "0,0,0", "--fov", "22.6", "--env", "sky", "--size", "32x32", "--spp", "4"]
-    layers = pathtracer.layers("--scene", "s.glb", *view)
-    return [layers[f"albedo.{c}"].mean() for c in "RGB"], capsys.readouterr().out
+FAR = [4_500_000.125, 5_200_000.25, 431.5]
+TREE = {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0, 3]}], "meshes": [{"primitives": [{"attributes": {}}]}],
+        "nodes": [{"children": [1], "mesh": 0}, {"camera": 0, "name": "a"}, {"camera": 2, "name": "c"}, {"camera": 1, "name": "b"}],
+        "cameras": [{"type": "perspective"}, {"type": "perspective"}, {"type": "orthographic"}]}
 
 
-TINTED, GREY = "newmtl a\nKd .5 .25 .125\n", "newmtl a\nKd .5 .5 .5\n"
-TINT = [0.5, 0.25, 0.125]
-# The square's vertices have colours, an unused vertex has none.
-COLOURED = "v 9 9 9\n" + "".join(f"v {x} {y} 0 .5 .25 .125\n" for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
+def corners(offset, size=1.0):
+    return np.array([[0, 0, 0], [size, 0, 0], [size, size, 0]]) + offset
 
 
-@pytest.mark.parametrize(("obj", "mtl", "expected", "lost"), [
-    # As written by other programs: spaces in and after names, a byte order mark, continued lines, backslashes
-    (PLAIN, TINTED, TINT, ""),
-    (PLAIN.replace("s.mtl", "my lib.mtl"), TINTED, TINT, ""),
-    (PLAIN.replace("s.mtl", "s.mtl "), TINTED, TINT, ""),
-    (f"\ufeff{PLAIN}", TINTED, TINT, ""),
-    (PLAIN.replace(" 3/3", " \\\n3/3"), TINTED, TINT, ""),
-    (PLAIN.replace("s.mtl", ".\\s.mtl"), TINTED, TINT, ""),
-    # Colours that trimesh does not read
-    (SQUARE + FACE, "", 0.6, ""),
-    (PLAIN, "newmtl a\nKd 0.5\n", 0.5, ""),
-    (PLAIN, f"\ufeff{GREY}", 0.5, ""),
-    (PLAIN.replace("s.mtl", "none.mtl s.mtl # two"), GREY, 0.5, ", without: none.mtl, which is missing"),
-    (PLAIN.replace("usemtl a", "usemtl a # one") + "l 1 2\n", GREY.replace("a\n", "a # two\n"), 0.5, ", without: lines and points"),
-    (PLAIN, f"{GREY}d -halo .9\n", 0.5, ", without: d, as partial transparency"),
-    (PLAIN, f"{GREY}Pr rough\n", 0.5, ", without: pr rough"),
-    (PLAIN, "newmtl a\nKd xyz .5 .5 .5\n", 0.6, ", without: Kd xyz"),
-    # Colours on some vertices, which multiply the material's colour
-    (f"{COLOURED}f 2 3 4 5\n", "", TINT, ""),
-    (f"mtllib s.mtl\n{COLOURED}usemtl a\nf 2 3 4 5\n", "newmtl a\nKd 1 1 1\n", TINT, "")])
-def test_colours_and_lost_features(pathtracer, capsys, obj, mtl, expected, lost):
-    found, said = albedo(pathtracer, capsys, obj, mtl, "my lib.mtl" if "my lib" in obj else "s.mtl")
-    np.testing.assert_allclose(found, expected, atol=4e-3 if COLOURED in obj else 1e-3)
-    assert said == f"to-gltf: wrote {pathtracer.folder / 's.glb'}{lost}\n"
+@pytest.mark.parametrize("keyword", ["v", "vertex"])
+def test_far_coordinates_of_text_files_are_moved(keyword):
+    """They keep their digits, which a float would lose; colours after them and all other lines stay."""
+    text = lambda points: "".join(f"{keyword} {x!r} {y!r} {z!r} 1 0.5 0\n" for x, y, z in points.tolist()) + "vt 0 1\nf 1 2 3\n"
+    near = text(corners(10.0)).encode()
+    assert to_gltf.moved_text(near, keyword.encode()) == (near, None)
+    moved, centre = to_gltf.moved_text(text(corners(FAR)).encode(), keyword.encode())
+    assert moved.decode() == text(corners(FAR) - centre) and np.abs(corners(FAR) - centre).max() < 2
 
 
-def test_vertex_alpha_is_lost(tmp_path):
-    trimesh.Trimesh(np.eye(3), [[0, 1, 2]], vertex_colors=np.full((3, 4), 100, np.uint8)).export(tmp_path / "s.ply")
-    assert to_gltf.convert(tmp_path / "s.ply", tmp_path / "s.glb") == ["vertex alpha"]
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_far_coordinates_of_ply_files_are_moved(form):
+    order = ">" if "big" in form else "<"
+    header = f"ply\nformat {form} 1.0\ncomment by a test\nelement vertex 3\nproperty uchar red\n" + "".join(
+        f"property double {c}\n" for c in "xyz") + "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+
+    def ply(points):
+        if form == "ascii":
+            return (header + "".join(f"7 {x!r} {y!r} {z!r}\n" for x, y, z in points.tolist()) + "3 0 1 2\n").encode()
+        return header.encode() + b"".join(struct.pack(order + "Bddd", 7, *p) for p in points) + struct.pack(order + "Biii", 3, 0, 1, 2)
+
+    assert to_gltf.moved_ply(ply(corners(0.0))) == (ply(corners(0.0)), None)
+    moved, centre = to_gltf.moved_ply(ply(corners(FAR)))
+    assert moved == ply(corners(FAR) - centre) and np.abs(corners(FAR) - centre).max() < 2
+    assert to_gltf.moved_ply(b"ply\nno header") == (b"ply\nno header", None)
 
 
-@pytest.mark.parametrize("options", ["-s 2 2", "-s 2 2 1 -o 0.5 0", "-clamp on"])
-def test_texture_options(pathtracer, capsys, options):
-    """A texture with four different quarters is repeated as often as its scale says, which does not change the mean."""
-    quarters = np.array([[[255, 0, 0], [0, 0, 0]], [[0, 0, 0], [0, 255, 0]]])
-    (pathtracer.folder / "m.png").write_bytes(encoded(quarters.repeat(8, 0).repeat(8, 1)))
-    found, _ = albedo(pathtracer, capsys, PLAIN, f"newmtl a\nmap_Kd {options} m.png\n")
-    np.testing.assert_allclose(found, [0.25, 0.25, 0], atol=0.02)
+@pytest.mark.parametrize(("lines", "wanted"), [
+    ("illum 2\nKd 1 0 0", None), ("Kd 1 0 0\nd 0.5", None),
+    ("illum 4\nTf 1 1 1\nNi 1.00", {"Transmission Weight": 0, "Metallic": 0}),
+    ("illum 7\nNi 1.00\nd 1.0", {"Transmission Weight": 0, "Metallic": 0}),
+    ("illum 6\nNi 1.5\nd 0.9\nTf .9 .8 .7", {"Transmission Weight": 1, "IOR": 1.5, "Base Color": [0.9, 0.8, 0.7], "Metallic": 0}),
+    ("illum 7\nNi 1.4", {"Transmission Weight": 1, "IOR": 1.4}), ("illum 4\nTr 0.7\nNi 1.3", {"Transmission Weight": 1, "IOR": 1.3}),
+    ("illum 3\nKd 0 0 0\nKs .9 .8 .7", {"Metallic": 1, "Base Color": [0.9, 0.8, 0.7]}), ("illum 3\nKd .5 0 0\nKs 1 1 1", {"Metallic": 0}),
+    ("illum 3\nPm 0.5", None), ("illum 4\nd -halo 0.9", {"Transmission Weight": 1}), ("illum 4\nNi glass\nd", {"Transmission Weight": 0})])
+def test_mtl_materials_that_blender_takes_for_metal_or_glass(lines, wanted):
+    found = to_gltf.mtl_corrections(f"# one\nnewmtl other\nKd 1 1 1\n\nnewmtl a b \r\n{lines}\n")
+    assert ("a b" in found) == (wanted is not None) and "other" not in found
+    for name, value in (wanted or {}).items():
+        assert found["a b"][name] == pytest.approx(value), name
 
 
-def test_mtl_materials(tmp_path):
-    """A roughness of 0, emission above 1 and glass are converted. Textures that are missing or not converted are reported."""
-    glass = "newmtl c\nillum 7\nNi 1.4\nmap_Kd none.png\nmap_d d.png\n"
-    (tmp_path / "s.mtl").write_text(f"newmtl a\nKd 1 1 1\nPr 0.000\nPm 1\nnewmtl b\nKe 3 2 1\n{glass}")
-    faces = "".join(f"usemtl {name}\nf 1/1 2/2 3/3\n" for name in "abc")
-    (tmp_path / "s.obj").write_text(f"mtllib s.mtl\n{SQUARE}{faces}")
-    lost = to_gltf.convert(tmp_path / "s.obj", tmp_path / "s.glb")
-    assert lost == ["map_d", "none.png, which is missing"]
-    text = (tmp_path / "s.glb").read_bytes()
-    for part in (b'"roughnessFactor":0.0', b'"emissiveStrength":3.0', b'"transmissionFactor":1.0', b'"ior":1.4'):
-        assert part in text, part
+def test_names_of_material_libraries(tmp_path):
+    (tmp_path / "my lib.mtl").touch()
+    for line, names in (("my lib.mtl", ["my lib.mtl"]), ("a.mtl b.MTL # two", ["a.mtl", "b.MTL"]), ("..\\c.mtl", ["../c.mtl"])):
+        text, found = to_gltf.mtl_files(f"mtllib {line}\nv 0 0 0\n".encode(), tmp_path)
+        assert found == [tmp_path / name for name in names]
+        assert [line[7:].split(" #")[0].strip() for line in text.decode().splitlines() if line.startswith("mtllib ")] == names
 
 
-def test_losses_are_reported_and_other_files_refused(tmp_path, capsys):
-    (tmp_path / "s.mtl").write_text("newmtl a\nKd 1 1 1\nnewmtl b\nKd 1 0 0\n")
-    corners = "".join(f"v {place} 0 1 0 0\n" for place in ("0 0", "1 0", "1 1", ".5 .5", "0 1"))
-    (tmp_path / "s.obj").write_text(f"mtllib s.mtl\n{corners}usemtl a\nf 1 2 3 4 5\nusemtl b\nf 1 2 5\n")
-    to_gltf.run([str(tmp_path / "s.obj"), "-o", str(tmp_path / "b.glb")])
-    assert "without: the shape of concave polygons, vertex colours of objects with multiple materials" in capsys.readouterr().out
+def test_the_files_beside_a_moved_mesh_are_still_found(tmp_path):
+    source, work = tmp_path / "models/here", tmp_path / "work"
+    for folder in (source / "images", work):
+        folder.mkdir(parents=True)
+    (source / "images/t.png").write_bytes(b"png")
+    (source.parent / "up.mtl").write_text("newmtl a\nillum 4\n")
+    text = "mtllib ../up.mtl\n" + "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in corners(FAR).tolist()) + "f 1 2 3\n"
+    (source / "m.obj").write_text(text)
+    copy, centre, more = to_gltf.prepared(source / "m.obj", work)
+    assert centre and copy.read_text() != text and (source / "m.obj").read_text() == text and set(more["mtl"]) == {"a"}
+    assert (copy.parent / "images/t.png").read_bytes() == b"png" and (copy.parent / "../up.mtl").is_file()
+
+
+def test_moved_scenes_and_camera_numbers():
+    """The translation keeps all digits. Cameras are numbered like the path tracer's: in the order of nodes, without orthographic ones."""
+    tree = json.loads(json.dumps(TREE))
+    assert [to_gltf.camera_number(tree, name) for name in "abz"] == [0, 1, 0]
+    to_gltf.move(tree, FAR)
+    assert tree["scenes"][0]["nodes"] == [4] and tree["nodes"][4] == {"translation": FAR, "children": [0, 3]}
+    assert to_gltf.camera_number(tree, "b") == 1
+    again, rest = to_gltf.parts_of(to_gltf.glb_of(tree, b"rest"))
+    assert again == tree and rest == b"rest"
+
+
+def test_messages_of_blender():
+    text = ("WARN (io.obj): source/x.cc:73 load_image_at_path: Cannot load image file: 'a.png'\nInfo: fine\n"
+            "00:59:54 | WARNING: More than one texture\n00:59:54 | WARNING: The active Vertex Color will not be exported, as\n"
+            "Error: Cannot open")
+    assert to_gltf.messages(text) == {"Cannot load image file: 'a.png'", "More than one texture", "Cannot open"}
+
+
+# A program in place of Blender. It writes what the request's source asks for.
+STAND_IN = """
+import json, sys
+request = json.load(open(sys.argv[-1]))
+report = json.load(open(request["source"]))
+print("Warning: said twice\\nWarning: said twice")
+for key, name in (("glb", "output"), ("exr", "world")):
+    if key in report: open(request[name], "wb").write(bytes.fromhex(report[key]))
+if "glb" in report: json.dump(report, open(request["report"], "w"))
+"""
+
+
+def test_conversion_with_a_stand_in_for_blender(tmp_path, monkeypatch, capsys):
+    """The world lies beside the GLB; unchanged files keep their time; the second line has the options that the path tracer needs."""
+    python = tmp_path / "python"
+    python.write_text(f"#!{sys.executable}\n{STAND_IN}")
+    python.chmod(0o755)
+    monkeypatch.setattr(to_gltf, "blender", lambda program: python)
+    scene, glb = tmp_path / "s.blend", tmp_path / "s.glb"
+
+    def said(**report):
+        scene.write_text(json.dumps({"lost": ["hair"], "glb": to_gltf.glb_of(TREE, b"").hex(), **report}))
+        to_gltf.run([str(scene)])
+        return capsys.readouterr().out
+
+    first = f"to-gltf: wrote {glb}, without: hair, said twice\nto-gltf: render it with --scene {glb} "
+    assert said(brightest=2.0, exr="00ff", camera="b", lens=0.0125, focus=3.0) == (
+        f"{first}--camera 1 --env {tmp_path}/s.world.exr --lens 0.0125 --focus 3\n")
+    assert (tmp_path / "s.world.exr").read_bytes() == b"\x00\xff"
+    before = glb.stat().st_mtime_ns
+    assert said(brightest=0.0) == f"{first}--env none\n" and glb.stat().st_mtime_ns == before
+    lines = [f"{tmp_path}/out/scene/s.glb is {scene} as glTF, with --env none", f"{scene}: conversion to glTF loses hair, said twice"]
+    assert to_gltf.scene_for(scene, tmp_path / "out", "demo")[1:] == (["--env", "none"], lines)
+    assert to_gltf.scene_for(glb, tmp_path / "out", "demo") == (str(glb), [], [])
+    empty = {"glb": to_gltf.glb_of({**TREE, "meshes": []}, b"").hex()}
+    for wrong, message in ((empty, "s.blend has no triangles"), ({}, "cannot read .*s.blend")):
+        scene.write_text(json.dumps({"lost": [], **wrong}))
+        with pytest.raises(to_gltf.CommandError, match=message):
+            to_gltf.run([str(scene)])
+
+
+def test_other_files_are_refused_and_the_size_of_blender_is_said(tmp_path, monkeypatch, capsys):
     (tmp_path / "s.txt").write_text("no mesh")
-    for name, said in (("s.txt", "trimesh cannot read"), ("none.obj", "there is no file")):
-        with pytest.raises(to_gltf.CommandError, match=said):
-            to_gltf.run([str(tmp_path / name)])
+    (tmp_path / "s.obj").write_text("v 0 0 0\n")
+    for arguments, message in ((["s.txt"], "none of .blend, .obj"), (["none.obj"], "there is no file"),
+                               (["s.obj", "-o", "a.obj"], "named .glb")):
+        with pytest.raises(to_gltf.CommandError, match=message):
+            to_gltf.run([str(tmp_path / arguments[0]), *arguments[1:]])
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("PYTHON311", "/bin/false")
+    with pytest.raises(to_gltf.CommandError, match="cannot install Blender"):
+        to_gltf.run([str(tmp_path / "s.obj")])
+    assert "400 MB" in (said := capsys.readouterr().err) and str(tmp_path / "libbn/blender-4.5") in said
+    monkeypatch.setattr(to_gltf.shutil, "which", lambda name: None)
+    with pytest.raises(to_gltf.CommandError, match="needs Python 3.11"):
+        to_gltf.run([str(tmp_path / "s.obj")])
