@@ -201,6 +201,8 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("input", type=Path, help="an image in any format that Pillow reads, or -")
     command.add_argument("output", type=Path, help="the image to write, in a lossless format, or - for PNG")
     command.add_argument("--levels", default=2, type=_integer, help="number of levels, 2 to 256 (default 2)")
+    command.add_argument("--palette", type=_palette, metavar="N, RRGGBB,... or FILE", help="dither to N colours that suit the image, "
+                         "to the given colours, or to the palette of an image; the output may also be a .gif")
     command.add_argument("--mask", type=Path, metavar="FILE", help="the mask (default: the built-in 64x64 mask); with "
                          "multiple channels, one per image channel")
     command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the mask channel to use, counted from 1")
@@ -277,6 +279,15 @@ def _integer(text: str) -> int:
         return int(text, 10 if re.fullmatch(r"[-+]?[0-9]+", text) else 0)  # Python takes no leading zeros
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not an integer") from None
+
+
+def _palette(text: str) -> Any:
+    if re.fullmatch("[0-9]{1,3}", text):
+        return int(text)
+    colours = [colour.removeprefix("#") for colour in text.split(",")]
+    if all(re.fullmatch("[0-9a-fA-F]{6}", colour) for colour in colours):
+        return [tuple(bytes.fromhex(colour)) for colour in colours]
+    return Path(text)
 
 
 def _positive(text: str) -> int:
@@ -450,12 +461,16 @@ def _number(value: float, spec: str, unit: str = "") -> str:
 def _dither(options: argparse.Namespace) -> None:
     path = options.output
     suffix = ".png" if path == _files.STREAM else path.suffix.lower()
-    _files.check_output(path, suffix, _files.LOSSLESS, options.input, options.mask)
+    palette = options.palette
+    _files.check_output(path, suffix, _files.LOSSLESS, options.input, options.mask, palette if isinstance(palette, Path) else None)
     if options.mask is None and (options.rank or options.channel):
         raise ValueError(f"{'--rank' if options.rank else '--channel'} needs --mask")
     picture, chunks = _files.open_picture(options.input)
     if isinstance(picture, np.ndarray) and suffix != ".png":
         raise ValueError(f"an image with 16 bits per channel does not fit in {suffix}; write .png")
+    palette = _files.open_picture(palette)[0] if isinstance(palette, Path) else palette
+    if palette is not None and isinstance(picture, np.ndarray):
+        raise ValueError(f"{options.input} has 16 bits per channel; --palette needs 8")
     greyed = suffix == ".pgm" and picture.mode in ("RGB", "P") and "transparency" not in picture.info
     if greyed:
         picture = picture.convert("L")
@@ -471,7 +486,7 @@ def _dither(options: argparse.Namespace) -> None:
             colour = _files.without_alpha(picture)
             colour[:] = dither(colour, options.levels, mask=ranks, srgb=options.srgb)
         else:
-            picture = dither(picture, options.levels, mask=ranks, srgb=options.srgb)
+            picture = dither(picture, options.levels, palette=palette, mask=ranks, srgb=options.srgb)
     _files.save_picture(path, suffix, picture, chunks)
     if greyed:
         _say(f"{path} holds grey: the colours became their luminance")

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from . import _arguments as arguments
 from . import _core
+from ._masks import builtin
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -28,6 +29,7 @@ def dither(
     image: npt.NDArray[_Pixel],
     levels: int = 2,
     *,
+    palette: Any = None,
     mask: Optional[npt.ArrayLike] = None,
     srgb: bool = False,
     channel_offset: bool = True,
@@ -37,6 +39,7 @@ def dither(
     image: Image,
     levels: int = 2,
     *,
+    palette: Any = None,
     mask: Optional[npt.ArrayLike] = None,
     srgb: bool = False,
     channel_offset: bool = True,
@@ -46,6 +49,7 @@ def dither(
     image: Sequence[Any],
     levels: int = 2,
     *,
+    palette: Any = None,
     mask: Optional[npt.ArrayLike] = None,
     srgb: bool = False,
     channel_offset: bool = True,
@@ -56,11 +60,12 @@ def dither(
     image: Any,
     levels: int = 2,
     *,
+    palette: Any = None,
     mask: Optional[npt.ArrayLike] = None,
     srgb: bool = False,
     channel_offset: bool = True,
 ) -> Any:
-    """Dither an image to a few levels with a mask.
+    """Dither an image to a few levels, or to a palette, with a mask.
 
     A value v in [0, 1] becomes ``floor(v * (levels - 1) + t) / (levels - 1)``, where t is the mask's value at that pixel. The mask is tiled
     over the image. The values 0 and 1 are unchanged. Local means are preserved, even if an integer type cannot represent evenly spaced
@@ -75,10 +80,15 @@ def dither(
         mode 1 becomes L, palettes become RGB or RGBA, and transparent colours become alpha.
     levels : int, default 2
         Number of levels, 2 to 256, evenly spaced from 0 to full scale.
+    palette : array_like, PIL.Image.Image or int, optional
+        Up to 256 colours of shape ``(count, channels)``, in the image's units; or ``(count,)`` for an image without channels. For a
+        Pillow image, which may have mode 1, L, P or RGB, also a Pillow image of mode P, or the number of colours that Pillow's
+        quantiser is to choose. Each pixel gets one of up to four colours around its value, whose mixture is that value, or the
+        closest one to it that the palette can mix. Do not pass `levels` as well. Needs SciPy.
     mask : array_like, optional
         Ranks of shape ``(height, width)``, or ``(n,)`` for a row, in which each rank occurs exactly once; or the values t themselves as
         floats in [0, 1), such as a window from `NeuralGenerator`. If the shape is ``(channels, height, width)``, each image channel uses
-        its own mask; extra masks are ignored. Defaults to the built-in 64 x 64 mask.
+        its own mask; extra masks are ignored. A palette needs a single mask. Defaults to the built-in 64 x 64 mask.
     srgb : bool, default False
         Whether values are sRGB-encoded. If so, local means are preserved in linear light.
     channel_offset : bool, default True
@@ -88,7 +98,8 @@ def dither(
     Returns
     -------
     ndarray or PIL.Image.Image
-        The dithered image, with the dtype and shape of the input. A Pillow image keeps its metadata (``info``).
+        The dithered image, with the dtype and shape of the input. A Pillow image keeps its metadata (``info``); with a palette, it has
+        mode P.
 
     Raises
     ------
@@ -99,7 +110,9 @@ def dither(
 
     Notes
     -----
-    Takes about ten nanoseconds per value. Needs memory for the result plus a few megabytes.
+    Takes about ten nanoseconds per value; with a palette, about a microsecond per pixel and up to ten for each different colour that
+    the palette cannot mix. The palette's mixtures are those of Gröller and Purgathofer, "Using tetrahedrons for dithering color
+    pictures", 1988. Needs memory for the result plus a few megabytes.
 
     Examples
     --------
@@ -110,6 +123,10 @@ def dither(
     srgb, channel_offset = arguments.flag("srgb", srgb), arguments.flag("channel_offset", channel_offset)
     thresholds = None if mask is None else _mask_of(mask)
     pillow = sys.modules.get("PIL.Image")  # a caller with an image has imported Pillow
+    if palette is not None:
+        if levels != 2:
+            raise ValueError(f"levels and palette exclude each other, but levels is {levels}")
+        return _to_palette(image, pillow, palette, srgb, thresholds)
     if pillow is not None and isinstance(image, pillow.Image):
         return _dither_picture(image, pillow, levels, srgb, channel_offset, thresholds)
     return _dither_array(image, levels, srgb, channel_offset, thresholds)
@@ -133,7 +150,8 @@ def _mask_of(mask: npt.ArrayLike) -> npt.NDArray[Any]:
     return arguments.ranks("mask", given)
 
 
-def _dither_array(image: Any, levels: int, srgb: bool, channel_offset: bool, mask: Optional[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+def _checked(image: Any) -> tuple[npt.NDArray[Any], int]:
+    """An image as an array of shape (height, width) or (height, width, channels), and its full scale."""
     array = arguments.array("image", image)
     integers = array.dtype.kind == "u" and array.dtype.itemsize <= 2
     if not integers and array.dtype.kind != "f":
@@ -144,8 +162,14 @@ def _dither_array(image: Any, levels: int, srgb: bool, channel_offset: bool, mas
     if array.ndim == 3 and array.shape[0] <= 4 < array.shape[2]:
         given = "image" if isinstance(image, np.ndarray) else "np.asarray(image)"
         raise ValueError(f"image of shape {array.shape} has its channels first: give np.moveaxis({given}, 0, -1)")
+    return array, np.iinfo(array.dtype).max if integers else 1
+
+
+def _dither_array(image: Any, levels: int, srgb: bool, channel_offset: bool, mask: Optional[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+    array, full = _checked(image)
+    integers = array.dtype.kind == "u"
     texels = array.reshape(*array.shape[:2], -1)
-    steps, full = levels - 1, np.iinfo(array.dtype).max if integers else 1
+    steps = levels - 1
     level = np.arange(levels, dtype=np.result_type(array.dtype, np.float64))
     ends = (np.rint(level * (full / steps)) if integers else level / steps).astype(array.dtype)
     table = _positions(full, ends.astype(np.float64), srgb) if integers else None
@@ -238,4 +262,44 @@ def _dither_picture(picture: Any, pillow: Any, *options: Any) -> Any:
         out = _dither_array(array, *options)
     result = pillow.fromarray(out)
     result.info = {name: value for name, value in picture.info.items() if name != "compression"}  # of a TIFF file, perhaps lossy
+    return result
+
+
+def _to_palette(image: Any, pillow: Any, palette: Any, srgb: bool, mask: Optional[npt.NDArray[Any]]) -> Any:
+    from ._palette import indices
+
+    picture = image if pillow is not None and isinstance(image, pillow.Image) else None
+    if picture is not None:
+        if picture.mode not in ("1", "L", "P", "RGB") or "transparency" in picture.info:
+            raise ValueError(f"image must have mode 1, L, P or RGB and no transparency, not {picture.mode}; give image.convert('RGB')")
+        image = picture.convert("RGB")
+        if isinstance(palette, (int, np.integer)):
+            palette = image.quantize(arguments.integer("palette", palette, 1, 256), dither=pillow.Dither.NONE)
+        if isinstance(palette, pillow.Image):
+            if palette.mode != "P":
+                raise ValueError(f"palette must be an image of mode P, not {palette.mode}")
+            palette = np.reshape(palette.getpalette("RGB"), (-1, 3))
+    array, full = _checked(image)
+    colours = arguments.reals("palette", palette)
+    if not colours.ndim or not 1 <= len(colours) <= 256 or colours.shape[1:] != array.shape[2:]:
+        raise ValueError(f"palette must have shape {('count', *array.shape[2:])} with 1 to 256 colours, not {colours.shape}")
+    mask = builtin((64, 64)) if mask is None else mask
+    if mask.ndim == 3:
+        raise ValueError(f"mask has {len(mask)} channels, but a palette needs one (mask[0], --channel 1)")
+
+    def light(name: str, values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+        inside = (values >= 0) & (values <= full)
+        if not inside.all():
+            raise ValueError(f"{name} must have values in [0, {full}], not {values[~inside][0]}")
+        return _linear(values.astype(np.float64) / full) if srgb else values.astype(np.float64) / full
+
+    channels = array.reshape(*array.shape[:2], -1).shape[2]
+    values = light("palette", colours.reshape(-1, channels))
+    thresholds = mask.astype(np.float64) if mask.dtype.kind == "f" else (mask + 0.5) / mask.size
+    found = indices(array.reshape(*array.shape[:2], channels), lambda texels: light("image", texels), values, thresholds)
+    if picture is None:
+        return colours.astype(array.dtype)[found]
+    result = pillow.fromarray(found)
+    result.putpalette(colours.astype(np.uint8).tobytes())
+    result.info = picture.info.copy()
     return result

@@ -32,7 +32,8 @@ Chunks = list[tuple[bytes, bytes]]  # of a PNG file: names and contents
 # Lossless formats, which preserve a dithered image, and the Pillow modes that each can hold.
 _TIFF = (".tif", ".tiff")
 _MODES: dict[str, tuple[str, ...]] = {
-    ".png": (), **dict.fromkeys(_TIFF, ("L", "LA", "RGB", "RGBA", "I", "F")), ".bmp": ("L", "RGB"), ".pgm": ("L", "I"), ".ppm": ("RGB",)}
+    ".png": (), **dict.fromkeys(_TIFF, ("L", "LA", "RGB", "RGBA", "I", "F", "P")), ".bmp": ("L", "RGB", "P"),
+    ".gif": ("L", "P"), ".pgm": ("L", "I"), ".ppm": ("RGB",)}
 LOSSLESS = tuple(_MODES)
 STREAM = Path("-")
 MASK_SUFFIXES = (".png", ".exr", ".npy")
@@ -550,14 +551,15 @@ def quantized(ranks: npt.NDArray[np.uint32], bits: int) -> npt.NDArray[Any]:
     return values.astype(f"u{bits // 8}")
 
 
-def png(values: npt.NDArray[Any], chunks: Sequence[tuple[bytes, bytes]]) -> bytes:
-    """The bytes of a PNG file that contains the given chunks, then uint8 or uint16 texels (height, width, channels). Pillow writes 16
-    bits only for grey images."""
+def png(values: npt.NDArray[Any], chunks: Sequence[tuple[bytes, bytes]], palette: bytes = b"") -> bytes:
+    """The bytes of a PNG file that contains the given chunks, then uint8 or uint16 texels (height, width, channels), or indices of a
+    palette. Pillow writes 16 bits only for grey images."""
     height, width, channels = values.shape
     rows = np.zeros((height, 1 + values[0].nbytes), np.uint8)  # each row starts with filter type 0
     rows[:, 1:] = np.frombuffer(values.astype(values.dtype.newbyteorder(">")).tobytes(), np.uint8).reshape(height, -1)
-    header = struct.pack(">IIBBBBB", width, height, 8 * values.itemsize, _PNG_COLOUR_TYPES[channels], 0, 0, 0)
-    return _png_file([(b"IHDR", header), *chunks, (b"IDAT", zlib.compress(rows.tobytes(), 9)), (b"IEND", b"")])
+    header = struct.pack(">IIBBBBB", width, height, 8 * values.itemsize, 3 if palette else _PNG_COLOUR_TYPES[channels], 0, 0, 0)
+    colours = [(b"PLTE", palette)] if palette else []
+    return _png_file([(b"IHDR", header), *chunks, *colours, (b"IDAT", zlib.compress(rows.tobytes(), 9)), (b"IEND", b"")])
 
 
 def _png_file(chunks: Chunks) -> bytes:
@@ -575,7 +577,8 @@ def save_picture(path: Path, suffix: str, picture: Any, chunks: Chunks) -> None:
         if texels.dtype.kind != "u":
             raise ValueError(f"{path} cannot hold floats; write .tif")
         with replacing(path, suffix) as beside:
-            beside.write_bytes(png(texels if texels.ndim == 3 else texels[..., None], chunks))
+            palette = bytes(picture.getpalette("RGB")) if getattr(picture, "mode", "") == "P" else b""
+            beside.write_bytes(png(texels if texels.ndim == 3 else texels[..., None], chunks, palette))
         return
     lost = _undescribed(dict(chunks))
     if lost and not (suffix in _TIFF and lost == "colour profile"):
@@ -583,7 +586,7 @@ def save_picture(path: Path, suffix: str, picture: Any, chunks: Chunks) -> None:
     modes, mode = _MODES[suffix], picture.mode
     if mode in ("LA", "RGBA") and mode not in modes and picture.getextrema()[-1] == (255, 255):
         mode = mode[:-1]  # opaque
-    if mode == "L" and mode not in modes:
+    if mode in ("L", "P") and mode not in modes:
         mode = "RGB"
     if mode.split(";")[0] not in modes:
         words = {"LA": "alpha", "RGBA": "alpha", "RGB": "colours", "F": "floats"}.get(mode, "16 bits per channel")
