@@ -17,7 +17,7 @@ from . import cluster, worker
 from .parts import FarmError, Part, PartsFolder, names_of, split
 
 # Options of the path tracer that do not apply to a part.
-REFUSED = ("--merge", "--resume", "--noise", "--min-spp", "--list", "--list-cameras", "--list-inputs")
+REFUSED = ("--merge", "--resume", "--noise", "--visible-noise", "--min-spp", "--list", "--list-cameras", "--list-inputs")
 MAX_PARTS = 20000  # their file names fit on a command line
 MAX_PIXELS = 1 << 26  # of the path tracer
 
