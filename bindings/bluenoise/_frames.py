@@ -96,7 +96,8 @@ def frame_index(frame: npt.ArrayLike, most: npt.ArrayLike) -> _Whole:
     frame : array_like of int
         The frame number, 0 to 2**32 - 1.
     most : array_like of int
-        The largest number of samples that a pixel takes in any frame; 0 counts as 1. Pass the same one for all frames.
+        The largest number of samples that a pixel takes in any frame; 0 counts as 1. Pass the same one for all frames, and none
+        larger than necessary, because frames gain from each other only where few indices are left out.
 
     Returns
     -------

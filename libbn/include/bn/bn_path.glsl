@@ -199,7 +199,8 @@ BN_FUNCTION BN_UINT bn_frame_bits(BN_UINT most) {
 }
 
 /* The index of the first sample of frame 0, 1 ... of a film, and the frame's stream. `most` is the
- * largest number of samples that a pixel takes in any frame; pass the same one for all frames. The index
+ * largest number of samples that a pixel takes in any frame; pass the same one for all frames, and none
+ * larger than necessary, because frames gain from each other only where few indices are left out. The index
  * is the frame number times the smallest power of two that is at least `most` (0 counts as 1), modulo
  * 2^32. The stream is 0 until the indices are used up, then 1 and so on: with 1,024 samples, it changes
  * every 4,194,304 frames. */
