@@ -14,6 +14,7 @@ import sys
 from pathlib import Path
 
 import bpy
+from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Matrix, Vector
 
 KEEP = {"forward_axis": "NEGATIVE_Z", "up_axis": "Y"}  # with the exporter's y up, coordinates stay as they are
@@ -33,7 +34,7 @@ MESHES = (".obj", ".ply", ".stl", ".fbx", ".dae", ".abc")  # their vertex colour
 NODES = {"TEX_IMAGE", "MAPPING", "UVMAP", "TEX_COORD", "NORMAL_MAP", "SEPARATE_COLOR", "SEPRGB", "MIX", "MIX_RGB", "MATH", "RGB", "VALUE", "VERTEX_COLOR",
          "ATTRIBUTE", "REROUTE", "GROUP", "GROUP_INPUT", "GROUP_OUTPUT", "FRAME"}
 CORNERS = 64  # of the polygon in place of a disc
-SKY_WIDTH, SKY_SAMPLES = 2048, 64  # of a world without images
+SKY_WIDTH, SKY_SAMPLES = 2048, 32  # of a world without images
 
 
 def principled(tree):
@@ -205,10 +206,21 @@ def emissive_rectangle(item, lost):
     bpy.data.objects.remove(item)
 
 
+def in_view(scene, matrix):
+    """Whether the camera sees the centre of an area light from the side that shines."""
+    if not scene.camera:
+        return False
+    centre, eye = matrix.translation, scene.camera.matrix_world.translation
+    x, y, depth = world_to_camera_view(scene, scene.camera, centre)
+    return depth > 0 and 0 <= x <= 1 and 0 <= y <= 1 and (matrix.to_3x3() @ Vector((0, 0, -1))).dot(eye - centre) > 0
+
+
 def convert_lights(scene, lost):
     for item in [item for item in scene.objects if item.type == "LIGHT" and not hidden(item)]:
         light = item.data
         if light.type == "AREA":
+            if in_view(scene, item.matrix_world):
+                lost.add(f"the invisibility of area light {item.name}")
             emissive_rectangle(item, lost)
             continue
         light = item.data = light.copy()  # others may have shared it
@@ -296,16 +308,28 @@ def camera_of(scene, lost):
 
 # ---- Objects
 
-def make_instances_real():
-    """Replaces instances by objects: of collections, particles and geometry nodes."""
+def make_instances_real(scene):
+    """Replaces instances by objects: of collections, particles, vertices and geometry nodes."""
     graph = bpy.context.evaluated_depsgraph_get()
-    parents = {instance.parent.original for instance in graph.object_instances if instance.is_instance}
-    if not parents:
-        return
-    for item in bpy.context.view_layer.objects:
-        item.select_set(item in parents)
-    bpy.context.view_layer.objects.active = next(iter(parents))
-    bpy.ops.object.duplicates_make_real()
+    found, data, parents = [], {}, set()
+    for instance in graph.object_instances:
+        item = instance.object
+        if not instance.is_instance or item.type not in ("MESH", "CURVE", "SURFACE", "FONT", "META", "LIGHT"):
+            continue
+        parents.add(instance.parent.original)
+        key = item.data.as_pointer()
+        if key not in data:
+            data[key] = item.original.data if item.type == "LIGHT" else bpy.data.meshes.new_from_object(item)
+        found.append((item.name, data[key], instance.matrix_world.copy()))
+    for parent in parents:
+        if parent.instance_type in ("VERTS", "FACES"):
+            for child in parent.children:
+                child.hide_render = True
+        parent.instance_type = "NONE"
+    for name, of, place in found:
+        new = bpy.data.objects.new(name, of)
+        scene.collection.objects.link(new)
+        new.matrix_world = place
 
 
 def check_objects(scene, lost):
@@ -338,7 +362,7 @@ def main(request):
         bpy.ops.wm.read_factory_settings(use_empty=True)
     READERS[suffix](source)
     scene = bpy.context.scene
-    make_instances_real()
+    make_instances_real(scene)
     correct_mtl(request.get("mtl", {}))
     default_materials(request.get("texture"), lost)
     check_objects(scene, lost)

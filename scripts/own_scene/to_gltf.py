@@ -52,7 +52,7 @@ def messages(text):
     """The importers' and the exporter's warnings in Blender's output. Some are not about losses."""
     found = re.findall(r"(?:WARN|ERROR) \(io[.\w]*\): (?:\S+\.cc:\d+ )?(?:\w+: )?(.*)|\| (?:WARNING|ERROR): (.*)|^(?:Warning|Error): (.*)", text, re.M)
     lines = (re.sub(r"\s+", " ", max(match, key=len)).strip(" .") for match in found)
-    return {line for line in lines if line and "active Vertex Color will not be exported" not in line and "Draco" not in line}
+    return {line for line in lines if line and not any(part in line for part in ("active Vertex Color", "Draco", "has no primitives"))}
 
 
 # ---- What Blender would lose
@@ -224,7 +224,7 @@ def camera_number(tree, name):
         if "camera" in node and tree["cameras"][node["camera"]]["type"] == "perspective":
             cameras.append(node)
         open_nodes.extend(reversed(node.get("children", [])))
-    return next((i for i, node in enumerate(cameras) if name in (node.get("name"), tree["cameras"][node["camera"]].get("name"))), 0)
+    return next((i for i, node in enumerate(cameras) if name == node.get("name")), 0)
 
 
 def options_for(tree, report, world, is_blend):

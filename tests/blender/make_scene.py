@@ -63,9 +63,33 @@ bpy.context.object.data.materials.append(unseen)
 bpy.ops.object.light_add(type="AREA", location=(2, -2, 4), rotation=(0.5, 0.4, 0.2))
 light = bpy.context.object.data
 light.energy, light.shape, light.size, light.size_y = 200, "RECTANGLE", 1, 0.6
+# Small cubes on the corners of a square, by geometry nodes; an instance of a collection
+nodes = bpy.data.node_groups.new("cubes", "GeometryNodeTree")
+for side in ("INPUT", "OUTPUT"):
+    nodes.interface.new_socket("Geometry", in_out=side, socket_type="NodeSocketGeometry")
+start, end, points, cube = (nodes.nodes.new(kind) for kind in ("NodeGroupInput", "NodeGroupOutput", "GeometryNodeInstanceOnPoints",
+                                                               "GeometryNodeMeshCube"))
+cube.inputs["Size"].default_value = (0.3, 0.3, 0.3)
+nodes.links.new(start.outputs[0], points.inputs["Points"])
+nodes.links.new(cube.outputs[0], points.inputs["Instance"])
+nodes.links.new(points.outputs[0], end.inputs[0])
+bpy.ops.mesh.primitive_plane_add(size=2, location=(0, 1.5, 0.4))
+bpy.context.object.modifiers.new("cubes", "NODES").node_group = nodes
+collection = bpy.data.collections.new("posts")
+bpy.ops.mesh.primitive_cylinder_add(radius=0.1, depth=1)
+post = bpy.context.object
+scene.collection.objects.unlink(post)
+collection.objects.link(post)
+post.data.materials.append(material("post", Base_Color=(0.2, 0.3, 0.6, 1), Roughness=0.8)[0])
+instance = bpy.data.objects.new("post", None)
+instance.instance_type, instance.instance_collection, instance.location = "COLLECTION", collection, (1.9, 0.5, 0.5)
+scene.collection.objects.link(instance)
+bpy.ops.object.camera_add(location=(9, 9, 9))
+bpy.context.object.name = "Other"
 bpy.ops.object.camera_add(location=(0, -6, 2.2), rotation=(math.radians(75), 0, 0))
 scene.camera = bpy.context.object
 camera = scene.camera.data
 camera.lens, camera.dof.use_dof, camera.dof.aperture_fstop, camera.dof.focus_distance = 45, True, 0.4, 5.5
 scene.render.resolution_x = scene.render.resolution_y = 64
+scene.camera.name = "With focus"
 bpy.ops.wm.save_as_mainfile(filepath="s.blend")

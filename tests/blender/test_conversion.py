@@ -105,8 +105,8 @@ def test_a_scene_made_in_blender_looks_as_in_cycles(pathtracer, in_blender):
     """An area light, a textured floor, glass, metal, a camera with focus, and a turned HDR world: means agree within 3%."""
     in_blender(SCENE)
     lost, options, _ = to_gltf.convert(pathtracer.folder / "s.blend", pathtracer.folder / "s.glb")
-    assert lost == ["Noise Texture in Base Color of material unseen"] and options[:2] == ["--env", str(pathtracer.folder / "s.world.exr")]
-    assert options[2:] == ["--lens", "0.05625", "--focus", "5.5"]
+    assert lost == ["Noise Texture in Base Color of material unseen"] and options[2:4] == ["--env", str(pathtracer.folder / "s.world.exr")]
+    assert options[:2] == ["--camera", "1"] and options[4:] == ["--lens", "0.05625", "--focus", "5.5"]
     files = {"file": str(pathtracer.folder / "s.blend"), "output": str(pathtracer.folder / "cycles.exr")}
     (pathtracer.folder / "request.json").write_text(json.dumps([{**files, "size": 64, "spp": 256, "bounces": 16}]))
     command = [to_gltf.blender("test"), Path(__file__).with_name("referee.py"), pathtracer.folder / "request.json"]
