@@ -6,23 +6,9 @@ Most images are known without rendering, or must equal those of a file that desc
 
 import numpy as np
 import pytest
+import scene_files as files
 from pathtracer_driver import SCENES, assert_same, read_exr, read_layers
-from scene_files import (
-    COMPONENT_TYPES,
-    DOWN,
-    ONE,
-    QUAD,
-    ROOM_EYE,
-    SIX,
-    Gltf,
-    ball,
-    encoded,
-    floor,
-    linear,
-    over_floor,
-    picture,
-    room,
-)
+from scene_files import COMPONENT_TYPES, DOWN, ONE, QUAD, ROOM_EYE, SIX, Gltf, ball, floor, over_floor, picture, room
 
 
 def test_furnace_from_a_file(pathtracer):
@@ -258,7 +244,7 @@ def test_primitives_share_arrays_and_textures_share_images(pathtracer, even_sky)
     points = np.concatenate([np.stack([x, 0 * x, -y], -1).reshape(-1, 3), [[1e6, 0, 0]]]).astype(np.float32)  # the last is not used
     first = np.arange(side * (side - 1)).reshape(side - 1, side)[:, :-1].ravel()
     faces = (first[:, None] + [0, 1, side + 1, 0, side + 1, side]).astype(np.uint32)
-    image = g.add("images", bufferView=g.view(encoded(np.full((4096, 4096, 3), 188))))
+    image = g.add("images", bufferView=g.view(files.encoded(np.full((4096, 4096, 3), 188))))
     textures = [g.add("textures", source=image, sampler=g.add("samplers", wrapS=mode)) for mode in (10497, 33648, 33071)]
     materials = [g.material((1, 1, 1), pbr={"baseColorTexture": {"index": texture}}) for texture in textures]
     attributes = {"POSITION": g.accessor(points), "TEXCOORD_0": g.accessor(points[:, :2].copy())}
@@ -266,7 +252,7 @@ def test_primitives_share_arrays_and_textures_share_images(pathtracer, even_sky)
              for i, part in enumerate(np.array_split(faces, 400))]
     g.node(mesh=g.add("meshes", primitives=parts))
     bound = [] if pathtracer.has_address_sanitizer else ["--max-memory", 0.3]
-    expected = linear([188])[0]
+    expected = files.linear([188])[0]
     image = picture(pathtracer, over_floor(g), "--spp", 1, "--env", even_sky, "--max-depth", 1, *bound)
     np.testing.assert_allclose(image, expected, rtol=2e-3)
     pathtracer.render("--scene", g, *ONE, "--eye", "0,9,0", "--target", "0,99,0")
