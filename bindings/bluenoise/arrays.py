@@ -66,7 +66,7 @@ def sample(
     Notes
     -----
     Made of a few hundred elementwise operations without branches, which ``jax.jit`` and ``torch.compile`` fuse. If the index is an
-    integer or a NumPy array and below 256, a quarter of them are left out. On the CPU, `Sampler.sample` is at least ten times faster.
+    integer or a NumPy array and below 256, a quarter of them are left out. On the CPU, `Sampler.sample` is faster.
 
     Examples
     --------

@@ -26,6 +26,9 @@ ASSETS = {"assets/site.css": "site.css", "assets/iframe-worker.js": "search_from
 # The live page sends its height.
 FRAME_SCRIPT = ("addEventListener('message',e=>{const f=document.querySelector('.live iframe');"
                 "if(f&&e.source===f.contentWindow&&e.data.height>0)f.style.height=e.data.height+2+'px'})")
+# Two images in a <div class="compare"> lie on each other; a slider moves the border between them.
+COMPARE_SCRIPT = ("for(const c of document.querySelectorAll('.compare')){const r=document.createElement('input');r.type='range';"
+                  "r.ariaLabel='Share of the first image';r.oninput=()=>c.style.setProperty('--first',r.value+'%');c.append(r)}")
 LARGEST = 100_000  # maximum size, in bytes, of a file that is shown
 
 
@@ -131,6 +134,8 @@ def on_page_markdown(markdown, page, config, files):
         frame = (f'\n<div class="live" markdown="1">\n<iframe src="{live}" title="{config.site_description}, live"></iframe>\n'
                  f"<script>{FRAME_SCRIPT}</script>\n\n[Open it alone]({live})\n</div>\n")
         markdown = re.sub(r"^# .*\n", lambda heading: heading[0] + frame, markdown, count=1, flags=re.M)
+    if 'class="compare"' in markdown:
+        markdown += f"\n<script>{COMPARE_SCRIPT}</script>\n"
     return markdown
 
 
