@@ -13,6 +13,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 VERSION = ".".join(re.findall(r"^#define BN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", (ROOT / "libbn/include/bn/bn.h").read_text(), re.M))
 CC, CXX = os.environ.get("CC", "cc"), os.environ.get("CXX", "c++")
+# Debian installs its 64-bit Wine outside PATH.
+WINE = next((path for name in ("wine64", "wine", "/usr/lib/wine/wine64") if (path := shutil.which(name))), None)
 # Many tests build the same library.
 if shutil.which("ccache"):
     for language in ("C", "CXX"):
@@ -96,3 +98,21 @@ def shared_library(tmp_path_factory) -> Installed:
 @pytest.fixture(params=["static", "shared"])
 def installed(request) -> Installed:
     return request.getfixturevalue(f"{request.param}_library")
+
+
+@pytest.fixture(scope="session")
+def windows(tmp_path_factory):
+    """Runs a program, if there is Wine, and returns what it prints."""
+    environment = {**os.environ, "WINEPREFIX": str(tmp_path_factory.mktemp("wine")), "WINEDEBUG": "-all", "LC_ALL": "C.UTF-8"}
+    server = Path(WINE).resolve().with_name("wineserver") if WINE else None
+
+    def windows(program, **options):
+        if WINE is None:
+            pytest.skip("compiled, but not run: Wine is not installed (Debian: wine64)")
+        done = subprocess.run([WINE, program], env=environment, capture_output=True, text=True, check=False, timeout=300, **options)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    yield windows
+    if server is not None and server.exists():
+        subprocess.run([server, "-k"], env=environment, check=False)

@@ -4,10 +4,11 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 
 import pytest
-from conftest import CXX, ROOT, VERSION, Installed, cmake_build, run
+from conftest import CXX, ROOT, VERSION, Installed, cmake_build, listing, run
 
 HERE = ROOT / "tests" / "install"
 
@@ -54,6 +55,17 @@ def test_pkg_config_paths_follow_a_moved_installation(installed):
     paths = [word[2:] for word in installed.pkg_config("--cflags", "--libs") if word[:2] in ("-I", "-L")]
     assert paths
     assert all(os.path.realpath(path).startswith(f"{installed.prefix}/") for path in paths)
+
+
+@pytest.mark.skipif(not shutil.which("meson") or not shutil.which("ninja"), reason="Meson or Ninja is not installed")
+def test_meson(installed, expected, tmp_path):
+    (tmp_path / "meson.build").write_text("project('renderer', 'c', default_options: ['c_std=c99', 'werror=true'])\n"
+                                          f"{listing('porting.md', 'meson.build')}executable('renderer', 'renderer.c', dependencies: bn)\n")
+    shutil.copy(HERE / "consumer.c", tmp_path / "renderer.c")
+    environment = {**os.environ, "PKG_CONFIG_PATH": str(installed.library.parent / "pkgconfig")}
+    run("meson", "setup", "build", cwd=tmp_path, env=environment)
+    run("meson", "compile", "-C", "build", cwd=tmp_path, env=environment)
+    assert run(tmp_path / "build" / "renderer") == expected
 
 
 @pytest.fixture(scope="module")

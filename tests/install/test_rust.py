@@ -5,9 +5,10 @@ import os
 import re
 import shutil
 import sys
+from pathlib import Path
 
 import pytest
-from conftest import ROOT, VERSION, run
+from conftest import ROOT, VERSION, WINE, run
 
 sys.path.append(str(ROOT / "tests" / "python"))
 from hashes import hash_of, table  # noqa: E402
@@ -28,7 +29,7 @@ def cargo(tmp_path_factory):
     def cargo(*arguments, **changes):
         return run("cargo", *arguments, "--offline", cwd=folder / "crates", env={**environment, **changes})
 
-    cargo.crates = folder / "crates"
+    cargo.crates, cargo.target = folder / "crates", folder / "target"
     return cargo
 
 
@@ -61,3 +62,15 @@ def test_readme_program(cargo, tmp_path):
 def test_error_for_a_folder_without_the_amalgamation(cargo, tmp_path):
     with pytest.raises(AssertionError, match=r"libbn-sys: no bn\.c in BN_AMALGAMATION="):
         cargo("build", "--locked", BN_AMALGAMATION=str(tmp_path), CARGO_TARGET_DIR=str(tmp_path / "target"))
+
+
+def test_crate_builds_for_windows(cargo, windows):
+    target, tools = "x86_64-pc-windows-gnu", "x86_64-w64-mingw32"
+    standard_library = Path(run("rustc", "--print", "target-libdir", "--target", target).strip())
+    if not standard_library.exists() or shutil.which(f"{tools}-gcc") is None:
+        pytest.skip("needs MinGW and Rust's standard library for Windows (Debian: libstd-rust-dev-windows)")
+    settings = {"CC": f"{tools}-gcc", "AR": f"{tools}-ar", "CARGO_TARGET_X86_64_PC_WINDOWS_GNU_LINKER": f"{tools}-gcc"}
+    cargo("build", "--locked", "--target", target, "--example", "draws", RUSTFLAGS="-D warnings", **settings)
+    if WINE:
+        lines = windows(cargo.target / target / "debug/examples/draws.exe").splitlines()
+        assert hash_of([int(line.split()[-1], 16) for line in lines]) == table()["paths"]

@@ -5,15 +5,12 @@ MinGW the tests are skipped; without Wine they only compile. scripts/platforms r
 import os
 import re
 import shutil
-import subprocess
-from pathlib import Path
 
 import pytest
 from conftest import ROOT, cmake_build, run
 from test_guests import DRAW, FLAGS, included
 
 CC, CXX = "x86_64-w64-mingw32-gcc", "x86_64-w64-mingw32-g++"
-WINE = next((path for name in ("wine64", "wine", "/usr/lib/wine/wine64") if (path := shutil.which(name))), None)
 
 pytestmark = pytest.mark.skipif(shutil.which(CC) is None, reason="MinGW is not installed (Debian: gcc-mingw-w64-x86-64-posix)")
 
@@ -24,24 +21,6 @@ def folder(tmp_path_factory):
     run(ROOT / "scripts" / "amalgamate", "--output", folder)
     run(ROOT / "scripts" / "amalgamate", "--draws", "--output", folder)
     return folder
-
-
-@pytest.fixture(scope="module")
-def windows(tmp_path_factory):
-    """Runs a program, if there is Wine, and returns what it prints."""
-    environment = {**os.environ, "WINEPREFIX": str(tmp_path_factory.mktemp("wine")), "WINEDEBUG": "-all", "LC_ALL": "C.UTF-8"}
-    server = Path(WINE).resolve().with_name("wineserver") if WINE else None
-
-    def windows(program, **options):
-        if WINE is None:
-            pytest.skip("compiled, but not run: Wine is not installed (Debian: wine64)")
-        done = subprocess.run([WINE, program], env=environment, capture_output=True, text=True, check=False, timeout=300, **options)
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
-
-    yield windows
-    if server is not None and server.exists():
-        subprocess.run([server, "-k"], env=environment, check=False)
 
 
 @pytest.mark.parametrize("order", ["before", "after"])

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests that images do not depend on threads, crops or sample ranges; layers, attributes, adaptive sampling, previews and exposure."""
 
+import os
 import resource
 
 import numpy as np
@@ -19,6 +20,13 @@ AWAY = ["--eye", "0,5,0", "--target", "0,9,0"]  # turns the camera away from a f
 def test_threads_that_the_system_refuses_are_not_needed(pathtracer):
     limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (2**31, 2**31))  # too little for so many stacks
     pathtracer.success("--size", "29x21", "--spp", 1, "--threads", 1024, "-o", "out.exr", preexec_fn=limit)
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="the system has no CPU affinity")
+def test_default_threads_are_the_cpus_that_the_process_may_use(pathtracer):
+    one = lambda: os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+    pathtracer.success("--size", "29x21", "--spp", 1, "-o", "out.exr", preexec_fn=one)
+    assert read_exr(pathtracer.folder / "out.exr")[1]["threads"] == "1"
 
 
 @pytest.mark.parametrize(("sampler", "options"), [
