@@ -63,7 +63,8 @@ class _Graph:
 
     def add(self, kind: str, *inputs: str, output: str = "", **attributes: Any) -> str:
         output = output or f"v{len(self.nodes)}"
-        self.nodes.append(onnx.helper.make_node(kind, inputs, [output], **attributes))
+        # Without names, ONNX Runtime 1.19 to 1.21 gives two fused nodes the same name and rejects the model.
+        self.nodes.append(onnx.helper.make_node(kind, inputs, [output], name=output, **attributes))
         return output
 
     def crop(self, values: str, top: int, left: int, bottom: int, right: int) -> str:

@@ -120,7 +120,8 @@ BN_INLINE bn_neural_options bn_neural_options_default(void) {
  *
  * Model format. An ONNX file of at most 64 MiB with one input, `noise`, and one output, both float32. The
  * input has shape (1, 1, h + 2r, w + 2r) and is uniform in [0, 1). The output has shape (1, C, h, w), where C
- * is 1 to 16. The graph uses no padding. Metadata:
+ * is 1 to 16. The graph uses no padding, and each node has a name of its own, without which ONNX Runtime 1.19
+ * to 1.21 rejects some graphs. Metadata:
  *
  *   bn.version           1
  *   bn.receptive_radius  r, at most 256: the radius of the receptive field
