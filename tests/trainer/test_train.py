@@ -3,7 +3,11 @@
 
 import csv
 import math
+import os
 import shutil
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 import torch
@@ -13,6 +17,7 @@ from bn_trainer.evolution import Evolution
 from bn_trainer.files import load_checkpoint
 from bn_trainer.train import LOG_COLUMNS, Trainer, noise
 
+TRAINER = Path(__file__).resolve().parents[2] / "trainer"
 TINY = """
 [model]
 reaches = [2, 4, 2]
@@ -182,6 +187,30 @@ def test_resume_is_exact(tmp_path):
     assert not [f for f in whole.iterdir() if f.name.startswith(".")]
     # Resuming a finished run changes nothing.
     assert run(None, parts, "--resume") == 0 and log_of(parts) == log_of(whole)
+
+
+def test_resume_with_another_configuration_names_the_difference(tmp_path, capsys):
+    path, folder = tiny(tmp_path), tmp_path / "run"
+    assert run(path, folder, "--stop-after", "4") == 0
+    before = {file.name: file.read_bytes() for file in folder.iterdir()}
+    other = tiny(tmp_path, "other.toml", iterations=40, sigmas="[1.0, 2.0]")
+    refuse(capsys, ["train", "--resume", "--config", other, "--folder", folder],
+           "loss.sigmas is [1.0, 1.5], not [1.0, 2.0], train.iterations is 24, not 40; leave out --config")
+    assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
+    assert run(path, folder, "--resume") == 0 and log_of(folder)[-1][0] == "24"  # the same configuration is no error
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a limit on file sizes")
+def test_full_disk_is_one_line_and_keeps_the_checkpoint(tmp_path):
+    """A file size limit of 1 KiB stands for a full disk."""
+    path, folder = tiny(tmp_path), tmp_path / "run"
+    assert run(path, folder, "--stop-after", "8") == 0
+    before = (folder / "checkpoint.pt").read_bytes()
+    command = f"ulimit -f 2; exec {sys.executable} -m bn_trainer train --resume --folder {folder} --threads 1 --quiet"
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(TRAINER)})
+    assert done.returncode == 1 and done.stderr == f"bn_trainer: cannot write {folder / 'checkpoint.pt'}: File too large\n", done.stderr
+    assert (folder / "checkpoint.pt").read_bytes() == before
+    assert run(None, folder, "--resume") == 0 and log_of(folder)[-1][0] == "24"
 
 
 def test_noise_depends_only_on_seed_and_iteration():

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import tempfile
 from collections.abc import Callable
@@ -28,6 +29,13 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
             os.replace(beside, path)
     except OSError as error:
         raise TrainerError(f"cannot write {path}: {error.strerror}") from None
+
+
+def save(state: dict[str, Any], path: Path) -> None:
+    """torch.save(), which raises OSError with the reason if the file cannot be written: torch's own writer does not name it."""
+    stream = io.BytesIO()
+    torch.save(state, stream)
+    path.write_bytes(stream.getbuffer())
 
 
 def load_checkpoint(path: Path) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from tqdm import tqdm
 
 from .config import Config, TrainerError, checked, load
 from .evolution import Evolution
-from .files import load_checkpoint, write_atomically
+from .files import load_checkpoint, save, write_atomically
 from .losses import Direction, DitheringError, VectorEnergy, ranks
 from .model import Relaxation
 
@@ -103,8 +103,8 @@ def default_folder(config_path: Path) -> Path:
 
 
 def run(config: Path | None, folder: Path | None, resume: bool, device: str, threads: int, stop_after: int, quiet: bool) -> None:
-    """Trains. `resume` continues from the folder's checkpoint with its configuration; `stop_after` stops after that many iterations in
-    total, so that the run can be resumed later."""
+    """Trains. `resume` continues from the folder's checkpoint with its configuration, which `config` must equal if it is given;
+    `stop_after` stops after that many iterations in total, so that the run can be resumed later."""
     if config is None and folder is None:
         raise TrainerError("give a configuration (--config) or a run folder to resume (--resume --folder FOLDER)")
     settings = load(config, Config) if config else None
@@ -121,7 +121,11 @@ def run(config: Path | None, folder: Path | None, resume: bool, device: str, thr
     if not resume and newest.exists():
         raise TrainerError(f"{folder} already contains a run; continue it with --resume or choose another --folder")
     if checkpoint is not None:
-        settings = checked(Config, checkpoint["config"])
+        kept = checked(Config, checkpoint["config"])
+        if settings is not None and settings != kept:
+            raise TrainerError(f"{folder} has another configuration: {difference(kept, settings)}; leave out --config to continue it, or "
+                               "choose another --folder")
+        settings = kept
     trainer = Trainer(settings, where)
     if checkpoint is not None:
         trainer.restore(checkpoint)
@@ -144,9 +148,16 @@ def run(config: Path | None, folder: Path | None, resume: bool, device: str, thr
                 write_atomically(log, lambda path: path.write_text("\n".join([",".join(LOG_COLUMNS), *rows, ""])))
                 progress.set_postfix_str(f"E_1 {e1:.4f}, E_1.5 {e15:.4f}" + (f", energy {vector}" if vector else ""), refresh=False)
             if trainer.iteration % settings.train.check_every == 0 or last:
-                write_atomically(newest, lambda path: torch.save(trainer.state(), path))
+                write_atomically(newest, lambda path: save(trainer.state(), path))
     if not quiet:
         print(f"{newest}: {trainer.iteration} of {settings.train.iterations} iterations")
+
+
+def difference(run: Config, given: Config) -> str:
+    """The values that differ, as "train.iterations is 4, not 10"."""
+    tables = run.model_dump(), given.model_dump()
+    return ", ".join(f"{table}.{key} is {value}, not {tables[1][table][key]}"
+                     for table, values in tables[0].items() for key, value in values.items() if value != tables[1][table][key])
 
 
 def as_toml(config: Config) -> str:

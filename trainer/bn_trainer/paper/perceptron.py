@@ -33,7 +33,7 @@ from torch import Tensor
 from tqdm import trange
 
 from ..config import Table, TrainerError, checked, load
-from ..files import write_atomically
+from ..files import save, write_atomically
 from ..train import default_folder
 
 
@@ -198,7 +198,7 @@ class PaperTraining:
         """Atomically writes the configuration and model to a file."""
         state = {"config": self.config.model_dump(), "iteration": self.iteration, "seconds": self.seconds,
                  "model": self.model.state_dict()}
-        write_atomically(path, lambda beside: torch.save(state, beside))
+        write_atomically(path, lambda beside: save(state, beside))
 
     @staticmethod
     def load(path: Path) -> PaperTraining:
