@@ -3,7 +3,7 @@ import inspect
 
 import numpy as np
 import pytest
-from helpers import needs_network, needs_package, progress_of, refused
+from helpers import needs_network, needs_package, progress_of, refused, run_python
 from referee import white
 
 import bluenoise
@@ -81,6 +81,12 @@ def test_mask_selects_the_documented_generator():
 @needs_package
 def test_two_channel_masks_come_from_the_network():
     assert (mask((20, 24), channels=2, seed=2) == neural((20, 24), channels=2, seed=2)).all()
+
+
+def test_two_channel_masks_without_onnx_runtime_recommend_anneal():
+    program = "import os; os.environ['BN_ONNXRUNTIME'] = '/nowhere.so'; import bluenoise; bluenoise.mask((16, 16), channels=2)"
+    said = run_python(program).stderr.splitlines()[-1]
+    assert "pip install 'onnxruntime" in said and "without it, anneal makes two-channel masks" in said
 
 
 @pytest.mark.parametrize(

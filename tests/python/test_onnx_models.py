@@ -2,6 +2,7 @@
 """Models that ONNX Runtime rejects, and models it can run but libbn cannot use because their metadata or shapes are wrong."""
 
 import os
+import re
 
 import numpy as np
 import pytest
@@ -21,6 +22,9 @@ def quantiles(values):
     return ",".join(map(str, values))
 
 
+# Whether a library older than the package's newest is tested (scripts/platforms).
+OLD = bool(re.search(r"\.so\.1\.(19|2\d)\.", os.environ.get("BN_ONNXRUNTIME", "")))
+
 # Valid and invalid values of metadata entries, and a model with the largest radius: its dilated convolution reads every 256th texel.
 GOOD = {"align": [1, 64], "sparse_spacing": [1, 10000], "quantiles": [quantiles(range(-1000, 64000, 1000))]}
 BAD = {"version": ["", "1.0"], "align": [0, 65, ""], "sparse_spacing": [0, 10001, 3.5],
@@ -37,7 +41,8 @@ WIDE = model(node("Conv", "noise,weights", "mask", dilations=(256, 256)) + tenso
      "bad data"),
     (model(node("Concat", "noise,noise", "mask", axis=0), outputs=value("mask", 12, (2, 1, "h", "w")), receptive_radius=0), "bad data"),
     (model(CONV + node("Identity", "noise", "copy"), outputs=value("mask", 12) + value("copy", 12)), "bad data"),
-    (model(CONV, inputs=value("noise", 11, (1, 1, "w"))), "bad data"),
+    pytest.param(model(CONV, inputs=value("noise", 11, (1, 1, "w"))), "bad data",
+                 marks=pytest.mark.skipif(OLD, reason="ONNX Runtime 1.19 to 1.22 aborts the process")),
     (model(CONV, inputs=value("noise", 11, (1, 2, "h", "w"))), "bad data"),
     (model(CONV, inputs=b""), "bad data"),
     (convolution(np.full((17, 3, 3), 0.1)), "bad data"),
