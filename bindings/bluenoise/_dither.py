@@ -261,8 +261,13 @@ def _dither_picture(picture: Any, pillow: Any, *options: Any) -> Any:
     else:
         out = _dither_array(array, *options)
     result = pillow.fromarray(out)
-    result.info = {name: value for name, value in picture.info.items() if name != "compression"}  # of a TIFF file, perhaps lossy
+    result.info = _kept_info(picture)
     return result
+
+
+def _kept_info(picture: Any) -> dict[Any, Any]:
+    """A copy of an image's metadata, without the compression of TIFF files, which may be lossy."""
+    return {name: value for name, value in picture.info.items() if name != "compression"}
 
 
 def _to_palette(image: Any, pillow: Any, palette: Any, srgb: bool, mask: Optional[npt.NDArray[Any]]) -> Any:
@@ -301,5 +306,5 @@ def _to_palette(image: Any, pillow: Any, palette: Any, srgb: bool, mask: Optiona
         return colours.astype(array.dtype)[found]
     result = pillow.fromarray(found)
     result.putpalette(colours.astype(np.uint8).tobytes())
-    result.info = picture.info.copy()
+    result.info = _kept_info(picture)
     return result

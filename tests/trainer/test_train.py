@@ -207,7 +207,8 @@ def test_full_disk_is_one_line_and_keeps_the_checkpoint(tmp_path):
     assert run(path, folder, "--stop-after", "8") == 0
     before = (folder / "checkpoint.pt").read_bytes()
     command = f"ulimit -f 2; exec {sys.executable} -m bn_trainer train --resume --folder {folder} --threads 1 --quiet"
-    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(TRAINER)})
+    environment = {**os.environ, "PYTHONPATH": str(TRAINER)}
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, cwd=tmp_path, env=environment)
     assert done.returncode == 1 and done.stderr == f"bn_trainer: cannot write {folder / 'checkpoint.pt'}: File too large\n", done.stderr
     assert (folder / "checkpoint.pt").read_bytes() == before
     assert run(None, folder, "--resume") == 0 and log_of(folder)[-1][0] == "24"
