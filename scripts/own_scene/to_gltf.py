@@ -11,6 +11,7 @@ import math
 import os
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -119,6 +120,60 @@ def moved_ply(data):
     return header + end + table.tobytes() + body[table.nbytes:], centre
 
 
+def with_corners(data):
+    """A PLY file with one vertex per corner if its faces have texture coordinates, as MeshLab writes them; other files as they are."""
+    import numpy as np
+
+    header, end, body = data.partition(b"end_header\n")
+    elements, kinds = [], {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
+    for words in map(str.split, header.decode("latin-1").splitlines()):
+        if words[:1] == ["element"]:
+            elements.append((words[1], int(words[2]), {}))
+        elif words[:1] == ["property"] and elements:
+            elements[-1][2][words[-1]] = (PLY_TYPES[words[-2]], PLY_TYPES[words[2]] if words[1] == "list" else None)
+    if [name for name, *_ in elements[:2]] != ["vertex", "face"] or "texcoord" not in elements[1][2]:
+        return data
+    (_, count, vertex), (_, faces, face) = elements[:2]
+    index = next((name for name in ("vertex_indices", "vertex_index") if name in face), None)
+    if not index or any(of for _, of in vertex.values()):
+        return data
+    table = np.zeros(count, [(name, "<" + kind) for name, (kind, _) in vertex.items()])
+    if b"format ascii" in header:
+        words = iter(body.split())
+        read = lambda kind, n: [float(next(words)) for _ in range(n)]
+        table[:] = [tuple(read("", len(vertex))) for _ in range(count)]
+    else:
+        order, at = "<" if b"binary_little_endian" in header else ">", table.nbytes
+        table[:] = np.frombuffer(body, [(name, order + kind) for name, (kind, _) in vertex.items()], count)
+
+        def read(kind, n):
+            nonlocal at
+            values = struct.unpack_from(f"{order}{n}{kinds[kind]}", body, at)
+            at += n * int(kind[1])
+            return values
+
+    corners, coordinates, sizes = [], [], []
+    for _ in range(faces):
+        row = {name: read(kind, 1 if of is None else int(read(of, 1)[0])) for name, (kind, of) in face.items()}
+        sizes.append(len(row[index]))
+        corners.extend(map(int, row[index]))
+        coordinates.extend(row["texcoord"])
+    if len(coordinates) != 2 * len(corners):
+        return data
+    result = np.zeros(len(corners), [*table.dtype.descr, ("s", "<f4"), ("t", "<f4")])
+    for name in vertex:
+        result[name] = table[name][corners]
+    result["s"], result["t"] = np.reshape(coordinates, (-1, 2)).T
+    names = {kind: name for name, kind in PLY_TYPES.items()}
+    properties = "".join(f"property {names[kind[1:]]} {name}\n" for name, kind in result.dtype.descr)
+    comments = b"".join(re.findall(rb"^comment .*\n", header, re.M)).decode("latin-1")
+    text = (f"ply\nformat binary_little_endian 1.0\n{comments}element vertex {len(corners)}\n{properties}element face {faces}\n"
+            "property list uchar int vertex_indices\nend_header\n")
+    starts = np.cumsum([0, *sizes])
+    return text.encode("latin-1") + result.tobytes() + b"".join(
+        struct.pack(f"<B{n}i", n, *range(start, start + n)) for start, n in zip(starts.tolist(), sizes))
+
+
 def mtl_files(data, folder):
     """The MTL files of an OBJ's text, and the text with one name per line."""
     found = []
@@ -172,7 +227,10 @@ def prepared(path, folder):
     if suffix == ".ply":
         texture = re.search(rb"^comment TextureFile[ \t]+([^\r\n]+)", data[:10000], re.M)
         more = {"texture": str(path.parent / os.fsdecode(texture[1].strip()))} if texture else {}
-        data, centre = moved_ply(data)
+        try:
+            data, centre = moved_ply(with_corners(data))
+        except (ValueError, KeyError, IndexError, StopIteration, struct.error):
+            data, centre = before, None  # Blender says what is wrong
     else:
         data, centre = moved_text(data, b"v" if suffix == ".obj" else b"vertex") if b"\0" not in data[:1000] else (data, None)
     if suffix == ".obj":
@@ -276,6 +334,9 @@ def convert(path, output, program="to-gltf"):
         if report.get("brightest"):
             write_if_changed(world, Path(files["world"]).read_bytes())
         options = options_for(tree, report, world, path.suffix.lower() == ".blend")
+    low, high = report["bounds"]
+    if max(abs(a + b) / 2 for a, b in zip(low, high)) > 1e4 * max(max(b - a for a, b in zip(low, high)), 1e-30):
+        report["lost"].append("the last digits of coordinates so far from the origin")
     missing = [line.removesuffix(", which is missing") for line in report["lost"]]
     said = {line for line in said if not any(f"{name}'" in line for name in missing)}  # is said once
     return sorted({*report["lost"], *said}), options, report

@@ -142,6 +142,15 @@ def test_eye_target_and_fov(pathtracer):
         assert (shown[rows, columns] == 1).all() and shown.sum() == 144
 
 
+def test_lens_and_focus(pathtracer):
+    """A floor that fills the middle of an image has sharp edges through a pinhole and in focus, by default at the target."""
+    view = ["--scene", floor(), *ONE, "--spp", 16, "--max-depth", 0, "--eye", "0,2,0", "--target", "0,0,0", "--fov", 90]
+    for options, sharp in (([], True), (["--lens", 0.3], True), (["--focus", 2, "--lens", 1], True),
+                           (["--focus", 1, "--lens", 0.3], False)):
+        seen = pathtracer.layers(*view, *options)["A"]
+        assert ((seen == 0) | (seen == 1)).all() == sharp and seen.sum() == pytest.approx(144, rel=0.1), options
+
+
 def test_camera_options_default_to_the_scenes_camera(pathtracer):
     camera = lambda *arguments: pathtracer.header(*ONE, *arguments)["camera"]
     assert camera("--fov", 20) == "--camera 0 --eye 278,273,-800 --target 278,273,0 --fov 20"

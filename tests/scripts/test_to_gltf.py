@@ -46,6 +46,29 @@ def test_far_coordinates_of_ply_files_are_moved(form):
     assert to_gltf.moved_ply(b"ply\nno header") == (b"ply\nno header", None)
 
 
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_texture_coordinates_of_ply_faces_become_those_of_vertices(form):
+    """Two triangles share an edge and disagree about its coordinates, so that each of their corners becomes a vertex."""
+    order = ">" if "big" in form else "<"
+    header = f"ply\nformat {form} 1.0\ncomment TextureFile t.png\nelement vertex 4\n" + "".join(f"property double {c}\n" for c in "xyz") + (
+        "property uchar red\nelement face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n")
+    points, faces = [(0, 0, 0, 9), (1, 0, 0, 8), (1, 1, 0, 7), (0, 1, 0, 6)], [(0, 1, 2), (0, 2, 3)]
+    uv = [(0, 0, 1, 0, 1, 1), (0.5, 0, 0.5, 0.5, 0, 1)]
+    if form == "ascii":
+        rows = [*points, *((3, *corners, 6, *places) for corners, places in zip(faces, uv))]
+        data = (header + "".join(" ".join(map(str, row)) + "\n" for row in rows)).encode()
+    else:
+        data = header.encode() + b"".join(struct.pack(order + "dddB", *p) for p in points) + b"".join(
+            struct.pack(order + "B3iB6f", 3, *corners, 6, *places) for corners, places in zip(faces, uv))
+    text, _, body = to_gltf.with_corners(data).partition(b"end_header\n")
+    assert b"TextureFile t.png" in text and b"element vertex 6" in text and b"texcoord" not in text
+    expected = [(*points[i], *uv[k][2 * c:2 * c + 2]) for k, face in enumerate(faces) for c, i in enumerate(face)]
+    assert [struct.unpack_from("<dddBff", body, 33 * i) for i in range(6)] == expected
+    assert body[33 * 6:] == struct.pack("<B3iB3i", 3, 0, 1, 2, 3, 3, 4, 5)
+    plain = data.replace(b"property list uchar float texcoord\n", b"")
+    assert to_gltf.with_corners(plain) == plain
+
+
 @pytest.mark.parametrize(("lines", "wanted"), [
     ("illum 2\nKd 1 0 0", None), ("Kd 1 0 0\nd 0.5", None),
     ("illum 4\nTf 1 1 1\nNi 1.00", {"Transmission Weight": 0, "Metallic": 0}),
@@ -121,7 +144,7 @@ def test_conversion_with_a_stand_in_for_blender(tmp_path, monkeypatch, capsys):
     scene, glb = tmp_path / "s.blend", tmp_path / "s.glb"
 
     def said(**report):
-        scene.write_text(json.dumps({"lost": ["hair"], "glb": to_gltf.glb_of(TREE, b"").hex(), **report}))
+        scene.write_text(json.dumps({"lost": ["hair"], "bounds": [[0, 0, 0], [1, 1, 1]], "glb": to_gltf.glb_of(TREE, b"").hex(), **report}))
         to_gltf.run([str(scene)])
         return capsys.readouterr().out
 
@@ -135,6 +158,8 @@ def test_conversion_with_a_stand_in_for_blender(tmp_path, monkeypatch, capsys):
     assert to_gltf.scene_for(scene, tmp_path / "out", "demo")[1:] == (["--env", "none"], lines)
     assert to_gltf.scene_for(glb, tmp_path / "out", "demo") == (str(glb), [], [])
     empty = {"glb": to_gltf.glb_of({**TREE, "meshes": []}, b"").hex()}
+    scene.write_text(json.dumps({"lost": [], "bounds": [[1e5, 0, 0], [1e5 + 1, 1, 1]], "glb": to_gltf.glb_of(TREE, b"").hex()}))
+    assert "the last digits" in to_gltf.convert(scene, glb)[0][1]
     for wrong, message in ((empty, "s.blend has no triangles"), ({}, "cannot read .*s.blend")):
         scene.write_text(json.dumps({"lost": [], **wrong}))
         with pytest.raises(to_gltf.CommandError, match=message):
