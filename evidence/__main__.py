@@ -17,7 +17,7 @@ PARTS = {
     "realtime": ("realtime", "follow"),
     "films": ("films",),
     "masks": ("masks",),
-    "renders": ("renders", "headline", "times", "summary", "denoise", "picture", "stop"),
+    "renders": ("renders", "headline", "filters", "times", "summary", "denoise", "picture", "stop"),
     "external_renderers": ("mitsuba", "pbrt", "cycles", "web"),
 }
 

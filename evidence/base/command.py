@@ -95,6 +95,8 @@ class Parser(argparse.ArgumentParser):
     def pathtracer(self):
         self.hidden("--pathtracer", "build/examples/pathtracer/pathtracer")
         self.add_argument("--openqmc", metavar="DIR", help="build with the OpenQMC checkout in DIR and include its samplers")
+        self.add_argument("--heitz", type=Path, metavar="FOLDER",
+                          help="include the sampler of Heitz et al. 2019, whose tables are in FOLDER: ..._1spp.cpp or spp1.rs, and so on")
 
     def table(self, guide):
         """The options that tables.write_or_print() needs."""
@@ -105,8 +107,8 @@ class Parser(argparse.ArgumentParser):
 # ---- The command line in a report
 
 # Options that say where to read and write, or how many jobs to run, but not what to measure.
-PLACES = ("--out", "--pathtracer", "--frames", "--jobs", "--stbn", "--fast", "--slices", "--heitz", "--guide")
-FOLDERS = ("--openqmc", "--program", "--luxcore", "--cycles")  # reports do not show these paths
+PLACES = ("--out", "--pathtracer", "--frames", "--jobs", "--stbn", "--fast", "--slices", "--guide")
+FOLDERS = ("--openqmc", "--heitz", "--program", "--luxcore", "--cycles")  # reports do not show these paths
 
 
 def command_shown(command, arguments):

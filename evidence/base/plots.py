@@ -19,6 +19,7 @@ STYLES = {
     "zorder": ("#009e73", "^"),
     "mask": ("#cc79a7", "v"),
     "blue": ("#0050b0", "o"),
+    "heitz": ("#9467bd", "P"),
     "openqmc-pmjbn": ("#e69f00", "X"),
     "openqmc-sobolbn": ("#8c564b", "*"),
     "openqmc-latticebn": ("#17becf", "h"),

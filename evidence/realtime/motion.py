@@ -284,9 +284,13 @@ def measure(frames, scene, motion, speed, ways):
 # ---- Errors over padded Sobol' with a still camera
 
 FIELDS = ("motion", "speed", "scene", "way", "resampling", "clamped", "weight", "sigma", "noise", "total")
-SEQUENCES = (("rest", 0), *((motion, speed) for motion in MOTIONS for speed in SPEEDS))
 BASE = "padded Sobol'"
 WINNER = 1.03  # ways with at most 3% more than the lowest error are winners too
+
+
+def wanted(options):
+    """[(scene, motion, speed)]."""
+    return [(scene, motion, speed) for motion, own in {"rest": (0,), **dict.fromkeys(options.motions, options.speeds)}.items() for speed in own for scene in SCENES]
 
 
 def rows_of(found, ways):
@@ -303,7 +307,7 @@ def rows_of(found, ways):
 
     def row_for(key, scene, means):
         motion, speed, way, resampling, clamped, weight, sigma = key
-        return dict(zip(FIELDS, (motion, speed, scene, way, resampling, int(clamped), weight, sigma, *(f"{math.exp(value):.3f}" for value in means))))
+        return dict(zip(FIELDS, (motion, f"{speed:g}", scene, way, resampling, int(clamped), weight, sigma, *(f"{math.exp(value):.3f}" for value in means))))
 
     return [row_for(key, scene, means) for key, scenes in logs.items() if key[2] in ways
             for scene, means in (("all", np.mean(list(scenes.values()), 0)), *(scenes.items() if (*key[3:6], key[6]) == (*MAIN, 1.0) else ()))]
@@ -313,16 +317,22 @@ def in_order(rows):
     """{way: {(motion, speed, scene, resampling, clamped, weight, sigma): (noise, total)}}."""
     found = {}
     for row in rows:
-        key = tuple(row[name] for name in FIELDS if name not in ("way", "noise", "total"))
+        key = row["motion"], float(row["speed"]), *(row[name] for name in ("scene", "resampling", "clamped", "weight", "sigma"))
         found.setdefault(row["way"], {})[key] = float(row["noise"]), float(row["total"])
     return found
 
 
 def winners_table(head, columns, errors, ways, of=0):
     """A row for each way. columns: {heading: key in errors[way]}. Values of at most WINNER times a column's lowest are bold."""
-    least = {name: min(own[key][of] for own in errors.values()) for name, key in columns.items()}
-    return md_table([head, *columns], [[way, *(
-        f"**{errors[way][key][of]:.2f}**" if errors[way][key][of] <= WINNER * least[name] else f"{errors[way][key][of]:.2f}" for name, key in columns.items())] for way in ways])
+    least = {name: min(own[key][of] for own in errors.values() if key in own) for name, key in columns.items()}
+    compared = {name for name, key in columns.items() if BASE in errors and key in errors[BASE]}
+    def cell(way, name, key):
+        if key not in errors[way]:
+            return ""  # not measured
+        value = errors[way][key][of]
+        return f"**{value:.2f}**" if value <= WINNER * least[name] and name in compared else f"{value:.2f}"
+
+    return md_table([head, *columns], [[way, *(cell(way, name, key) for name, key in columns.items())] for way in ways])
 
 
 def at(motion, speed, scene="all", setting=MAIN, sigma=1.0):
@@ -333,24 +343,35 @@ def named(speed):
     return {0: "at rest", 0.25: "1/4"}.get(speed, f"{speed:g}")
 
 
+def measured(errors):
+    """{motion: speeds} in the results."""
+    keys = {key[:2] for key in errors["`blue`"]}
+    return {motion: own for motion in MOTIONS if (own := [speed for speed in SPEEDS if (motion, speed) in keys])}
+
+
 def main_table(errors):
-    columns = {"at rest": at("rest", 0), **{f"pan, {named(speed)}": at("pan", speed) for speed in SPEEDS},
-               **{f"{motion}, 2": at(motion, 2) for motion in ("turn", "dolly")}}
+    columns = {"at rest": at("rest", 0), **{f"{motion}, {named(speed)}": at(motion, speed) for motion, own in measured(errors).items() for speed in own}}
     return winners_table("pixels per frame", columns, errors, errors)
 
 
-def worst(errors, way, motion):
-    """The largest ratio of a way's noise to its noise at rest, at 1 pixel per frame or more, over `scene`."""
-    return max(errors[way][at(motion, speed)][0] for speed in SPEEDS if speed >= 1) / errors["`blue`"][at("rest", 0)][0]
+def summary(errors, motion, own):
+    """The largest noise of `blue` at 1 pixel per frame or more, relative to its noise at rest."""
+    own = [speed for speed in own if speed >= 1]
+    most = [max(errors[way][at(motion, speed)][0] for speed in own) / errors["`blue`"][at("rest", 0)][0] for way in ("`blue`, following", "`blue`")]
+    return (f"{PLURALS[motion]} of {' to '.join(dict.fromkeys(f'{end:g}' for end in (own[0], own[-1])))} pixels per frame: at most {most[0]:.2f} times if its draws follow "
+            f"the image, and {most[1]:.2f} times if they are fixed to the screen")
 
 
-def text(errors, command):
+def summaries(errors):
+    return "\n".join(["The noise of `blue`, relative to its noise at rest:", "",
+                      *(f"- {summary(errors, motion, own)}." for motion, own in measured(errors).items() if own[-1] >= 1)])
+
+
+def text(errors):
     fixed, following = "`blue`", "`blue`, following"
-    ratios = {motion: (worst(errors, fixed, motion), worst(errors, following, motion)) for motion in MOTIONS}
-    lines = ["# A moving camera", "", f"Generated by `{command}`. [realtime.md](../../docs/realtime.md#a-moving-camera) says how to let noise follow the image.", "",
-             "At 1 to 8 pixels per frame, the noise of `blue` after a 1.0-pixel blur is at most "
-             + "; ".join(f"{follow:.2f} times its noise at rest if it follows a {motion}, and {still:.2f} times if it is fixed to the screen"
-                         for motion, (still, follow) in ratios.items()) + ".", "",
+    speeds = measured(errors)
+    lines = ["# A moving camera", "", f"Generated by `{COMMAND}`. [realtime.md](../../docs/realtime.md#a-moving-camera) says how to let noise follow the image.", "",
+             summaries(errors), "",
              "![Fixed and following](motion.webp)", "",
              "*`penumbra` with one sample per pixel and frame, during a pan of 2 pixels per frame: `blue` fixed to the screen (left) and following the image (right), "
              f"blended with a weight of {MAIN[2]}. Frames are shown without a denoiser.*", "",
@@ -362,21 +383,21 @@ def text(errors, command):
              "- **History** is reprojected per pixel from the depth at pixel centres, and discarded where the depth differs by more than 5%. Unless stated otherwise, it is read bilinearly, "
              f"is not clamped, and a new frame has a weight of {MAIN[2]} (more while the history is short). *Clamped* history is limited to the range of values in the new frame's 3x3 neighbourhood.",
              "- **Noise** is half the mean square difference between two seeds, as displayed. It leaves out what all samplers have in common: the blur that repeated reprojection causes. "
-             f"The column `total` of [motion.csv](motion.csv) is the difference from a frame with {REFERENCE_SPP} samples, which includes that blur.",
-             "- **Values** are relative to padded Sobol', fixed, with a camera at rest: geometric means over the scenes. Bold values are at most 3% above the lowest of their column.",
+             f"The column `total` of [motion.csv](motion.csv) is the difference from a frame with {REFERENCE_SPP} samples, which includes that blur. "
+             f"Interleaved gradient noise has nearly the same error in all pixels, which two seeds cannot show: its `total` at rest is {errors['interleaved gradient noise'][at('rest', 0)][1]:.2f}.",
+             "- **Values** are relative to padded Sobol', fixed, with a camera at rest: geometric means over the scenes. Bold values are at most 3% above the lowest of their column; empty cells were not measured.",
              "- **Heitz et al. 2019** uses the authors' tables for 256 samples, which have the lowest errors of all of their tables in averaged frames.", ""]
-    for motion in MOTIONS:
-        columns = {"at rest": at("rest", 0), **{named(speed): at(motion, speed) for speed in SPEEDS}}
-        lines += [f"## {PLURALS[motion]}", "", "Noise after a 1.0-pixel blur, by pixels per frame:", "", winners_table(motion, columns, errors, errors), ""]
-    lines += ["## Filters, resampling and clamping", "", "At rest, and in a pan of 2 pixels per frame. The columns differ from the tables above only in what they name:", ""]
+    lines += ["## Pixels per frame", "", "Noise after a 1.0-pixel blur:", "", main_table(errors), ""]
+    lines += ["## Filters, resampling and clamping", "", "The columns differ from the table above only in what they name:", ""]
     settings = {"no blur": (MAIN, 0.0), "sigma 2.1": (MAIN, 2.1), "bicubic": (("bicubic", False, 0.1), 1.0), "clamped": (("bilinear", True, 0.1), 1.0),
                 "bicubic, clamped": (("bicubic", True, 0.1), 1.0), "weight 0.05": (("bilinear", False, 0.05), 1.0)}
-    for motion, speed in (("rest", 0), ("pan", 2)):
-        lines += [winners_table("at rest" if not speed else "pan, 2 pixels per frame", {name: at(motion, speed, setting=setting, sigma=sigma)
+    for motion, speed in (("rest", 0), *((motion, 2) for motion in speeds if 2 in speeds[motion])):
+        lines += [winners_table(f"{motion}, 2 pixels per frame" if speed else "at rest", {name: at(motion, speed, setting=setting, sigma=sigma)
                                                                                       for name, (setting, sigma) in settings.items()}, errors, errors), ""]
     lines += ["## Scene by scene", "", "The noise of `blue` in a pan, relative to its own noise at rest in the same scene:", "", md_table(
-        ["scene", *(f"{name}, {named(speed)}" for name in ("fixed", "following") for speed in SPEEDS)],
-        [[scene, *(f"{errors[way][at('pan', speed, scene)][0] / errors[fixed][at('rest', 0, scene)][0]:.2f}" for way in (fixed, following) for speed in SPEEDS)] for scene in SCENES])]
+        ["scene", *(f"{name}, {named(speed)}" for name in ("fixed", "following") for speed in speeds["pan"])],
+        [[scene, *(f"{errors[way][at('pan', speed, scene)][0] / errors[fixed][at('rest', 0, scene)][0]:.2f}" for way in (fixed, following) for speed in speeds["pan"])]
+        for scene in SCENES])]
     return "\n".join(lines) + "\n"
 
 
@@ -415,8 +436,8 @@ def film(frames, scene):
 
 # ---- The command
 
-def run(options, packs, heitz, earlier, command):
-    """packs: {name: realtime.Slices, or another source of frames}; earlier: rows of the last run, which are kept for ways that are not measured now."""
+def run(options, packs, heitz, earlier):
+    """packs: {name: realtime.Slices, or another source of frames}; earlier: rows of the last run, which are kept if they are not measured now."""
     program = options.frames
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
         files = {name: f"slices:{write_slices(source, Path(folder), f'slices-{i}.bin')}" for i, (name, source) in enumerate(packs.items())}
@@ -424,29 +445,41 @@ def run(options, packs, heitz, earlier, command):
             files["Heitz et al. 2019"] = f"heitz:{heitz.file(256, folder).name}"
         ways, store = ways_of(files), Store(cache_folder() / "motion")
         try:
-            key = {"program": hashlib.sha256(program.read_bytes()).hexdigest(), "ways": {name: dataclasses.astuple(way) for name, way in ways.items()},
-                   "files": {name: hashlib.sha256((Path(folder) / file.split(":")[1]).read_bytes()).hexdigest() for name, file in files.items()},
+            key = {"program": hashlib.sha256(program.read_bytes()).hexdigest(), "files": {name: hashlib.sha256((Path(folder) / file.split(":")[1]).read_bytes()).hexdigest() for name, file in files.items()},
                    "source": hashlib.sha256(Path(__file__).read_bytes().split(b"# ---- Errors over")[0]).hexdigest()}
         except OSError as error:
             raise CommandError(f"cannot read {program} ({error.strerror}); build it with scripts/setup") from None
-        wanted = [(scene, motion, speed) for motion, speed in SEQUENCES for scene in SCENES]
-        found = {}
-        with Progress(len(wanted), "sequences") as progress:
-            for done, (scene, motion, speed) in enumerate(wanted):
+        some = {name: way for name, way in ways.items() if short_name(name) in options.samplers} if options.samplers else ways
+        found, sequences = {}, wanted(options)
+        with Progress(len(sequences), "sequences") as progress:
+            for done, (scene, motion, speed) in enumerate(sequences):
                 progress(f"{scene}, {motion}, {speed:g} pixels per frame", done)
-                rows, _ = store.get({**key, "scene": scene, "motion": motion, "speed": speed},
-                                    lambda own=(scene, motion, speed): measure(Frames(program, own[0], folder), *own, ways))
+                own = ways if motion == "rest" else some
+                rows, _ = store.get({**key, "ways": {name: dataclasses.astuple(way) for name, way in own.items()}, "scene": scene, "motion": motion, "speed": speed},
+                                    lambda at=(scene, motion, speed), own=own: measure(Frames(program, at[0], folder), *at, own))
                 found[scene, motion, speed] = rows
-        shown = film(Frames(program, "penumbra", folder), "penumbra")
-    rows = [*rows_of(found, ways), *(row for row in earlier if row["way"] not in ways)]
+        _, shown = store.get({**key, "film": FILM_SIZE}, lambda: ([], dict(enumerate_names(film(Frames(program, "penumbra", folder), "penumbra")))))
+        shown = [Image.fromarray(shown[name]) for name in sorted(shown)]
+    rows = rows_of(found, ways)
+    own = {(row["motion"], float(row["speed"]), row["way"]) for row in rows}
+    rows += [row for row in earlier if (row["motion"], float(row["speed"]), row["way"]) not in own]
     write_rows(options.out / "motion.csv", FIELDS, rows)
     write_image(options.out / "motion.webp", shown[0], save_all=True, append_images=shown[1:], duration=60, loop=0, quality=60, method=6)
     errors = in_order(rows)
-    page = text(errors, command)
+    page = text(errors)
     write_text(options.out / "motion.md", page)
     if not options.print:
-        update_table(options.guide, COMMAND, main_table(errors))
+        update_table(options.guide, COMMAND, f"{summaries(errors)}\n\n{main_table(errors)}")
     print(page)
+
+
+def enumerate_names(pictures):
+    return ((f"frame{i:03d}", np.asarray(picture)) for i, picture in enumerate(pictures))
+
+
+def short_name(way):
+    """The first word of a way's name: what --samplers calls it."""
+    return way.strip("`").split()[0].strip("`,").lower()
 
 
 def write_slices(source, folder, name):

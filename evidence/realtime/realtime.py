@@ -17,7 +17,7 @@ from scipy import fft, ndimage
 
 import bluenoise
 
-from ..base.command import CommandError, Parser, command_shown
+from ..base.command import CommandError, Parser, command_shown, names_of
 from ..base.files import read_numbers, write_rows, write_text
 from ..base.plots import plt, save, style
 from ..base.tables import md_table
@@ -358,13 +358,14 @@ def text(errors, parts, options):
              "The first table shows the method with the lowest error after a one-pixel blur, along with any method within 3% of it.", "",
              winners_table(errors), "",
              "![The error of every frame](realtime.png)", "",
-             "- **Frames**: a single frame, or a settled moving average in which the newest frame has a weight of 0.1.",
+             "- **Frames**: the camera is still ([moving cameras](motion.md)). A single frame, or a settled moving average in which the newest frame has a weight of 0.1.",
              "- **Filters**: Gaussian blurs (sigma in pixels) and box filters over the screen.",
              "- **Mask**: the built-in 64x64 mask. Its values are shifted every frame by the golden ratio, or by R2 for two numbers.",
              "- **Interleaved gradient noise**: shifted by 5.588238 pixels per frame. It is a regular pattern designed for single numbers. Pairs of its values lie on a line in the "
              "unit square, so part of their error never averages out.",
              "- **STBN and FAST**: published textures with one slice per frame. STBN has 128x128x64 texels (scalars and two-vectors). FAST has 128x128x32 texels and is optimised "
              "for a 1.0-pixel Gaussian blur and an exponential average with a weight of 0.1. The figures for both come from the last run with `--stbn FOLDER --fast FOLDER` and are rounded to two decimals.",
+             "- **Heitz et al. 2019**: the authors' tables for 256 samples, which have the lowest errors of all of their tables in averaged frames.",
              "", "[realtime.csv](realtime.csv) lists errors relative to white noise, including errors for means over 8 and 32 frames, and for other weights and filters. "
              "[realtime_parts.csv](realtime_parts.csv) lists the errors for parts of the screen.", ""]
     for kind in HEADS:
@@ -376,6 +377,11 @@ def text(errors, parts, options):
 
 # ---- The command
 
+def speeds_of(text):
+    named = {f"{speed:g}": speed for speed in motion.SPEEDS}
+    return tuple(named[name] for name in names_of("speed", tuple(named))(text))
+
+
 def run(arguments):
     parser = Parser("realtime", __doc__)
     parser.number("--seeds", 2, "number of seeds per sampler")
@@ -384,6 +390,12 @@ def run(arguments):
         parser.add_argument(f"--{name.lower()}", type=Path, metavar="FOLDER", help=files)
     parser.add_argument("--heitz", type=Path, metavar="FOLDER", help="the tables of Heitz et al. 2019: ..._256spp.cpp or spp256.rs")
     parser.add_argument("--motion", action="store_true", help="measure rendered scenes with a moving camera instead: motion.*, and a table in docs/realtime.md")
+    parser.add_argument("--motions", type=names_of("motion", motion.MOTIONS), default=motion.MOTIONS, metavar="A,B,...",
+                        help=f"with --motion: measure only these of {', '.join(motion.MOTIONS)}, and keep the results of others")
+    parser.add_argument("--speeds", type=speeds_of, default=motion.SPEEDS, metavar="A,B,...",
+                        help=f"with --motion: measure only these of {', '.join(f'{speed:g}' for speed in motion.SPEEDS)} pixels per frame, and keep the results of others")
+    parser.add_argument("--samplers", type=lambda text: tuple(text.split(",")), metavar="A,B,...",
+                        help="with --motion: measure a moving camera only with these samplers, named by their first words: padded, blue, interleaved, mask, stbn, fast, heitz")
     parser.hidden("--frames", "build/evidence/programs/render_frames")
     parser.out()
     parser.table("docs/realtime.md")
@@ -393,7 +405,7 @@ def run(arguments):
     tables = heitz.Tables(options.heitz) if options.heitz else None
     if options.motion:
         earlier = read_numbers(path) if (path := options.out / "motion.csv").is_file() else []
-        return motion.run(options, {"mask + R2": MovedMask(), **packs}, tables, earlier, options.command)
+        return motion.run(options, {"mask + R2": MovedMask(), **packs}, tables, earlier)
     ways, path = {**WAYS, **packs, **({"Heitz et al. 2019": HeitzTables(tables)} if tables else {})}, options.out / "realtime.csv"
     result = measure(ways, options.seeds, options.integrands)
     earlier = [row for row in read_numbers(path) if row["way"] not in ways] if path.is_file() else []

@@ -133,7 +133,7 @@ def of_realtime(rows):
                  **({"interleaved gradient noise": "interleaved gradient noise"} if outcome == "one frame" else {})}
         return series([f"{own[way]['half-plane', outcome, 'sigma 1.0']:.2f} for {name}" for way, name in names.items() if way in own])
 
-    yield "Real time?", (f"use `blue` if frames are averaged and each effect uses two or four numbers; for single frames, use interleaved gradient noise, FAST or a mask. With two numbers per effect, these are the errors after a 1.0-pixel blur, relative to padded Sobol'. Averaged frames with a still camera: {at('average, 0.1')}. Single frames: {at('one frame')}"), "realtime.md"
+    yield "Real time?", (f"use `blue` if frames are averaged and each effect uses two or four numbers; for single frames, use interleaved gradient noise, FAST or a mask. With two numbers per effect and a still camera, these are the errors after a 1.0-pixel blur, relative to padded Sobol'. Averaged frames with a still camera: {at('average, 0.1')}. Single frames: {at('one frame')}"), "realtime.md"
 
 
 def of_cost(found, samples, draws):

@@ -1,16 +1,29 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The samplers to compare, each used as intended. `scripts/bench PART --openqmc DIR` adds OpenQMC's to a build and its tables."""
+"""The samplers to compare, each used as intended. `scripts/bench PART --openqmc DIR` adds OpenQMC's to a build and its tables, and
+--heitz FOLDER adds the tables of Heitz et al. 2019."""
 
 import subprocess
 import sys
 
+from ..base.cache import cache_folder
+from ..samplers import heitz
+
 # OpenQMC's blue-noise samplers.
 PEERS = ("openqmc-pmjbn", "openqmc-sobolbn", "openqmc-latticebn")
 # Only builds with Boost include sobol-global.
-SAMPLERS = ("white", "sobol", "zorder", "mask", "sobol-global", *PEERS, "blue")
-OWN = tuple(name for name in SAMPLERS if name not in PEERS)
+SAMPLERS = ("white", "sobol", "zorder", "mask", "sobol-global", "heitz", *PEERS, "blue")
+OWN = tuple(name for name in SAMPLERS if name not in (*PEERS, "heitz"))
 ALWAYS = ("white", "sobol", "blue")  # the headline figures compare blue with the others
-DECLARED = ("zorder",)  # must know the sample count, so each sample count takes a separate run
+DECLARED = ("zorder",)  # are told the sample count
+TUNED = (*DECLARED, "heitz")  # differ for each sample count, so each takes a separate run
+_tables = []  # heitz.Tables, of chosen()
+
+
+def program_name(label, count):
+    """The path tracer's name of a sampler."""
+    if label != "heitz":
+        return label
+    return f"heitz:{_tables[-1].file(count, cache_folder() / 'heitz')}"
 
 
 def built(program):
@@ -40,4 +53,7 @@ def peers(options):
 def chosen(labels, options):
     """Labels in the order of SAMPLERS, including the samplers that ratios need and the peers."""
     wanted = {*labels, *ALWAYS, *peers(options)}
+    if options.heitz:
+        _tables.append(heitz.Tables(options.heitz))
+        wanted.add("heitz")
     return tuple(label for label in SAMPLERS if label in wanted)

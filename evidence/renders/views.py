@@ -89,7 +89,7 @@ class View:
         return [self.file, (self.width, self.height), self.options]
 
     def request(self, sampler, spp, seed=0):
-        return Request(sampler, spp, seed, self.file, self.width, self.height, more=self.options,
+        return Request(variants.program_name(sampler, spp), spp, seed, self.file, self.width, self.height, more=self.options,
                        declared=spp if sampler in variants.DECLARED else 0)
 
 

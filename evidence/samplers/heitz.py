@@ -8,10 +8,12 @@ copies of them in another language, such as spp16.rs. The last number before "sp
 
 import functools
 import re
+import zlib
 from pathlib import Path
 
 import numpy as np
 
+from ..base.atomic_write import written_beside
 from ..base.command import CommandError
 
 SIDE, POINTS, OPTIMISED = 128, 256, 8  # pixels of the tile, points and dimensions of the sequence, dimensions of the tile
@@ -46,11 +48,13 @@ class Tables:
         return min(self.paths, key=lambda spp: (spp < count, spp if spp >= count else -spp))
 
     def file(self, count, folder):
-        """A file for the path tracer's sampler heitz:FILE, written to `folder`."""
-        spp, tables = self.for_count(count), self.read(self.for_count(count))
-        path = Path(folder) / f"heitz-{spp}.bin"
+        """A file for the path tracer's sampler heitz:FILE, written to `folder` unless it is there."""
+        spp = self.for_count(count)
+        data = b"".join(self.read(spp)[kind].tobytes() for kind in SIZES)
+        path = Path(folder) / f"heitz-{spp}-{zlib.crc32(data):08x}.bin"
         if not path.is_file():
-            path.write_bytes(b"".join(tables[kind].tobytes() for kind in SIZES))
+            with written_beside(path) as beside:
+                beside.write_bytes(data)
         return path
 
     def numbers(self, x, y, indices, dimensions, spp, seed=0):

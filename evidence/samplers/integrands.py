@@ -39,6 +39,14 @@ def global_sobol(run, count, member):
     return points[order, first:].reshape(SIDE, SIDE, count, 4).astype(np.float32)
 
 
+def of_heitz(tables):
+    """The tables for each count. A member of a family takes four of the eight optimised dimensions: members 2 and 3 from another part of the tile."""
+    def draw(run, count, member):
+        u = tables.numbers(X.astype(int), Y.astype(int), range(count), 8, tables.for_count(count), 2 * run + member // 2)
+        return u[..., 4 * (member % 2):][..., :4]
+    return draw
+
+
 # ---- Integrands: functions of the samples with values 0 or 1, and their mean in every pixel
 
 def half_space(normal, at, least=1e-4):
@@ -93,7 +101,7 @@ def mean_square(images, down, across):
 def peaks(images):
     """The mean of the largest hundredth of the powers, relative to the mean of all powers."""
     powers = np.abs(np.fft.fft2(images - images.mean((1, 2), keepdims=True))).reshape(len(images), -1) ** 2
-    return np.sort(powers)[:, -PEAKS:].mean(1) / powers.mean(1)
+    return np.sort(powers)[:, -PEAKS:].mean(1) / np.maximum(powers.mean(1), 1e-30)  # an image without errors has no peaks
 
 
 # ---- Measures: each a generator of (row, integrand images, blurs) of one run
@@ -169,6 +177,16 @@ def images_at_every_count(draw, run, counts):
             images = error_images(values, mean, counts)
             yield name, images, (2.1, 2.1)
             yield f"{name}, single pixels", images, (0, 0)
+
+
+def images_of_pairs(draw, run, counts):
+    """Half-planes over each pair of a domain's four numbers."""
+    u, r = np.moveaxis(draw(run, counts[-1], run % 4), -1, 0), np.random.default_rng([run, 10])
+    for plane in [Plane(r) for _ in range(12)]:
+        for a, b in itertools.combinations(range(4), 2):
+            images = error_images(plane(u[a], u[b]), plane.mean, counts)
+            yield f"({a},{b})", images, (2.1, 2.1)
+            yield f"({a},{b}), domain {run % 4}", images, (2.1, 2.1)
 
 
 def measure(draw, runs, counts=COUNTS, one_count=False, images_of=images_of_run):

@@ -69,8 +69,8 @@ def test_draws_that_follow_have_less_noise_and_are_those_of_a_still_image(frames
 
 def test_slices_and_their_page(frames, tmp_path, monkeypatch, capsys):
     """Slices reach the path tracer, results are cached, and ways of an earlier run stay in the page."""
-    for name, value in {"SCENES": {"penumbra": (400, 520)}, "FRAMES": 4, "MEASURED": (3,), "AGE": 1, "SPEEDS": (1, 2), "REFERENCE_SPP": 2,
-                        "SEQUENCES": (("rest", 0), *((way, speed) for way in motion.MOTIONS for speed in (1, 2))), "FILM_FRAMES": 2}.items():
+    for name, value in {"SCENES": {"penumbra": (400, 520)}, "FRAMES": 4, "MEASURED": (3,), "AGE": 1, "SPEEDS": (2,), "REFERENCE_SPP": 2, "CROP": (40, 32),
+                        "FILM_FRAMES": 2, "FILM_SIZE": (40, 32)}.items():
         monkeypatch.setattr(motion, name, value)
     guide = tmp_path / "guide.md"
     guide.write_text(f"<!-- table: {motion.COMMAND} -->\nold\n<!-- end of the table -->\n")
@@ -84,6 +84,7 @@ def test_slices_and_their_page(frames, tmp_path, monkeypatch, capsys):
     assert all(row["noise"] > 0 and row["total"] > 0 for row in rows)
     assert "| FAST | " in guide.read_text() and "old" not in guide.read_text() and (tmp_path / "out" / "motion.webp").is_file()
     monkeypatch.setattr(motion, "measure", lambda *_: pytest.fail("cached results are measured again"))
-    realtime.run([*arguments, "--fast", str(tmp_path)])
+    realtime.run([*arguments, "--fast", str(tmp_path), "--motions", "turn", "--speeds", "2"])
+    assert len(read_numbers(tmp_path / "out" / "motion.csv")) == len(rows)
     page = (tmp_path / "out" / "motion.md").read_text()
     assert page.count("| FAST, following |") == 5 and "at most" in page and capsys.readouterr().out.count("# A moving camera") == 2

@@ -12,11 +12,12 @@ import pytest
 from own_scene import to_gltf
 
 from evidence.__main__ import main as bench
-from evidence.base.files import read_exr
+from evidence.base.files import read_exr, read_numbers
 from evidence.measure.image_error import MEASURES, displayed_rmse
 from evidence.measure.statistics import Estimate
 from evidence.renders import judge, models, renderer, renders, summary, views
 from evidence.renders.renderer import run_pathtracer
+from evidence.samplers import heitz
 
 CORNELL = [(516, 560), (754, 107), (221, 981), (1051, 730)]
 
@@ -186,3 +187,17 @@ def test_headline_is_printed_without_writing_files(pathtracer, tmp_path, monkeyp
     text = capsys.readouterr().out
     assert "| global Sobol' |" in text and "| samples for the error of |" in text
     assert not list(tmp_path.glob("evidence*")) and not list(tmp_path.glob("out*"))
+
+
+def test_filters_are_compared_for_all_samplers_with_tables_for_each_count(pathtracer, tmp_path, capsys):
+    random, tables = np.random.default_rng(1), tmp_path / "tables"
+    tables.mkdir()
+    for spp in (1, 2):
+        (tables / f"spp{spp}.rs").write_text("".join(f"{kind.upper()}: &[\n{','.join(map(str, random.integers(0, 256, size)))}];\n" for kind, size in heitz.SIZES.items()))
+    bench(["filters", "--scenes", "penumbra", "--size", "36x34", "--crop", "17x16", "--samplers", "blue", "--spp", "2", "--reference-spp", "32",
+           "--heitz", str(tables), "--out", str(tmp_path / "out"), "--pathtracer", str(pathtracer)])
+    rows, text = read_numbers(tmp_path / "out" / "filters.csv"), capsys.readouterr().out
+    assert {(row["filter"], row["sampler"]) for row in rows} == {(name, label) for name in ("box", "gaussian") for label in ("white", "blue", "heitz")}
+    errors = {(row["filter"], row["sampler"], row["spp"]): row["error"] for row in rows if row["measure"] == "displayed"}
+    assert errors["box", "blue", 2] != errors["gaussian", "blue", 2]
+    assert "| `blue`, gaussian |" in text and "--heitz DIR" in text and str(tmp_path) not in text
