@@ -66,10 +66,9 @@ typedef struct scratch {
 
 /* The pixel that stands for one outside the image: the image repeats, mirrored. */
 static uint32_t mirrored(int64_t at, uint32_t extent) {
-    if (at >= 0 && at < extent) return (uint32_t)at;
-    const int64_t period = 2 * (int64_t)extent;
-    const int64_t inside = ((at % period) + period) % period;
-    return (uint32_t)(inside < extent ? inside : period - 1 - inside);
+    const int64_t end = extent;
+    while (at < 0 || at >= end) at = at < 0 ? -1 - at : 2 * end - 1 - at;
+    return (uint32_t)at;
 }
 
 static float displayed(float value) { /* NaN, from an infinity minus another, counts as black */
@@ -169,11 +168,16 @@ static void blur_row(const meter *m, const scratch *s, uint32_t y) {
 /* Computes row y of the squared noise from the rings. */
 static void measure_row(const meter *m, const scratch *s, uint32_t y) {
     const uint32_t taps = 2 * (uint32_t)m->reach + 1;
+    size_t above[MOST_TAPS], below[MOST_TAPS];
+    for (int32_t j = 0; j <= m->reach; ++j) {
+        above[j] = mirrored((int64_t)y - j, m->height) % taps * m->padded;
+        below[j] = mirrored((int64_t)y + j, m->height) % taps * m->padded;
+    }
     for (int k = 0; k < IMAGES; ++k) {
         const float *before[MOST_TAPS], *after[MOST_TAPS];
         for (int32_t j = 0; j <= m->reach; ++j) {
-            before[j] = s->ring[k] + mirrored((int64_t)y - j, m->height) % taps * m->padded;
-            after[j] = s->ring[k] + mirrored((int64_t)y + j, m->height) % taps * m->padded;
+            before[j] = s->ring[k] + above[j];
+            after[j] = s->ring[k] + below[j];
         }
         blur(m, before, after, s->blurred[k], m->padded);
     }
