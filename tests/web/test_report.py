@@ -20,7 +20,7 @@ def address(tmp_path_factory):
                 for s, e in ERRORS.items() for n in options.counts}
     rows = {s: {n: {"seconds": 0.1 * n, **dict.fromkeys(convergence.MEASURES, e / n),
                     "each": [e / n * (1 + seed / 100) for seed in range(6)]} for n in options.counts} for s, e in ERRORS.items()}
-    (folder / "report.html").write_text(convergence.page(options, rows, pictures, reference, ("a note",)), encoding="utf-8")
+    (folder / "report.html").write_text(convergence.page(options, rows, pictures, reference, ("a note",), ()), encoding="utf-8")
     return (folder / "report.html").as_uri()
 
 

@@ -27,7 +27,7 @@ static uint32_t affinity_count(void) {
     uint32_t count = 0;
     if (syscall(SYS_sched_getaffinity, 0, sizeof mask, mask) > 0) {
         for (size_t i = 0; i < word_bits * (sizeof mask / sizeof *mask); ++i) {
-            count += mask[i / word_bits] >> i % word_bits & 1u;
+            count += (uint32_t)(mask[i / word_bits] >> i % word_bits & 1u);
         }
     } else { /* more CPUs than bits */
         const long online = sysconf(_SC_NPROCESSORS_ONLN);
