@@ -45,7 +45,8 @@ class Pan:
     shape: tuple[int, ...]
 
     def __init__(self, shape: tuple[int, ...] = ()) -> None:
-        self._sums = np.zeros((2, *shape), np.uint64)  # whole pixels in the upper half, the rest in the lower
+        extents = () if isinstance(shape, tuple) and not shape else arguments.shape(shape, 31)
+        self._sums = np.zeros((2, *extents), np.uint64)  # whole pixels in the upper half, the rest in the lower
         self.shape = self._sums.shape[1:]
 
     def follow(self, x: npt.ArrayLike, y: npt.ArrayLike) -> None:
