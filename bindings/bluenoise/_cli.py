@@ -282,12 +282,10 @@ def _integer(text: str) -> int:
 
 
 def _palette(text: str) -> Any:
-    if re.fullmatch("[0-9]{1,3}", text):
-        return int(text)
-    colours = [colour.removeprefix("#") for colour in text.split(",")]
+    colours = text.replace("#", "").split(",")
     if all(re.fullmatch("[0-9a-fA-F]{6}", colour) for colour in colours):
         return [tuple(bytes.fromhex(colour)) for colour in colours]
-    return Path(text)
+    return int(text) if re.fullmatch("[0-9]{1,3}", text) else Path(text)
 
 
 def _positive(text: str) -> int:
@@ -502,8 +500,7 @@ def _density(path: Path) -> Any:
 
 def _points(options: argparse.Namespace) -> None:
     path, suffix = _output(options, _POINTS_SUFFIXES, options.mask, options.density)
-    if options.method is None:
-        options.method = "poisson-disk" if options.density else "best-candidate"
+    options.method = options.method or ("poisson-disk" if options.density else "best-candidate")
     given = _given(options, _POINTS_OPTIONS, POINTS_METHODS)
     if options.channel and "mask" not in given:
         raise ValueError("--channel needs --mask")
@@ -512,9 +509,8 @@ def _points(options: argparse.Namespace) -> None:
     if "density" not in given and (options.dark or options.count is None):
         raise ValueError("--dark needs --density" if options.dark else "points needs --count or --density")
     if "density" in given:
-        given["density"] = _density(options.density)
-        if options.dark:
-            given["density"] = given["density"].max() - given["density"].astype(float)
+        density = _density(options.density)
+        given["density"] = density.max() - density.astype(float) if options.dark else density
     make: Callable[..., Any] = make_points
     found = make(options.count, method=options.method, seed=options.seed, dims=options.dims, progress=_progress(options.quiet), **given)
     with _files.replacing(path, suffix) as beside:

@@ -26,43 +26,23 @@ _PICTURE_MODES = ("1", "L", "LA", "I;16", "F", "P", "PA", "RGB", "RGBA")
 
 @overload
 def dither(
-    image: npt.NDArray[_Pixel],
-    levels: int = 2,
-    *,
-    palette: Any = None,
-    mask: Optional[npt.ArrayLike] = None,
-    srgb: bool = False,
+    image: npt.NDArray[_Pixel], levels: int = 2, *, palette: Any = None, mask: Optional[npt.ArrayLike] = None, srgb: bool = False,
     channel_offset: bool = True,
 ) -> npt.NDArray[_Pixel]: ...
 @overload
 def dither(
-    image: Image,
-    levels: int = 2,
-    *,
-    palette: Any = None,
-    mask: Optional[npt.ArrayLike] = None,
-    srgb: bool = False,
+    image: Image, levels: int = 2, *, palette: Any = None, mask: Optional[npt.ArrayLike] = None, srgb: bool = False,
     channel_offset: bool = True,
 ) -> Image: ...
 @overload
 def dither(
-    image: Sequence[Any],
-    levels: int = 2,
-    *,
-    palette: Any = None,
-    mask: Optional[npt.ArrayLike] = None,
-    srgb: bool = False,
+    image: Sequence[Any], levels: int = 2, *, palette: Any = None, mask: Optional[npt.ArrayLike] = None, srgb: bool = False,
     channel_offset: bool = True,
 ) -> npt.NDArray[np.float64]: ...
 
 
 def dither(
-    image: Any,
-    levels: int = 2,
-    *,
-    palette: Any = None,
-    mask: Optional[npt.ArrayLike] = None,
-    srgb: bool = False,
+    image: Any, levels: int = 2, *, palette: Any = None, mask: Optional[npt.ArrayLike] = None, srgb: bool = False,
     channel_offset: bool = True,
 ) -> Any:
     """Dither an image to a few levels, or to a palette, with a mask.
@@ -81,10 +61,9 @@ def dither(
     levels : int, default 2
         Number of levels, 2 to 256, evenly spaced from 0 to full scale.
     palette : array_like, PIL.Image.Image or int, optional
-        Up to 256 colours of shape ``(count, channels)``, in the image's units; or ``(count,)`` for an image without channels. For a
-        Pillow image, which may have mode 1, L, P or RGB, also a Pillow image of mode P, or the number of colours that Pillow's
-        quantiser is to choose. Each pixel gets one of up to four colours around its value, whose mixture is that value, or the
-        closest one to it that the palette can mix. Do not pass `levels` as well. Needs SciPy.
+        Up to 256 colours of shape ``(count, channels)`` or, for a grey array, ``(count,)``, in the image's units. For a Pillow image of
+        mode 1, L, P or RGB, also an image of mode P, or the number of colours that Pillow's quantiser is to choose. Each pixel gets one of
+        up to four colours that mix its value, or the closest value that the palette can mix. Excludes `levels`. Needs SciPy.
     mask : array_like, optional
         Ranks of shape ``(height, width)``, or ``(n,)`` for a row, in which each rank occurs exactly once; or the values t themselves as
         floats in [0, 1), such as a window from `NeuralGenerator`. If the shape is ``(channels, height, width)``, each image channel uses
@@ -110,9 +89,9 @@ def dither(
 
     Notes
     -----
-    Takes about ten nanoseconds per value; with a palette, about a microsecond per pixel and up to ten for each different colour that
-    the palette cannot mix. The palette's mixtures are those of Gröller and Purgathofer, "Using tetrahedrons for dithering color
-    pictures", 1988. Needs memory for the result plus a few megabytes.
+    Takes about ten nanoseconds per value; with a palette, about a microsecond per pixel, and ten per colour that the palette cannot mix.
+    Palettes follow Gröller and Purgathofer, "Using tetrahedrons for dithering color pictures", 1988. Needs memory for the result plus a
+    few megabytes; with a palette, about 100 megabytes.
 
     Examples
     --------
@@ -298,10 +277,9 @@ def _to_palette(image: Any, pillow: Any, palette: Any, srgb: bool, mask: Optiona
             raise ValueError(f"{name} must have values in [0, {full}], not {values[~inside][0]}")
         return _linear(values.astype(np.float64) / full) if srgb else values.astype(np.float64) / full
 
-    channels = array.reshape(*array.shape[:2], -1).shape[2]
-    values = light("palette", colours.reshape(-1, channels))
-    thresholds = mask.astype(np.float64) if mask.dtype.kind == "f" else (mask + 0.5) / mask.size
-    found = indices(array.reshape(*array.shape[:2], channels), lambda texels: light("image", texels), values, thresholds)
+    texels, values = array.reshape(*array.shape[:2], -1), light("palette", colours.reshape(len(colours), -1))
+    thresholds: Any = mask if mask.dtype.kind == "f" else (mask + 0.5) / mask.size
+    found = indices(texels, lambda some: light("image", some), values, thresholds)
     if picture is None:
         return colours.astype(array.dtype)[found]
     result = pillow.fromarray(found)

@@ -3,8 +3,7 @@
 
 The weights are barycentric coordinates in the Delaunay triangulation of the palette (Gröller and Purgathofer, "Using tetrahedrons for
 dithering color pictures", 1988), so they reproduce the colour exactly. A colour outside the palette's convex hull is replaced by the
-closest one on it. The up to four colours are sorted by luminance, so that a grey mixture is dithered as with levels. Takes about a
-microsecond for each different colour inside the hull, and up to ten outside it.
+closest one on it. The colours are sorted by luminance, so that a grey mixture is dithered as with levels.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ import numpy.typing as npt
 
 _Floats = npt.NDArray[np.float64]
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-_PART = 2**20  # distances computed at a time
+_PART, _PIXELS = 2**20, 2**18  # distances and pixels computed at a time
 
 
 class _Palette:
@@ -72,16 +71,16 @@ class _Palette:
         if len(self.faces):
             corner, first, second = self.colours[self.faces].swapaxes(0, 1)
             first, second = first - corner, second - corner
-            a, b, c = ((p * q).sum(1) for p, q in ((first, first), (first, second), (second, second)))
+            a, b, c = ((one * other).sum(1) for one, other in ((first, first), (first, second), (second, second)))
             p, q = (values @ side.T - (corner * side).sum(1) for side in (first, second))
-            with np.errstate(divide="ignore", invalid="ignore"):  # faces without an area
-                u, v = (c * p - b * q) / (a * c - b * b), (a * q - b * p) / (a * c - b * b)
-                over = (u >= 0) & (v >= 0) & (u + v <= 1)
-                face_square = np.where(over, (corner**2).sum(1) - 2 * values @ corner.T - u * p - v * q, np.inf)
-            face = face_square.argmin(1)
-            closer = np.flatnonzero(face_square[row, face] < square[row, best])
-            face = face[closer]
-            which[closer, :3], weights[closer, 1], weights[closer, 2] = self.faces[face], u[closer, face], v[closer, face]
+            area = np.where(a * c - b * b > 1e-12 * a * c, a * c - b * b, -np.inf)
+            u, v = (c * p - b * q) / area, (a * q - b * p) / area
+            over = (u >= 0) & (v >= 0) & (u + v <= 1) & (area > 0)
+            square = np.where(over, (corner**2).sum(1) - 2 * values @ corner.T - u * p - v * q, np.inf) - square[row, best][:, None]
+            face = square.argmin(1)
+            closer = np.flatnonzero(square[row, face] < 0)
+            which[closer, :3], weights[closer, 1] = self.faces[face[closer]], u[closer, face[closer]]
+            weights[closer, 2] = v[closer, face[closer]]
         weights[:, 0] = 1 - weights[:, 1] - weights[:, 2]
         return which, weights
 
@@ -91,13 +90,17 @@ def indices(
 ) -> npt.NDArray[np.uint8]:
     """The index of each pixel's colour. Texels have shape (height, width, channels); light() converts them to the units of the
     colours; thresholds in [0, 1) are tiled over the image."""
-    height, width, channels = texels.shape
-    flat, same = texels.reshape(-1, channels), np.arange(height * width)
-    if texels.dtype.kind == "u" and channels <= 4:  # mixes each colour once
-        words = flat.astype(np.uint64) @ np.uint64(2**16) ** np.arange(channels, dtype=np.uint64)
-        _, first, same = np.unique(words, return_index=True, return_inverse=True)
-        flat = flat[first]
-    which, summed = _Palette(colours).mix(light(flat))
-    tiled = thresholds[np.ix_(np.arange(height) % len(thresholds), np.arange(width) % thresholds.shape[1])].reshape(-1)
-    chosen = which[same, (summed[same, :3] <= tiled[:, None]).sum(1)]
-    return np.asarray(chosen.reshape(height, width), np.uint8)
+    palette, found = _Palette(colours), np.empty(texels.shape[:2], np.uint8)
+    columns, rows = np.arange(texels.shape[1]) % thresholds.shape[1], max(1, _PIXELS // texels.shape[1])
+    for first in range(0, len(texels), rows):
+        part = found[first : first + rows]
+        flat = texels[first : first + rows].reshape(part.size, -1)
+        same: Any = np.arange(part.size)
+        if flat.dtype.kind == "u" and flat.shape[1] <= 4:  # mixes each colour once
+            words = flat.astype(np.uint64) @ np.uint64(2**16) ** np.arange(flat.shape[1], dtype=np.uint64)
+            _, kept, same = np.unique(words, return_index=True, return_inverse=True)
+            flat = flat[kept]
+        which, summed = palette.mix(light(flat))
+        tiled = thresholds[np.ix_(np.arange(first, first + len(part)) % len(thresholds), columns)].reshape(-1, 1)
+        part[:] = which[same, (summed[same, :3] <= tiled).sum(1)].reshape(part.shape)
+    return found

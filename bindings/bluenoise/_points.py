@@ -23,22 +23,15 @@ _MAX_POINTS = 2**24
 _TEXELS_PER_POINT = 8  # in masks made here; void-and-cluster spreads points evenly at up to about 16
 _MAX_CANDIDATES = 2**16  # for one point
 _RECENT = 16  # number of points after which the tree is rebuilt
-_CELLS, _CELLS_3D = 12, 5  # per point spacing, in the grid that filters candidates
-_MAX_CELLS, _MAX_CELLS_3D = 2048, 160  # along one side
+_CELLS = {2: 12, 3: 5}  # per point spacing, in the grid that filters candidates
+_MAX_CELLS = {2: 2048, 3: 160}  # along one side
 _MAX_TILE = {2: 512, 3: 64}  # side of a mask made here, which is repeated if more texels are needed
 _LEAST_THROWN = 16  # points tried at a time, for Poisson disks
 
 
 def points(
-    n: Optional[int] = None,
-    *,
-    method: Optional[PointsMethod] = None,
-    seed: Seed = 0,
-    progress: Optional[Progress] = None,
-    dims: int = 2,
-    density: Optional[npt.ArrayLike] = None,
-    candidates: Optional[int] = None,
-    mask: Optional[npt.ArrayLike] = None,
+    n: Optional[int] = None, *, method: Optional[PointsMethod] = None, seed: Seed = 0, progress: Optional[Progress] = None, dims: int = 2,
+    density: Optional[npt.ArrayLike] = None, candidates: Optional[int] = None, mask: Optional[npt.ArrayLike] = None,
     jitter: Optional[bool] = None,
 ) -> Points:
     """Make blue-noise points in the unit square or cube.
@@ -71,13 +64,13 @@ def points(
     dims : {2, 3}, default 2
         Number of dimensions.
     density : array_like, optional
-        How dense the points are in each pixel: at least 0, of shape ``(height, width)`` or ``(depth, height, width)``. Only ratios
-        count, unless n is None. The unit square is stretched over the image, and the points are evenly spread in the image's
-        pixels. For dark ink on white paper, pass ``1 - image / 255`` (and linear light). The sets do not tile.
+        How dense the points are in each pixel: at least 0, of shape ``(height, width)`` or ``(depth, height, width)``. Only ratios count,
+        unless n is None. The unit square is stretched over the image, in which the points are evenly spread; they do not tile. For dark
+        ink on white paper, pass ``1 - image / 255``.
 
-        ``"poisson-disk"`` draws trials from the density, and a pair of points conflicts if it is closer than both of their radii,
-        which are proportional to ``density ** (-1 / dims)``; see Mitchell, Rand, Ebeida and Bajaj, "Variable radii Poisson-disk
-        sampling", 2012. ``"mask"`` dithers the density: it orders the texels by rank over density, so every prefix follows it.
+        ``"poisson-disk"`` draws trials from the density, and two points conflict if they are closer than both of their radii, which are
+        proportional to ``density ** (-1 / dims)``; see Mitchell, Rand, Ebeida and Bajaj, "Variable radii Poisson-disk sampling", 2012.
+        ``"mask"`` dithers the density: it orders the texels by rank over density, so every prefix follows the density.
     candidates : int, optional
     mask : array_like of int, optional
     jitter : bool, optional
@@ -130,9 +123,7 @@ def points(
     for name, value in given.items():
         if value is not None and name not in METHODS[method]:
             raise TypeError(f"method {method!r} has no option {name} (given as {arguments.said(value)})")
-    options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-    if field is not None:
-        options["density"] = field
+    options: dict[str, Any] = {name: value for name, value in {**given, "density": field}.items() if value is not None}
     found = _MAKERS[method](n, number, dims, progress=progress, **options)
     arguments.report(progress, 1.0)
     return found
@@ -165,16 +156,13 @@ class _Density:
     """A density on a grid that covers the box, which is as wide as the grid's extents. Coordinates are x, y and z."""
 
     def __init__(self, value: npt.ArrayLike, dims: int) -> None:
-        given = arguments.array("density", value)
-        if given.dtype.kind not in "biuf":
-            raise TypeError(f"density must hold numbers, not {given.dtype} ({arguments.said(value)})")
+        self.values = given = arguments.reals("density", value)
         if given.ndim != dims or given.size == 0:
             raise ValueError(f"density must have shape {'(height, width)' if dims == 2 else '(depth, height, width)'}, not {given.shape}")
-        self.values = given.astype(np.float64)
-        inside = (self.values >= 0) & (self.values < np.inf)
+        inside = (given >= 0) & (given < np.inf)
         if not inside.all():
-            raise ValueError(f"density must have finite values of at least 0, not {self.values[~inside][0]}")
-        self.sums = np.cumsum(self.values)
+            raise ValueError(f"density must have finite values of at least 0, not {given[~inside][0]}")
+        self.sums = np.cumsum(given)
         if not 0 < self.sums[-1] < np.inf:
             raise ValueError(f"density must have a sum above 0, not {self.sums[-1]}")
         self.extents = np.array(given.shape[::-1], np.float64)
@@ -183,20 +171,16 @@ class _Density:
     def at(self, points: Points) -> Points:
         """The density at points of the unit box, relative to its mean."""
         cells = (points * self.extents).astype(np.int64).T[::-1]
-        found: Points = self.values[tuple(cells)] * (self.values.size / self.sums[-1])
-        return found
+        return np.asarray(self.values[tuple(cells)] * (self.values.size / self.sums[-1]))
 
     def place(self, u: npt.NDArray[np.float32]) -> Points:
         """Points of the unit box with this density, from random numbers. The first selects a cell, the others a place in it."""
         cells = np.searchsorted(self.sums, u[:, 0].astype(np.float64) * self.sums[-1], side="right")
         corners = np.stack(np.unravel_index(cells, self.values.shape)[::-1], 1)
-        found: Points = np.minimum((corners + u[:, 1:]) / self.extents, 1 - 2.0**-53)
-        return found
+        return np.asarray(np.minimum((corners + u[:, 1:]) / self.extents, 1 - 2.0**-53))
 
 
-def _best_candidate(
-    n: int, seed: int, dims: int, *, progress: Optional[Progress] = None, candidates: int = 1
-) -> Points:
+def _best_candidate(n: int, seed: int, dims: int, *, progress: Optional[Progress] = None, candidates: int = 1) -> Points:
     """A grid stores the distance from each cell's centre to the closest point. This bounds the distance of every candidate in the
     cell, so only candidates that may be the farthest are examined. The grid is updated only around each new point."""
     candidates = arguments.integer("candidates", candidates, 1, 64)
@@ -206,8 +190,7 @@ def _best_candidate(
     white = _white(seed, _MAX_CANDIDATES, dims)
     result = np.empty((n, dims))
     in_tree, tree = 0, None
-    cells, most = (_CELLS, _MAX_CELLS) if dims == 2 else (_CELLS_3D, _MAX_CELLS_3D)
-    grid = _Distances(min(most, math.ceil(cells * float(n) ** (1 / dims) - 1e-9)), dims)
+    grid = _Distances(min(_MAX_CELLS[dims], math.ceil(_CELLS[dims] * float(n) ** (1 / dims) - 1e-9)), dims)
     for k in range(n):
         trials = grid.farthest(white(k, min(max(1, k * candidates), _MAX_CANDIDATES))).astype(np.float64)
         recent = result[in_tree:k]
@@ -238,8 +221,7 @@ class _Distances:
         """The trials that may be farthest from all points."""
         cells = (trials * np.float32(self.side)).astype(np.int32)
         near = self.square.reshape(-1)[cells @ np.array([self.side**axis for axis in range(self.dims)], np.int32)]
-        farthest: npt.NDArray[np.float32] = trials[near >= max(0.0, math.sqrt(near.max()) - self.margin) ** 2]
-        return farthest
+        return np.asarray(trials[near >= max(0.0, math.sqrt(near.max()) - self.margin) ** 2])
 
     def add(self, point: Points) -> None:
         reach, side, at, squares = self.reach, self.side, [], []
@@ -269,15 +251,7 @@ def _poisson_disk(
 
     white = _white(seed, max(n, _LEAST_THROWN), dims + (density is not None))
     box = np.ones(dims) if density is None else density.extents / density.extents.prod() ** (1 / dims)
-    wrap = None if density is not None else box
-
-    def throw(k: int) -> tuple[Points, Points]:
-        """Random points, and their radii relative to those at the mean density."""
-        u = white(k, max(n, _LEAST_THROWN))
-        if density is None:
-            return u.astype(np.float64), np.ones(len(u))
-        places = density.place(u)
-        return places * box, density.at(places) ** (-1 / dims)
+    wrap = box if density is None else None
 
     def conflicts(trials: Points, radii: Points, others: Points, other_radii: Points) -> tuple[Points, Points]:
         """The pairs of a trial and another point that conflict, as indices."""
@@ -292,7 +266,10 @@ def _poisson_disk(
     found, radii = np.empty((0, dims)), np.empty(0)
     radius = (0.8 / max(n, 1)) ** (1 / dims)  # about 0.7 points fit into a square as wide as the radius
     for k in itertools.takewhile(lambda _: len(found) < n, itertools.count()):
-        trials, own = throw(k)
+        u = white(k, max(n, _LEAST_THROWN))
+        trials = u.astype(np.float64) if density is None else density.place(u)
+        own = np.ones(len(u)) if density is None else density.at(trials) ** (-1 / dims)  # relative to that at the mean density
+        trials = trials * box
         if len(found):
             apart, nearest = cKDTree(found, boxsize=wrap).query(trials)  # discards most trials
             free = apart >= radius * np.minimum(own, radii[nearest])
@@ -311,13 +288,7 @@ def _poisson_disk(
 
 
 def _mask(
-    n: int,
-    seed: int,
-    dims: int,
-    *,
-    progress: Optional[Progress] = None,
-    mask: Optional[npt.ArrayLike] = None,
-    jitter: bool = True,
+    n: int, seed: int, dims: int, *, progress: Optional[Progress] = None, mask: Optional[npt.ArrayLike] = None, jitter: bool = True,
     density: Optional[_Density] = None,
 ) -> Points:
     """The texels with the lowest ranks or, with a density, those whose density exceeds the highest multiple of their ranks."""
@@ -343,8 +314,7 @@ def _mask(
     texels = np.argsort(keys, kind="stable")[:n]
     corners = np.stack(np.unravel_index(texels, extents)[::-1], 1)
     inside = _white(seed, n, dims)(0, n) if jitter and n else np.full((n, dims), 0.5)
-    found: Points = (corners + inside) / np.array(extents[::-1])
-    return found
+    return np.asarray((corners + inside) / np.array(extents[::-1]))
 
 
 _MAKERS: dict[str, Callable[..., Points]] = {
@@ -354,6 +324,4 @@ _MAKERS: dict[str, Callable[..., Points]] = {
 }
 
 # Method -> the names of its options.
-METHODS = {
-    name: tuple(inspect.signature(maker).parameters)[3:] for name, maker in _MAKERS.items()
-}
+METHODS = {name: tuple(inspect.signature(maker).parameters)[3:] for name, maker in _MAKERS.items()}

@@ -25,15 +25,7 @@ _BLOCKS, _PLACES, _POINTS, _LATER = 4096, 6144, 6272, 10368
 
 
 def sample(
-    xp: Any,
-    sampler: Sampler,
-    x: Any,
-    y: Any,
-    index: Any,
-    domain: Any = 0,
-    dims: int = 4,
-    *,
-    pair: Optional[Literal[0, 1]] = None,
+    xp: Any, sampler: Sampler, x: Any, y: Any, index: Any, domain: Any = 0, dims: int = 4, *, pair: Optional[Literal[0, 1]] = None
 ) -> Any:
     """Draw samples as arrays of another library, on their device. They are bit-identical to those of `Sampler.sample`.
 
@@ -44,8 +36,8 @@ def sample(
     sampler : Sampler
         Of type ``"blue"``, ``"sobol"`` or ``"white"``.
     x, y, index, domain : array of int
-        See `Sampler.sample`. Arrays of `xp` may have any integer dtype. Their values are taken modulo 2**32, since a range check
-        would wait for the device. Integers and NumPy arrays are checked, then copied to the device of the others.
+        See `Sampler.sample`. Arrays of `xp` may have any integer dtype; their values are taken modulo 2**32, since a range check would wait
+        for the device. Integers and NumPy arrays are checked, then copied to the device of the others.
     dims : int, default 4
         Number of dimensions, 1 to 4.
     pair : {0, 1}, optional
@@ -83,26 +75,26 @@ def sample(
     if pair is not None:
         pairs, dims = (arguments.integer("pair", pair, 0, 1),), 2
     given = {"x": x, "y": y, "index": index, "domain": domain}
-    ours = [value for value in given.values() if not _is_host(value)]
-    # Only PyTorch needs to be told.
-    place = {"device": ours[0].device} if ours and "torch" in xp.__name__ else {}
+    host = {name for name, value in given.items() if isinstance(value, (np.ndarray, np.generic)) or not hasattr(value, "dtype")}
+    devices = [value.device for name, value in given.items() if name not in host and "torch" in xp.__name__]
+    place = {"device": devices[0]} if devices else {}  # other libraries find the device themselves
     last = 2**32 - 1
     for name, value in given.items():
-        if _is_host(value):
+        if name in host:
             dtype, limits = (np.int32, arguments.INT32) if name in "xy" else (np.uint32, arguments.UINT32)
-            if type(value) is int:  # avoids NumPy, which torch.compile would trace
-                value = _c(arguments.integer(name, value, *limits) & 0xFFFFFFFF)
-                last = value & 0xFFFFFFFF if name == "index" else last
+            if type(value) is int:  # needs no NumPy, which torch.compile would trace
+                highest = arguments.integer(name, value, *limits)
+                value = _c(value & 0xFFFFFFFF)
             else:
                 value = arguments.integers(name, value, dtype, *limits)
-                last = int(value.max(initial=0)) if name == "index" else last
+                highest = int(value.max(initial=0))
                 value = value.view(np.int32)
+            last = highest if name == "index" else last
         elif "int" not in str(value.dtype):
             raise TypeError(f"{name} must hold integers, not {value.dtype}")
         given[name] = xp.asarray(value, dtype=xp.int32, **place)
     scalar = all(value.ndim == 0 for value in given.values())
-    # NumPy warns of wrapping sums only for scalars.
-    spread = [xp.reshape(value, (1,)) if value.ndim == 0 else value for value in given.values()]
+    spread = [xp.reshape(value, (1,)) if value.ndim == 0 else value for value in given.values()]  # NumPy warns if scalars wrap
     table = xp.asarray(WORDS, **place)
     found = draw(lambda at: table[at], sampler._words, *spread, pairs, rounds_of(last))
     numbers = [xp.asarray(_right(word, 8), dtype=xp.float32) * 2.0**-24 for word in found[:dims]]
@@ -110,20 +102,11 @@ def sample(
     return xp.reshape(stacked, (dims,)) if scalar else stacked
 
 
-def _is_host(value: object) -> bool:
-    """Whether a value is an integer, a NumPy array or a list."""
-    return isinstance(value, (np.ndarray, np.generic)) or not hasattr(value, "dtype")
-
-
-def _words() -> npt.NDArray[np.int32]:
-    table = tables().view(np.int32)
-    later = table[_LATER:].reshape(3, 2, 16, 16)
-    return np.concatenate([table[:_LATER], (later[:, 0, :, None] ^ later[:, 1, None, :]).reshape(-1)])
-
-
 # The table of blue(): tables(), except that entries for index bits 8 to 31 stand for eight bits at a time, not four. They are laid out
 # like the first 256 points.
-WORDS = _words()
+_table = tables().view(np.int32)
+_four = _table[_LATER:].reshape(3, 2, 16, 16)
+WORDS: npt.NDArray[np.int32] = np.concatenate([_table[:_LATER], (_four[:, 0, :, None] ^ _four[:, 1, None, :]).reshape(-1)])
 
 
 def rounds_of(last: int) -> int:
@@ -212,18 +195,16 @@ def _owen_reversed(v: Any, seed: Any) -> Any:
 
 def _sobol(word: _Word, seed: _Seed, x: Any, y: Any, index: Any, domain: Any, pairs: Sequence[int], rounds: int) -> list[Any]:
     key = _hash(y ^ _hash(domain + seed[0]))
-    key = _hash(x ^ _hash(key + seed[1]))
-    backwards, found = _reversed(index), []
-    for k in range(3 * (max(pairs) + 1)):
-        if k // 3 in pairs:
-            if k % 3 == 0:
-                digits = _owen_reversed(backwards, key)
-            else:
-                if k % 3 == 2:
-                    for shift, mask in ((1, 0xAAAAAAAA), (2, 0xCCCCCCCC), (4, 0xF0F0F0F0), (8, 0xFF00FF00), (16, 0xFFFF0000)):
-                        digits = digits ^ digits << shift & _c(mask)
-                found.append(_reversed(_owen_reversed(_reversed(digits), key)))
-        key = _hash(key + _c(0x9E3779B9))
+    keys = [_hash(x ^ _hash(key + seed[1]))]
+    for _ in range(3 * max(pairs) + 2):
+        keys.append(_hash(keys[-1] + _c(0x9E3779B9)))
+    found = []
+    for pair in pairs:
+        first = second = _owen_reversed(_reversed(index), keys[3 * pair])
+        for shift, mask in ((1, 0xAAAAAAAA), (2, 0xCCCCCCCC), (4, 0xF0F0F0F0), (8, 0xFF00FF00), (16, 0xFFFF0000)):
+            second = second ^ second << shift & _c(mask)
+        for digits, key in zip((first, second), keys[3 * pair + 1 :]):
+            found.append(_reversed(_owen_reversed(_reversed(digits), key)))
     return found
 
 

@@ -67,10 +67,8 @@ class _Lanes:
 
     def draw(self, domain: Any, pair: Any) -> tuple[Any, Any]:
         """Pair 0 or 1 of a domain."""
-        def word(at: Any) -> Any:
-            return dr.gather(mi.Int32, self.words, mi.UInt32(at))
-
-        first, second = arrays.blue(word, self.seed, self.x, self.y, self.index, domain, (pair,), self.rounds)
+        words = lambda at: dr.gather(mi.Int32, self.words, mi.UInt32(at))
+        first, second = arrays.blue(words, self.seed, self.x, self.y, self.index, domain, (pair,), self.rounds)
         return mi.Float(mi.UInt32(first) >> 8) * 2.0**-24, mi.Float(mi.UInt32(second) >> 8) * 2.0**-24
 
 

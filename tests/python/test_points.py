@@ -168,7 +168,7 @@ def test_progress(method):
     (ValueError, "dims .* 4", (4,), {"dims": 4}),
     (ValueError, "mask .* 3 axes", (4,), {"dims": 3, "method": "mask", "mask": [[0, 1], [2, 3]]}),
     (TypeError, "best-candidate.* density", (4,), {"method": "best-candidate", "density": [[1]]}),
-    (TypeError, "density .*<U1", (4,), {"density": [["a"]]}),
+    (TypeError, "density must hold numbers", (4,), {"density": [["a"]]}),
     (ValueError, r"density .*\(height, width\), not \(1, 1, 1\)", (4,), {"density": [[[1]]]}),
     (ValueError, r"density .*\(depth, .* not \(1, 1\)", (4,), {"density": [[1]], "dims": 3}),
     (ValueError, "density .* -2", (4,), {"density": [[1, -2]]}),
