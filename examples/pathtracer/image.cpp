@@ -111,7 +111,7 @@ Texels jpeg_decode(const Bytes &bytes) {
     }
     for (size_t i = 0; i < texels.rgba.size() && cmyk; ++i)
         texels.rgba[i] =
-            i % 4 == 3 ? 255 : uint8_t((texels.rgba[i] * texels.rgba[i | 3] + 127) / 255);
+            uint8_t(i % 4 == 3 ? 255 : (texels.rgba[i] * texels.rgba[i | 3] + 127) / 255);
     return texels;
 }
 
