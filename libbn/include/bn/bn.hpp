@@ -26,8 +26,8 @@
 // the function in bn.h and construct the Sampler from its result:
 //
 //     bn_sampler made;
-//     if (bn_sampler_init_mask(&made, &mask, seed) != BN_SUCCESS) return false;
-//     const bn::Sampler sampler(made);
+//     if (bn_sampler_init(&made, BN_SAMPLER_SOBOL, seed) != BN_SUCCESS) return;
+//     const bn::Sampler sobol(made);
 //
 // Use bn/bn.hpp in C++14 and later, and bn/bn_path.h in C and C++11. A C++11 project can also compile one file as
 // C++14:
