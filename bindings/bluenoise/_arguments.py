@@ -68,7 +68,7 @@ def integer(name: str, value: object, low: int, high: int) -> int:
 
 def real(name: str, value: object, low: float, high: float, low_included: bool = True) -> float:
     """A finite real number in [low, high] or (low, high]."""
-    if isinstance(value, (bool, np.bool_, str, bytes)) or getattr(value, "ndim", 0):
+    if isinstance(value, (bool, np.bool_, str, bytes)) or getattr(value, "ndim", 0) != 0:
         raise TypeError(f"{name} must be a number, not {said(value)}")
     try:
         number = float(value)  # type: ignore[arg-type]
