@@ -55,6 +55,14 @@ def test_even_greys_give_the_same_image_as_levels():
         np.testing.assert_array_equal(bluenoise.dither(image, palette=[65535, 0], mask=given), bluenoise.dither(image, mask=mask))
 
 
+def test_brighter_colours_have_higher_thresholds():
+    mask = bluenoise.mask((32, 32), seed=1)
+    for value in RANDOM.integers(0, 256, (20, 3)):
+        found = bluenoise.dither(np.full((32, 32, 3), value, np.uint8), palette=PALETTES["gif"], mask=mask)
+        luminance = found.reshape(-1, 3)[np.argsort(mask, None)] @ (0.2126, 0.7152, 0.0722)
+        assert (np.diff(luminance) >= 0).all()
+
+
 def test_crops_agree_with_the_whole():
     image = RANDOM.random((128, 192, 3))
     palette = RANDOM.random((20, 3))
