@@ -76,4 +76,4 @@ def test_commands_run(tmp_path):
         small = command.split("#")[0].replace("--size 128", "--size 16").replace("--count 4000", "--count 40")  # for speed
         run("bash", "-o", "pipefail", "-c", re.sub(r"\bbluenoise\b", program, small), cwd=tmp_path)
     assert {Path(name).stem for name in os.listdir(tmp_path)} == {
-        "photo", "texture", "mask", "rgba", "out", "points", "first", "second", "noise"}
+        "photo", "texture", "mask", "rgba", "out", "points", "stipples", "first", "second", "noise"}
