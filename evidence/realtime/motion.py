@@ -114,8 +114,9 @@ class Frames:
     def __init__(self, program, scene, folder, size=(WIDTH, HEIGHT), depth=DEPTH):
         self.command, self.folder = [Path(program).resolve(), scene, "{}x{}".format(*size), str(depth)], folder
 
-    def render(self, wanted, crop=CROP):
+    def render(self, wanted, crop=None):
         """float32 [frames][height][width] for tuples (sampler, seed, index, spp, corner, offset, camera)."""
+        crop = crop or CROP
         lines = "".join(" ".join(map(str, (sampler, seed, index, spp, *corner, corner[0] + crop[0], corner[1] + crop[1], *offset,
                                            *camera.eye, *camera.target, camera.fov))) + "\n"
                         for sampler, seed, index, spp, corner, offset, camera in wanted)
@@ -127,7 +128,7 @@ class Frames:
             raise CommandError(f"{self.command[0].name} failed: {error.stderr.decode(errors='replace').strip()}") from None
         return np.frombuffer(done, np.float32).reshape(len(wanted), crop[1], crop[0])
 
-    def depth(self, camera, corner, crop=CROP):
+    def depth(self, camera, corner, crop=None):
         return self.render([("depth", 0, 0, 1, corner, (0, 0), camera)], crop)[0]
 
 
@@ -207,7 +208,7 @@ def is_inside(x, y, size):
 
 # ---- Averaging
 
-def taps(resampling, x, y, size=CROP):
+def taps(resampling, x, y, size=None):
     """The sparse matrix that reads an image of `size` at the given positions, in pixels from the first pixel's centre."""
     def along(at):
         first = np.floor(at)
@@ -217,6 +218,7 @@ def taps(resampling, x, y, size=CROP):
         return first, [(-1, ((-0.5 * f + 1) * f - 0.5) * f), (0, (1.5 * f - 2.5) * f * f + 1),  # Catmull and Rom's spline
                        (1, ((-1.5 * f + 2) * f + 0.5) * f), (2, (0.5 * f - 0.5) * f * f)]
 
+    size = size or CROP
     (column, wide), (row, high) = along(x.ravel()), along(y.ravel())
     rows, columns, values = [], [], []
     for dy, down in high:
