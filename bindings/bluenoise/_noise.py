@@ -71,8 +71,8 @@ def visible_noise(
 
     Notes
     -----
-    Samplers with a net in each pixel, such as ``blue`` and ``sobol``, have about 10% lower noise than estimated (up to 45% in
-    smooth scenes), because the errors of their halves partly cancel. Features that no sample has found are missing from the
+    Samplers with a net in each pixel, such as ``blue`` and ``sobol``, have about 10% lower noise than estimated (up to 40% in
+    single scenes), because the errors of their halves partly cancel. Features that no sample has found are missing from the
     estimate. Takes 13 ns per value and core.
 
     Examples

@@ -187,8 +187,8 @@ class Report:
                 rows, base = ([self.stopped("--visible-noise", level, scene, name) for scene in scenes] for name in (label, "sobol"))
                 samples, others = (statistics.geometric_mean([row["samples"] for row in part]) for part in (rows, base))
                 left = [row["noise_95"] for row in rows]
-                lines.append([f"{level:g} step{'s' * (level != 1)}, {NAMES[label]}", f"{samples:.1f}", f"{samples / others * self.time_over(label, 'sobol'):.2f}", f"{np.median(left):.2f}", f"{max(left):.2f}"])
-        return md_table([f"until 95% of the image is below ({len(self.below_cap(1.0, variants.ALWAYS))} scenes)", "samples per pixel", "CPU time over padded Sobol'",
+                lines.append([f"{level:g} step{'s' * (level != 1)} ({len(scenes)} scenes), {NAMES[label]}", f"{samples:.1f}", f"{samples / others * self.time_over(label, 'sobol'):.2f}", f"{np.median(left):.2f}", f"{max(left):.2f}"])
+        return md_table(["each block stops below", "samples per pixel", "CPU time over padded Sobol'",
                          "noise left: median scene", "worst scene"], lines)
 
     def best_level(self, label):
@@ -218,7 +218,7 @@ class Report:
         sobol_time, white_time = sobol * self.time_over("blue", "sobol"), white * self.time_over("blue", "white")
         left = [row["noise_95"] for scene in self.scenes for label in self.labels for row in [self.stopped("--visible-noise", 1.0, scene, label)] if row["capped"] <= 0.05] or [math.nan]
         total, share, low, high = self.summary()
-        return (f"Until 95% of an image is below one step of visible noise, `blue` takes {sobol:.2f} times the samples and {sobol_time:.2f} times the CPU time of padded "
+        return (f"If each block stops below one step of visible noise, `blue` takes {sobol:.2f} times the samples and {sobol_time:.2f} times the CPU time of padded "
                 f"Sobol', and {white:.2f} and {white_time:.2f} times those of white noise (geometric means over the {count} and {fewer} scenes in which neither reached the cap of {CAP} samples). "
                 f"Where a run did not reach the cap, 95% of the blocks were left with at most {max(left):.2f} steps in every scene, {np.median(left):.2f} in the median.\n\n"
                 f"From 8 samples on, {100 * share:.0f}% of {total} estimates were within 0.8 to 1.5 times the true noise; the lowest was {low:.2f}, the highest {high:.2f}. "

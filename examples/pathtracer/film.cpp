@@ -83,13 +83,13 @@ glm::dvec3 film_variance(const FilmPixel &pixel) {
 }
 
 double film_noise(const Film &film) {
-    std::vector<double> measured;
+    std::vector<double> noise; // without places that merged parts leave empty
     for (const FilmPixel &pixel : film.pixels)
-        if (pixel.noise != UNMEASURED) measured.push_back(pixel.noise);
-    if (measured.empty()) return UNMEASURED;
-    const auto at = measured.begin() + ptrdiff_t(0.95 * double(measured.size() - 1));
-    std::nth_element(measured.begin(), at, measured.end());
-    return *at;
+        if (pixel.count > 0) noise.push_back(pixel.noise == UNMEASURED ? HUGE_VAL : pixel.noise);
+    if (noise.empty()) return UNMEASURED;
+    const auto at = noise.begin() + ptrdiff_t(0.95 * double(noise.size() - 1));
+    std::nth_element(noise.begin(), at, noise.end());
+    return std::isfinite(*at) ? *at : UNMEASURED;
 }
 
 // ---- Exposure
@@ -280,8 +280,10 @@ struct Renderer {
             count = std::max(count, film_pixel(film, x, y).count);
             noise = std::max(noise, film_pixel(film, x, y).noise);
         });
-        // An earlier pass has measured it.
-        if (noise != UNMEASURED && noise < double(settings.visible_noise)) return counters;
+        // An earlier pass has stopped it. At other counts, a resumed image may hold the noise of its last sample.
+        const bool tested = count >= 2 && next_look(count - 1) == count;
+        if (tested && noise != UNMEASURED && noise < double(settings.visible_noise))
+            return counters;
         for (;; count = std::min(next_look(count), limit)) {
             each_pixel(block, [&](int x, int y) { render_pixel(x, y, count, counters); });
             if (is_done(block, count) || count >= limit) return counters;

@@ -81,7 +81,8 @@ float auto_exposure(const Film &film);
 // for parts of an image. `extent` describes the scene's bounds.
 std::string film_warning(const Film &film, const std::string &extent);
 
-// The visible noise that 95% of the measured pixels do not exceed; UNMEASURED if there are none.
+// The visible noise that 95% of the pixels with samples do not exceed; UNMEASURED if more than 5% of them
+// are not measured.
 double film_noise(const Film &film);
 
 // ---- Rendering on all cores, in passes over the whole image, so that an interrupt leaves an image with

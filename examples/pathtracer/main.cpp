@@ -53,10 +53,12 @@ void check_outputs(const Options &o, const std::vector<std::string> &inputs) {
 
 void write_outputs(const Options &o, const Film &film, ExrHead head) {
     float &exposure = head.statistics.exposure;
-    exposure = o.has_auto_exposure(head.settings["scene"]) ? auto_exposure(film)
-                                                           : o.number<float>("--exposure");
+    const bool automatic = o.has_auto_exposure(head.settings["scene"]);
+    exposure = automatic ? auto_exposure(film) : o.number<float>("--exposure");
     write_files({{o.text("-o"), exr_encode(film, head)},
                  {preview_path(o), png_encode_preview(film_image(film), exposure)}});
+    if (automatic && !o.flag("--quiet"))
+        std::printf("automatic exposure: %g stops\n", double(exposure));
 }
 
 // Prints even with --quiet.
@@ -270,6 +272,11 @@ Film resume_film(const Options &o, const ExrHead &image, const ExrHead &wanted) 
     return film;
 }
 
+void print_noise(const Film &film) {
+    if (const double noise = film_noise(film); noise != UNMEASURED)
+        std::printf("95%% of the image is below %.2f steps of visible noise\n", noise);
+}
+
 // ---- Rendering
 
 void print_progress(double fraction, const RenderTotals &totals) {
@@ -294,8 +301,7 @@ void print_summary(const Options &o, const Film &film, const RenderTotals &total
                 1e-6 * rays / totals.seconds,
                 100 * totals.cut_off / std::max(double(totals.paths), 1.0),
                 o.text("--max-depth").c_str());
-    if (const double noise = film_noise(film); noise != UNMEASURED)
-        std::printf("95%% of the image is below %.2f steps of visible noise\n", noise);
+    print_noise(film);
 }
 
 // Renders an image and writes it. Returns the signal that interrupted it, or 0.
@@ -369,9 +375,10 @@ void run_merge(const Options &o) {
     write_outputs(o, film, head);
     warn(film, "lies elsewhere");
     const SampleCounts counts = film_counts(film);
-    if (!o.flag("--quiet"))
-        std::printf("%s: %zu images merged, %u to %u spp\n", without_controls(o.text("-o")).c_str(),
-                    o.merge.size(), counts.least, counts.most);
+    if (o.flag("--quiet")) return;
+    std::printf("%s: %zu images merged, %u to %u spp\n", without_controls(o.text("-o")).c_str(),
+                o.merge.size(), counts.least, counts.most);
+    print_noise(film);
 }
 
 // ---- The process

@@ -260,7 +260,10 @@ void Options::check_noise() const {
     if (number<double>("--noise") > 0 && number<double>("--visible-noise") > 0)
         throw Error("a block stops by --noise or by --visible-noise; leave out one");
     if (has_auto_exposure(text("--scene")))
-        throw Error(rule, " has to know the exposure before rendering; set it with --exposure EV");
+        throw Error(rule,
+                    " has to know the exposure before rendering; set it with --exposure EV "
+                    "(without ",
+                    rule, ", a render prints it)");
     if (text("--first-sample") != "0")
         throw Error(rule, " needs the first samples of a pixel; leave out --first-sample, and "
                           "split the image with --crop");

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Draws, masks, ranks and dithering do not depend on the host's rounding mode, flush-to-zero,
+ * Draws, masks, ranks, dithering and visible noise do not depend on the host's rounding mode, flush-to-zero,
  * denormals-are-zero or floating-point traps. The library restores the host's settings. */
 #include "check.h"
 #include "masks.h"
@@ -19,7 +19,7 @@ static uint64_t mixed(uint64_t hash, const void *data, size_t size) {
 }
 
 /* One hash per sampler type and per computation. */
-enum { VOID_AND_CLUSTER = TYPES, RELAX, ANNEAL, VECTORS, RANKS, DITHER, RESULTS };
+enum { VOID_AND_CLUSTER = TYPES, RELAX, ANNEAL, VECTORS, RANKS, DITHER, NOISE, RESULTS };
 
 static void compute(uint64_t hash[RESULTS]) {
     enum { DRAWS = 2000, MANY = 70000 };
@@ -95,6 +95,10 @@ static void compute(uint64_t hash[RESULTS]) {
         CHECK(bn_dither(&d, image, SIDE, SIDE, 1, out, TEXELS) == BN_SUCCESS);
         hash[DITHER] = mixed(hash[DITHER], out, sizeof out);
     }
+    static float map[TEXELS];
+    CHECK(bn_visible_noise(NULL, image, out, SIDE, SIDE, 1, TEXELS, map, TEXELS, NULL, NULL) ==
+          BN_SUCCESS);
+    hash[NOISE] = mixed(hash[NOISE], map, sizeof map);
 }
 
 static void compare(const uint64_t expected[RESULTS], const char *setting) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests a pixel's running means and variances over 2^24 samples, where a mean in float would drift, and
-// the merging of pixels.
+// the merging of pixels, and the noise of a film with unmeasured or empty pixels.
 #include "check.h"
 #include "film.h"
 
@@ -39,9 +39,23 @@ void check_pixel(const FilmPixel &pixel) {
     check_near(film_variance(pixel)[2], 0, 1e-20, "variance of blue");
 }
 
+// Of 100 pixels with samples, the last `unmeasured` have no noise; the others have 1, 2, 3 ... Another 50 are empty.
+double noise_of(int unmeasured) {
+    Film film = film_create(15, 10, {0, 0, 15, 10});
+    for (int i = 0; i < 100; ++i) {
+        film.pixels[i].count = 4;
+        if (i < 100 - unmeasured) film.pixels[i].noise = i + 1;
+    }
+    return film_noise(film);
+}
+
 } // namespace
 
 int main() {
+    check_near(noise_of(0), 95, 0, "noise");
+    check_near(noise_of(5), 95, 0, "noise with 5% unmeasured");
+    check_near(noise_of(6), UNMEASURED, 0, "noise with 6% unmeasured");
+    check_near(noise_of(100), UNMEASURED, 0, "noise of unmeasured pixels");
     FilmPixel whole = {}, parts[2] = {};
     for (uint32_t i = 0; i < COUNT; ++i) {
         const PathSample sample = sample_at(i);

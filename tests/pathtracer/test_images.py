@@ -195,6 +195,9 @@ def test_default_automatic_and_explicit_exposure(pathtracer):
     # Samplers differ in noise but not in brightness.
     auto = [exposure("--exposure", "auto", "--sampler", *more) for more in (["blue"], ["white", "--spp", 1], ["sobol", "--spp", 64])]
     assert np.ptp(auto) <= 0.25 and auto[0] != 0
+    path = pathtracer.folder / "printed.exr"
+    said = pathtracer.success("--size", "32x32", "--spp", 4, "--exposure", "auto", "-o", path).stdout
+    assert said.startswith(f"automatic exposure: {auto[0]:g} stops\n")
     assert pathtracer.header("--scene", over_floor(floor()), *ONE, "--exposure", -1.5)["exposure"] == "-1.5"
 
 

@@ -495,7 +495,7 @@ BN_INLINE bn_visible_noise_options bn_visible_noise_options_default(void) {
  * of all samples, in steps of an 8-bit sRGB display, as seen through the blur. Below 1, noise is hard to see;
  * at 3, it is obvious. Values are clipped to [0, 1] after exposure, as on a display; channels are measured
  * separately, and their squares averaged. Samplers with a net in each pixel, such as BLUE and SOBOL, have about
- * 10% lower noise than estimated (up to 45% in smooth scenes), because the errors of their halves partly
+ * 10% lower noise than estimated (up to 40% in single scenes), because the errors of their halves partly
  * cancel.
  *
  * Images are mirrored at their edges, so measuring a crop changes the map only near its edges. (In images of

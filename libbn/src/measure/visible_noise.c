@@ -327,7 +327,8 @@ static BN_NOINLINE bn_result visible_noise(const bn_visible_noise_options *given
     m.padded = (m.most_pixels * channels + LANES - 1) / LANES * LANES;
     double weights[MOST_TAPS] = {1}, total = 1;
     for (int32_t j = 1; j <= m.reach; ++j) {
-        weights[j] = bn_portable_exp(-0.5 * j * j / (o.sigma * o.sigma));
+        const double exponent = -0.5 * j * j / (o.sigma * o.sigma);
+        weights[j] = exponent < -700 ? 0 : bn_portable_exp(exponent);
         total += 2 * weights[j];
     }
     for (int32_t j = 0; j <= m.reach; ++j) m.kernel[j] = (float)(weights[j] / total);
