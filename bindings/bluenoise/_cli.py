@@ -530,6 +530,8 @@ def _noise(options: argparse.Namespace) -> None:
     if output:
         _files.check_output(output, suffix, (".png", ".npy"), options.first, options.second)
     first, second = _files.load_light(options.first), _files.load_light(options.second)
+    if np.array_equal(first, second) and np.ptp(first) > 0:
+        raise ValueError(f"{options.first} and {options.second} hold the same image; they must come from different samples")
     if options.mean and first.shape == second.shape:
         second = 2 * second - first
     noise = visible_noise(first, second, sigma=options.sigma, exposure=options.exposure, window=options.window,

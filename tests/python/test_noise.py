@@ -78,6 +78,9 @@ def test_command(tmp_path, capsys, monkeypatch):
     assert f"median {np.median(right):.2f}, 95% of the image below {np.percentile(right, 95):.2f} steps" in printed and "green 1" in printed
     for name in ("first.npy", "missing.npy"):
         assert main(["noise", "first.npy", name, "-o", "first.npy"]) == 1
+    assert main("noise first.npy first.npy".split()) == 1 and "different samples" in capsys.readouterr().err
+    np.save("black.npy", 0 * first)
+    assert main("noise black.npy black.npy".split()) == 0
     assert main("noise map.png map.png".split()) == 1 and "neither .exr nor .npy" in capsys.readouterr().err
 
 
