@@ -475,9 +475,9 @@ typedef struct bn_visible_noise_options {
     /* Standard deviation of the eye's blur in pixels, 0 to 16. Default 2.1: a display with 96 pixels per inch
      * seen from 75 cm. It is proportional to pixels per inch times distance; docs/stop.md has a table. */
     double sigma;
-    double exposure; /* factor from image values to linear light with white at 1. Default 1 */
-    double
-        first_share; /* fraction of all samples that are in the first half, 0.001 to 0.999. Default 0.5 */
+    /* Factor from image values to linear light with white at 1, 1e-30 to 1e30. Default 1. */
+    double exposure;
+    double first_share; /* fraction of all samples in `first`, 0.001 to 0.999. Default 0.5 */
     /* Side in pixels of the square over which the noise is pooled, centred on each pixel: odd, 1 to 1023.
      * Default 33. Smaller squares are more local and less certain. */
     uint32_t window;
@@ -498,13 +498,14 @@ BN_INLINE bn_visible_noise_options bn_visible_noise_options_default(void) {
  * 10% lower noise than estimated (up to 40% in single scenes), because the errors of their halves partly
  * cancel.
  *
- * Images are mirrored at their edges, so measuring a crop changes the map only near its edges. (In images of
- * more than 64 rows, every second row is measured if sigma is at least 1.5 and window at least 9.) Features
- * that no sample has found are missing from the estimate (docs/stop.md). Takes 13 ns per value on one core. Per
- * thread, needs about 0.5 MB for three channels and the default options. A call that fails leaves
- * the map untouched, except that CANCELLED leaves it partly written. The map must not overlap the images.
- * Errors: INVALID_ARGUMENT (a NULL pointer, a zero extent, an option out of range), SIZE_MISMATCH (map_count
- * is not width * height), BAD_DATA (a NaN), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
+ * Images are mirrored at their edges. Images of more than 64 rows are measured in every second row if sigma is
+ * at least 1.5 and window at least 9. Measuring a crop therefore changes the map only near the crop's edges if
+ * the crop starts at an even row and has more than 64 rows, and otherwise by about 1%. Features that no sample
+ * has found are missing from the estimate (docs/stop.md). Takes 13 ns per value on one core. Each thread needs
+ * about 0.5 MB for three channels and the default options. A call that fails leaves the map untouched, except
+ * that CANCELLED leaves it partly written. The map must not overlap the images.
+ * Errors: INVALID_ARGUMENT (a NULL pointer, a zero extent, an option out of range), SIZE_MISMATCH (count or
+ * map_count), BAD_DATA (a NaN), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
 BN_API bn_result bn_visible_noise(const bn_visible_noise_options *options, const float *first,
                                   const float *second, uint32_t width, uint32_t height,
                                   uint32_t channels, size_t count, float *map, size_t map_count,
