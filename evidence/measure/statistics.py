@@ -28,8 +28,8 @@ class Estimate:
 
     @property
     def significant(self):
-        """Whether the interval excludes 1."""
-        return not self.low <= 1 <= self.high
+        """Whether the interval excludes 1. An interval of NaN, as from one seed, excludes nothing."""
+        return self.low > 1 or self.high < 1
 
     def text(self):
         return f"**{self.value:.2f}**" if self.significant else f"{self.value:.2f}"

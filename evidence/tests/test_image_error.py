@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from evidence.measure.image_error import blurred, displayed_rmse, own_errors, rmse
+from evidence.measure.image_error import blurred, displayed_rmse, own_errors, relative_rmse, rmse
 
 
 def noise(shape, seed=1):
@@ -20,6 +20,11 @@ def test_pixels_are_clipped_before_the_blur():
     assert displayed_rmse(image, np.full_like(image, 0.5), 0.0, 2.1) < 0.01
     assert displayed_rmse(image, np.full_like(image, 0.5), -1.0, 2.1) == pytest.approx(0.25, abs=1e-3)  # nothing to clip
     assert rmse(image, np.full_like(image, 0.5), 2.1) == pytest.approx(0.5, abs=1e-3)
+
+
+def test_relative_rmse_divides_by_the_reference_plus_a_tenth_of_its_mean():
+    """For a reference of 0 and 2, errors of 0.2 and 0.42 are divided by 0.1 and 2.1."""
+    assert relative_rmse(np.array([[0.2, 2.42]]), np.array([[0.0, 2.0]])) == pytest.approx(math.sqrt((2**2 + 0.2**2) / 2))
 
 
 def test_error_of_a_reference_is_estimated_from_its_halves():

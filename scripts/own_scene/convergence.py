@@ -156,7 +156,7 @@ def note(one, other, errors, own_error):
     if min(rms.values()) < REFERENCE_MARGIN * own_error:
         return text + f"The reference's own error, {own_error:.2g}, is too large for a ratio."
     found = ratio(errors[one], errors[other])
-    if found.low <= 1 <= found.high:
+    if not found.significant:
         return text + f"No significant difference over {len(errors[one])} seeds."
     times = sorted(max(value, 1 / value) for value in (found.low, found.value, found.high))
     return (text + f"The error of {other if found.value > 1 else one} is {times[1]:.2f} times smaller ({times[0]:.2f} to {times[2]:.2f} "
