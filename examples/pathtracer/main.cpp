@@ -112,7 +112,7 @@ Scene load_scene(const Options &o, InputRecord &record) {
 void check_samples(const Options &o, const Scene &scene, const Sampler &sampler) {
     const auto end = o.number<uint64_t>("--first-sample") + o.number<uint64_t>("--spp");
     const uint64_t limit = std::min((uint64_t{1} << 32) / scene.light_samples,
-                                    sampler.peer ? PeerSampler::INDEX_LIMIT : UINT64_MAX);
+                                    sampler.peer ? PEER_INDEX_LIMIT : UINT64_MAX);
     if (end > limit)
         throw Error("--first-sample and --spp run past sample ", limit - 1, ", the last of '",
                     o.text("--sampler"), "' with --light-samples ", scene.light_samples,

@@ -24,7 +24,14 @@
 #include <vector>
 
 #include "math.h"
-#include "peer.h"
+#ifdef BN_WITH_PEERS
+#include "path_tracer_peers.h"
+#endif
+
+// Other projects' samplers, for comparison: evidence/programs adds them to builds with tests.
+class PeerSampler;
+using PeerPointer = std::shared_ptr<const PeerSampler>;
+constexpr uint64_t PEER_INDEX_LIMIT = uint64_t{1} << 31;
 
 struct Sampler {
     bn::Sampler library;
@@ -42,10 +49,8 @@ struct SamplerEntry {
 // libbn's samplers, then those of peer_entries().
 const std::vector<SamplerEntry> &sampler_entries();
 
-// Samplers that are not from libbn, in evidence/programs/path_tracer_peers.cpp,
-// which is linked if BN_WITH_PEERS is defined.
 std::vector<SamplerEntry> peer_entries();
-// Likewise, for the name "NAME:PATH". Throws Error.
+// For the name "NAME:PATH". Throws Error.
 PeerPointer peer_from_file(const std::string &name, const std::string &path, uint64_t seed);
 
 // The sampler of this name. `declared_spp` is for "zorder"; 0 means unknown. Throws Error that
@@ -56,6 +61,8 @@ SamplerPointer sampler_create(const std::string &name, uint64_t seed = 0,
 // Returns visit(path) for sample `index` of a pixel. The path is a bn::PathSampler or PeerPath.
 template <typename Visit>
 auto with_path(const Sampler &sampler, int32_t x, int32_t y, uint32_t index, Visit visit) {
+#ifdef BN_WITH_PEERS
     if (sampler.peer) return visit(PeerPath{*sampler.peer, x, y, index});
+#endif
     return visit(bn::PathSampler(sampler.library, x, y, index));
 }

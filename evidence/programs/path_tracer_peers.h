@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Other samplers behind the interface of bn::PathSampler and bn::RaySampler, for comparison. A renderer
-// does not need this file.
+// Other samplers behind the interface of bn::PathSampler and bn::RaySampler. The path tracer's sampler.h
+// includes this file if BN_WITH_PEERS is defined.
 #pragma once
 
 #include <bn/bn.hpp>
@@ -14,8 +14,6 @@
 // half then has key + 1.
 class PeerSampler {
   public:
-    static constexpr uint64_t INDEX_LIMIT = uint64_t{1} << 31;
-
     explicit PeerSampler(uint64_t own_seed)
         : seed(own_seed), generator(bn::Type::white, own_seed) {}
     virtual ~PeerSampler() = default;
@@ -32,11 +30,10 @@ class PeerSampler {
     const uint64_t seed;
     const bn::Sampler generator; // for loops, after their first four numbers
 };
-using PeerPointer = std::unique_ptr<const PeerSampler>;
 
 template <typename Peer>
-PeerPointer create_peer(uint64_t seed) {
-    return std::make_unique<Peer>(seed);
+std::shared_ptr<const PeerSampler> create_peer(uint64_t seed) {
+    return std::make_shared<Peer>(seed);
 }
 
 class PeerRay;
