@@ -28,14 +28,14 @@ from . import motion
 
 
 class Draws:
-    """A libbn sampler. The sample index is the frame number; with new_key, each frame uses its own key and index 0."""
+    """A libbn sampler. The sample index is the frame number; with new_stream, each frame uses its own stream and index 0."""
 
-    def __init__(self, kind, new_key=False):
-        self.kind, self.new_key = kind, new_key
+    def __init__(self, kind, new_stream=False):
+        self.kind, self.new_stream = kind, new_stream
 
     def frame(self, frame, dimensions, seed, size):
         y, x = np.mgrid[:size, :size]
-        ray = bluenoise.PathSampler(bluenoise.Sampler(self.kind, seed=seed), x, y, *((0, frame) if self.new_key else (frame, 0))).ray(0)
+        ray = bluenoise.PathSampler(bluenoise.Sampler(self.kind, seed=seed), x, y, *((0, frame) if self.new_stream else (frame, 0))).ray(0)
         return ray.next_1d()[..., None] if dimensions == 1 else ray.draw()[..., :dimensions]
 
 
@@ -157,7 +157,7 @@ WAYS = {
     "white": Draws("white"),
     "sobol": Draws("sobol"),
     "blue": Draws("blue"),
-    "blue, a new key every frame": Draws("blue", new_key=True),
+    "blue, a new stream every frame": Draws("blue", new_stream=True),
     "mask + golden ratio, R2": MovedMask(),
     "interleaved gradient noise": GradientNoise(),
 }
@@ -168,11 +168,11 @@ PARTS = {
     "checkerboard": (2, lambda x, y, t: (2 * x + (y + t) % 2, y)),
     "one pixel of 2x2": (4, lambda x, y, t: (2 * x + CORNERS[t % 4][0], 2 * y + CORNERS[t % 4][1])),
 }
-# (x, y in the smaller image, x, y on the screen, frame, frames that make up a screen) -> x, y, index, frame key
+# (x, y in the smaller image, x, y on the screen, frame, frames that make up a screen) -> x, y, index, stream
 GIVEN = {
     "the screen's `x, y`, index `t`": lambda x, y, at_x, at_y, t, n: (at_x, at_y, t, 0),
     "the screen's `x, y`, index `t / n`": lambda x, y, at_x, at_y, t, n: (at_x, at_y, t // n, 0),
-    "the smaller image's `x, y`, index `t / n`, key `t % n`": lambda x, y, at_x, at_y, t, n: (x, y, t // n, t % n),
+    "the smaller image's `x, y`, index `t / n`, stream `t % n`": lambda x, y, at_x, at_y, t, n: (x, y, t // n, t % n),
 }
 
 

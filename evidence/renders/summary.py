@@ -96,12 +96,12 @@ def of_renders(found):
 
 
 def of_denoise(found):
-    own = {spp: found["plain:displayed", "", "blue", spp] for spp in (1, 4, 16)}
+    own = {spp: found["plain:displayed", "", "blue", spp] for spp in (1, 2, 4, 16)}
     gains = [str(spp) for spp, each in own.items() if each.significant]
     significant = f"The gain is significant only at {series(gains)} sample{'s' * (gains != ['1'])}." if gains else "None of these gains is significant."
     yield "What about a denoiser?", (
-        f"after Open Image Denoise, `blue` has {less_at(found, 'blue', 'plain:displayed', (1, 4, 16))} less error than padded Sobol' at 1, 4 and 16 samples, respectively. {significant} "
-        f"The references are accurate enough for only {series([str(each.crops) for each in own.values()])} of the {own[1].crops + own[1].left_out} crops of built-in scenes. After denoising and a 2.1-pixel blur, it has {less_at(found, 'blue', 'plain:displayed_2.1', (1, 4, 16))} less"), "denoise.md"
+        f"after Open Image Denoise, `blue` has {less_at(found, 'blue', 'plain:displayed', own)} less error than padded Sobol' at 1, 2, 4 and 16 samples, respectively. {significant} "
+        f"The references are accurate enough for only {series([str(each.crops) for each in own.values()])} of the {own[1].crops + own[1].left_out} crops of built-in scenes. After denoising and a 2.1-pixel blur, it has {less_at(found, 'blue', 'plain:displayed_2.1', own)} less"), "denoise.md"
 
 
 def compared(factors):
@@ -133,7 +133,7 @@ def of_realtime(rows):
                  **({"interleaved gradient noise": "interleaved gradient noise"} if outcome == "one frame" else {})}
         return series([f"{own[way]['half-plane', outcome, 'sigma 1.0']:.2f} for {name}" for way, name in names.items() if way in own])
 
-    yield "Real time?", (f"use `blue` if frames are averaged and each effect uses two or four numbers; for single frames, use interleaved gradient noise, FAST or a mask. With two numbers per effect and a still camera, these are the errors after a 1.0-pixel blur, relative to padded Sobol'. Averaged frames with a still camera: {at('average, 0.1')}. Single frames: {at('one frame')}"), "realtime.md"
+    yield "Real time?", (f"use `blue` if frames are averaged and each effect uses two or four numbers; for single frames, use interleaved gradient noise, FAST or a mask. With two numbers per effect and a still camera, these are the errors after a 1.0-pixel blur, relative to padded Sobol'. Averaged frames with a still camera and a frame weight of 0.1: {at('average, 0.1')}; with a weight of 0.05: {at('average, 0.05')}. Single frames: {at('one frame')}"), "realtime.md"
 
 
 def of_cost(found, samples, draws):

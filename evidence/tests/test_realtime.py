@@ -86,7 +86,7 @@ def test_samplers_rank_as_the_guide_states(result):
         return result[kind, way].outcomes[outcome, blur] / result[kind, "white"].outcomes[outcome, blur]
 
     for kind in ("half-plane", "step"):
-        assert error(kind, "blue", average) < 0.75 * error(kind, "blue, a new key every frame", average)
+        assert error(kind, "blue", average) < 0.75 * error(kind, "blue, a new stream every frame", average)
         assert error(kind, "mask + golden ratio, R2", one) < error(kind, "blue", one) < 0.8 * error(kind, "sobol", one)
     assert error("half-plane", "blue", average) < error("half-plane", "mask + golden ratio, R2", average)
     # The noise of every frame is blue, whatever its index.

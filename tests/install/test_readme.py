@@ -60,16 +60,15 @@ def check_shadow(image):
     assert 2 * blue < white < 0.03
 
 
-def test_quick_start_in_cpp(static_library, tmp_path):
+def test_quick_start_in_cpp_and_python(static_library, tmp_path):
+    """Both programs compute the same image, except where a sample lies on the edge within single precision."""
+    pytest.importorskip("bluenoise")
     (tmp_path / "shadow.cpp").write_text(listing("quickstart.md", "shadow.cpp"))
     run(static_library.compile_cpp(tmp_path / "shadow", tmp_path / "shadow.cpp"), cwd=tmp_path)
     data = (tmp_path / "shadow.pgm").read_bytes()
     assert data.startswith(b"P5 256 256 255\n")
-    check_shadow(np.round(np.frombuffer(data[15:], np.uint8).reshape(256, 256) / 63.75) / 4)
-
-
-def test_quick_start_in_python(tmp_path):
-    pytest.importorskip("bluenoise")
     (tmp_path / "shadow.py").write_text(listing("quickstart.md", "shadow.py"))
     run(sys.executable, "-W", "error", "shadow.py", cwd=tmp_path)
-    check_shadow(np.load(tmp_path / "shadow.npy"))
+    image = np.load(tmp_path / "shadow.npy")
+    check_shadow(image)
+    assert np.count_nonzero(np.floor(255 * image) != np.frombuffer(data[15:], np.uint8).reshape(256, 256)) <= 3
