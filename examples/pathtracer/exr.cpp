@@ -19,7 +19,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <new>
 #include <type_traits>
@@ -124,7 +123,6 @@ ExrHead read_head(const Imf::Header &header) {
     return head;
 }
 
-// Runs a reader and turns its errors into one line with the file's name.
 template <typename Read>
 auto reading(const std::string &path, Read read) {
     try {

@@ -95,7 +95,6 @@ double film_noise(const Film &film) {
 // ---- Exposure
 
 float auto_exposure(const Film &film) {
-    // Uses only pixels that show a surface, unless there are very few.
     const auto hits = std::count_if(film.pixels.begin(), film.pixels.end(), shows_surface);
     const bool surfaces_only = size_t(hits) * 1000 > film.pixels.size();
     double sum = 0, weight = 0; // for the mean logarithm
@@ -170,9 +169,8 @@ Film film_with_crop(const Film &film, const Crop &crop) {
     return result;
 }
 
-// Estimates the relative error of a block whose pixels share a count of at least 2: the root mean
-// square, over pixels and channels, of the standard error of the displayed (exposed and clipped)
-// mean, divided by that mean plus DARKEST. Uses the EXR's layers, so that resuming changes nothing.
+// The relative error of a block whose pixels share a count of at least 2: the RMS standard error of the
+// displayed (exposed and clipped) mean, over that mean plus DARKEST. Reads what the EXR stores, as resuming does.
 double displayed_error(const Film &film, const Crop &block, float exposure) {
     const double gain = std::exp2(double(exposure));
     double squares = 0, light = 0;
@@ -181,8 +179,7 @@ double displayed_error(const Film &film, const Crop &block, float exposure) {
         const Vec3 mean = pixel.radiance, variance = film_variance(pixel);
         const glm::dvec3 value = gain * glm::dvec3(mean);
         const glm::dvec3 error = gain * sqrt(glm::dvec3(variance) / double(pixel.count));
-        // A quarter of the displayed range from two errors below to two errors above the mean: the
-        // error itself below white, and 0 above.
+        // The error itself below white, and 0 above.
         const glm::dvec3 shown =
             0.25 * (min(value + 2.0 * error, 1.0) - min(value - 2.0 * error, 1.0));
         squares += dot(shown, shown);
@@ -254,7 +251,6 @@ struct Renderer {
         return looks && displayed_error(film, block, settings.exposure) < double(settings.noise);
     }
 
-    // Renders up to `count` samples for a pixel.
     void render_pixel(int x, int y, uint32_t count, PathCounters &counters) {
         for (FilmPixel &pixel = film_pixel(film, x, y); pixel.count < count;) {
             const uint32_t index = settings.first_sample + pixel.count;

@@ -2,7 +2,6 @@
 // Ray intersection. This header hides all calls to Embree.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 
 #include "camera.h"

@@ -5,12 +5,10 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <cinttypes>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <cstring>
 #include <fstream>
 #include <new>
 
@@ -115,8 +113,7 @@ void check_samples(const Options &o, const Scene &scene, const Sampler &sampler)
                                     sampler.peer ? PEER_INDEX_LIMIT : UINT64_MAX);
     if (end > limit)
         throw Error("--first-sample and --spp run past sample ", limit - 1, ", the last of '",
-                    o.text("--sampler"), "' with --light-samples ", scene.light_samples,
-                    "; take fewer");
+                    o.text("--sampler"), "' with --light-samples ", scene.light_samples);
 }
 
 // The header, as far as it is known before rendering. The camera must already be fitted.
@@ -186,8 +183,8 @@ void add_samples(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t ne
         throw Error(path, " contains the same samples of pixel ", x, ",", y, " as another part");
     if (begin > next)
         throw Error("samples ", next, " to ", begin - 1, " of pixel ", x, ",", y,
-                    " are missing before ", path, "; render them with --first-sample ", next,
-                    " --spp ", begin - next, ", or --resume the image that was stopped");
+                    " are missing before ", path, "; add --first-sample ", next, " --spp ",
+                    begin - next, ", or --resume it");
     film_merge(to, from);
 }
 
@@ -197,8 +194,7 @@ Film merge_images(const std::vector<std::string> &paths, ExrHead &merged) {
     merged = exr_read_head(paths[0]);
     ImageStatistics &all = merged.statistics;
     Crop &crop = merged.crop;
-    std::multimap<uint64_t, std::string>
-        order; // parts by first sample, so that pixels fill up without gaps
+    std::multimap<uint64_t, std::string> order; // by first sample: pixels fill up without gaps
     for (const std::string &path : paths) {
         const ExrHead head = exr_read_head(path);
         const std::string differs =
@@ -288,7 +284,6 @@ void print_progress(double fraction, const RenderTotals &totals) {
     std::fflush(stderr);
 }
 
-// Prints a summary of the image, unless --quiet is set.
 void print_summary(const Options &o, const Film &film, const RenderTotals &totals) {
     const SampleCounts counts = film_counts(film);
     std::string spp = std::to_string(counts.least) + " spp";
@@ -367,7 +362,6 @@ int run_render(Options o) {
     return interrupted;
 }
 
-// Merges an image from parts and writes it.
 void run_merge(const Options &o) {
     check_outputs(o, o.merge);
     ExrHead head;
@@ -433,8 +427,7 @@ int main(int argc, char **argv) {
         }
         return 0;
     } catch (const std::bad_alloc &) {
-        say("out of memory; render the image in parts with --crop, or allow more with "
-            "--max-memory");
+        say("out of memory; render parts of the image with --crop, or raise --max-memory");
     } catch (const std::exception &error) {
         say(error.what());
     }

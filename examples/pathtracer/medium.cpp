@@ -12,17 +12,23 @@ size_t index_of(glm::ivec3 size, int x, int y, int z) {
     return (size_t(z) * size.y + y) * size.x + x;
 }
 
+// Calls visit(x, y, z) for all cells from `first` to `last`; x changes fastest.
+template <typename Visit>
+void each_cell(glm::ivec3 first, glm::ivec3 last, Visit visit) {
+    for (int z = first.z; z <= last.z; ++z)
+        for (int y = first.y; y <= last.y; ++y)
+            for (int x = first.x; x <= last.x; ++x) visit(x, y, z);
+}
+
 // The range of the density, whose interpolation reads one cell beyond the block.
 Medium::Range range_of(const Medium &m, glm::ivec3 block) {
     const glm::ivec3 first = max(block * Medium::BLOCK - 1, glm::ivec3(0));
     const glm::ivec3 last = min((block + 1) * Medium::BLOCK, m.size - 1);
     Medium::Range range = {INFINITE, 0};
-    for (int z = first.z; z <= last.z; ++z)
-        for (int y = first.y; y <= last.y; ++y)
-            for (int x = first.x; x <= last.x; ++x) {
-                const float density = m.density[index_of(m.size, x, y, z)];
-                range = {std::min(range.least, density), std::max(range.most, density)};
-            }
+    each_cell(first, last, [&](int x, int y, int z) {
+        const float density = m.density[index_of(m.size, x, y, z)];
+        range = {std::min(range.least, density), std::max(range.most, density)};
+    });
     return range;
 }
 
@@ -98,14 +104,12 @@ Medium medium_create(Vec3 low, Vec3 high, glm::ivec3 size, Vec3 albedo, float an
     const glm::ivec3 blocks = (size + Medium::BLOCK - 1) / Medium::BLOCK;
     Medium m{low, high, size, {}, blocks, {}, {Material::PHASE, albedo}};
     m.material.anisotropy = anisotropy;
-    for (int z = 0; z < size.z; ++z)
-        for (int y = 0; y < size.y; ++y)
-            for (int x = 0; x < size.x; ++x)
-                m.density.push_back(
-                    density(low + (high - low) * (Vec3(x, y, z) + 0.5f) / Vec3(size)));
-    for (int z = 0; z < m.blocks.z; ++z)
-        for (int y = 0; y < m.blocks.y; ++y)
-            for (int x = 0; x < m.blocks.x; ++x) m.ranges.push_back(range_of(m, {x, y, z}));
+    each_cell(glm::ivec3(0), size - 1, [&](int x, int y, int z) {
+        m.density.push_back(density(low + (high - low) * (Vec3(x, y, z) + 0.5f) / Vec3(size)));
+    });
+    each_cell(glm::ivec3(0), blocks - 1, [&](int x, int y, int z) {
+        m.ranges.push_back(range_of(m, {x, y, z}));
+    });
     return m;
 }
 

@@ -215,8 +215,7 @@ Options::Options(int argc, const char *const *argv) {
             if (i + 1 == argc) throw Error(name, " needs a value; see --help");
             value = argv[++i];
             if (value.compare(0, 2, "--") == 0 || value == "-o" || value == "-h")
-                throw Error(name, " needs a value, not the option '", value,
-                            "'; write a file of that name as './", value, "'");
+                throw Error(name, " needs a value, not '", value, "'; name a file './", value, "'");
         }
         set(name, value);
         given_.insert(name);
@@ -251,25 +250,19 @@ image that was stopped. When interrupted, it writes the image so far.
 void Options::check_noise() const {
     const auto spp = number<uint64_t>("--spp"), least = number<uint64_t>("--min-spp");
     if (!is_adaptive()) {
-        if (given("--min-spp"))
-            throw Error(
-                "--min-spp goes with --noise or --visible-noise; add one, or leave out --min-spp");
+        if (given("--min-spp")) throw Error("--min-spp goes with --noise or --visible-noise");
         return;
     }
-    const char *const rule = number<double>("--noise") > 0 ? "--noise" : "--visible-noise";
-    if (number<double>("--noise") > 0 && number<double>("--visible-noise") > 0)
+    const bool relative = number<double>("--noise") > 0;
+    const char *const rule = relative ? "--noise" : "--visible-noise";
+    if (relative && number<double>("--visible-noise") > 0)
         throw Error("a block stops by --noise or by --visible-noise; leave out one");
     if (has_auto_exposure(text("--scene")))
         throw Error(rule,
-                    " has to know the exposure before rendering; set it with --exposure EV "
-                    "(without ",
-                    rule, ", a render prints it)");
+                    " has to know the exposure; set --exposure EV, which other renders print");
     if (text("--first-sample") != "0")
-        throw Error(rule, " needs the first samples of a pixel; leave out --first-sample, and "
-                          "split the image with --crop");
-    if (least > spp)
-        throw Error("--min-spp ", least, " is more than --spp ", spp,
-                    "; give more --spp, or a smaller --min-spp");
+        throw Error(rule, " needs the first samples of a pixel; leave out --first-sample");
+    if (least > spp) throw Error("--min-spp ", least, " is more than --spp ", spp);
 }
 
 void Options::check() const {
@@ -287,10 +280,8 @@ void Options::check() const {
     const std::vector<int> size = integers("--size");
     const Crop c = crop();
     if (c.x1 > size[0] || c.y1 > size[1])
-        throw Error("--crop extends beyond the image of ", size[0], "x", size[1],
-                    " pixels; set --size");
+        throw Error("--crop extends beyond the --size of ", size[0], "x", size[1]);
     if (pixel_count(c) > MAX_PIXELS)
-        throw Error("at most ", MAX_PIXELS,
-                    " pixels are rendered at once; render the image in parts with --crop");
+        throw Error("at most ", MAX_PIXELS, " pixels are rendered at once; use --crop");
     check_noise();
 }

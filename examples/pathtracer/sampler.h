@@ -17,7 +17,6 @@
 
 #include <bn/bn.hpp>
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>

@@ -116,7 +116,6 @@ Scene scene_from(Vec3 eye, Vec3 target, float tan_half_height) {
     return scene;
 }
 
-// An axis-aligned box.
 void add_box(Scene &scene, uint32_t material, Vec3 middle, Vec3 half) {
     add_box(scene, material, middle, {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z});
 }

@@ -91,12 +91,6 @@ def error_images(pathtracer, expected, sampler, *options):
     return np.array([(picture - expected).mean(axis=2) for picture in pictures])
 
 
-def test_without_openqmc_the_message_lists_the_samplers(pathtracer):
-    if OPENQMC[0] in pathtracer.run("--list").stdout:
-        pytest.skip("the path tracer is built with OpenQMC")
-    pathtracer.failure("--sampler", OPENQMC[0], said=["'openqmc-pmjbn'; the samplers are blue, sobol, white"])
-
-
 @pytest.mark.parametrize("name", OPENQMC)
 def test_openqmc_is_blue_its_seeds_are_uncorrelated_and_its_splits_stratified(pathtracer, name):
     pathtracer.needs(name)
