@@ -62,12 +62,7 @@ BN_DEVICE_INLINE uint32_t bn_choose_cdf(const float *cdf, uint32_t count, float 
 
 /* Whether v > 0, tested on its bits because -ffast-math assumes that no operand of a comparison is NaN. */
 BN_DEVICE_INLINE int bn_choose_positive(float v) {
-    union {
-        float number;
-        uint32_t bits;
-    } u;
-    u.number = v;
-    return u.bits - 1u < 0x7f800000u;
+    return bn_float_bits(v) - 1u < 0x7f800000u;
 }
 
 #ifndef BN_DEVICE_TOO /* double is slow on GPUs, so they divide integers as shaders do */

@@ -5,7 +5,6 @@
  * them. In CUDA and HIP the functions are `__host__ __device__`. NVRTC and hipRTC compile for the
  * GPU only and have no system headers, so bn.h is left out. */
 #ifndef BN_BN_DEVICE_H
-#define BN_BN_DEVICE_H
 
 #if defined(__CUDACC_RTC__) || defined(__HIPCC_RTC__)
 #define BN_DEVICE_ONLY 1
@@ -58,6 +57,18 @@ typedef unsigned int uint32_t;
 #define BN_MULTIPLY_HIGH(a, b) BN_CAST(uint32_t, BN_CAST(unsigned long long, a) * (b) >> 32)
 #if defined(__CUDA_ARCH__) || defined(__HIP_DEVICE_COMPILE__)
 #define BN_REVERSE_BITS(v) __brev(v)
+#endif
+
+#ifndef BN_BN_DEVICE_H
+#define BN_BN_DEVICE_H
+BN_DEVICE_INLINE uint32_t bn_float_bits(float v) {
+    union {
+        float number;
+        uint32_t bits;
+    } u;
+    u.number = v;
+    return u.bits;
+}
 #endif
 
 #else

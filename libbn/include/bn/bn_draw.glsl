@@ -57,15 +57,18 @@ precision highp int;
 /* THE TABLES
  *
  * One flat buffer of BN_WORD_COUNT 32-bit words (46.5 KiB). It is the same for every seed, and only
- * BLUE reads it. A two-word entry holds the upper 16 digits of the four coordinates, packed into one
- * half-word each, lowest first. A four-word entry holds all 32 digits of each coordinate. `member` is
- * the domain's number within its family, 0 to 3. */
-/* One word per pixel of the 64 x 64 tile, row-major. Byte m is the pixel's place in its 4 x 4 block for
- * member m. */
-#define BN_PIXELS_AT 0u
-#define BN_BLOCKS_AT 4096u /* [16 x 16][member][2]: digits of a 4 x 4 pixel block */
-#define BN_PLACES_AT 6144u /* [member][16][2]: digits of a place in a block */
-#define BN_POINTS_AT 6272u /* [256][member][4]: the first 256 points, by reversed index */
+ * BLUE reads it. Each bit of a pixel's label and of a sample's index XORs a vector of digits into the
+ * four coordinates; the tables hold sums of these vectors. A label leads through the quadtree of the
+ * 64 x 64 pixel tile: its upper eight bits lead to the pixel's block, 4 x 4 pixels, and its lower
+ * four, the place, to the pixel in the block (docs/blue.md, "Terms").
+ *
+ * A two-word entry holds the upper 16 digits of the four coordinates, packed into one half-word each,
+ * lowest first. A four-word entry holds all 32 digits of each coordinate. `member` is the domain's
+ * number within its family, 0 to 3. */
+#define BN_PIXELS_AT 0u    /* [64][64]: byte m of a pixel's word is its place for member m */
+#define BN_BLOCKS_AT 4096u /* [16][16][member][2]: digits of a block, row-major */
+#define BN_PLACES_AT 6144u /* [member][16][2]: digits of a place */
+#define BN_POINTS_AT 6272u /* [256][member][4]: the first 256 samples, by reversed index */
 #define BN_LATER_AT 10368u /* [6][16][member][4]: digits for index bits 8 to 31, four at a time */
 #define BN_WORD_COUNT 11904u
 
@@ -168,10 +171,10 @@ BN_FUNCTION BN_UINT bn_sobol_second(BN_UINT digits) {
 
 struct bn_blue_pixel {
     BN_UINT at;           /* the pixel's position in the tile: 64 row + column */
-    BN_UINT place, block; /* its upper 16 digits: indices of two-word entries */
-    BN_UINT keys;         /* random digits of this tile copy, for pair 0 */
-    BN_UINT low;          /* the lower 16 digits of pair 0, random, one half-word each */
-    BN_UINT shuffle;      /* for the index; the same for all members of a family */
+    BN_UINT place, block; /* the two parts of its label: indices of two-word entries */
+    BN_UINT keys;         /* random upper 16 digits of the tile's copy, for pair 0 */
+    BN_UINT low;          /* random lower 16 digits of the pixel, for pair 0, one half-word each */
+    BN_UINT shuffle;      /* the copy's sample order; the same for all members of a family */
     BN_UINT member;       /* number within the family */
 };
 
@@ -197,16 +200,15 @@ BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE bn_uint2 seed, BN_UINT x, 
     BN_UINT column = (x ^ (0u - (family >> 31u))) + (start >> 26u);
     BN_UINT row = (y ^ (0u - (family >> 19u & 1u))) + (family >> 20u);
     /* Each copy of the tile has its own random digits and sample order, which all its pixels share.
-     * Samples in the middle of an octave are therefore as blue as the first samples. */
+     * Sample counts between powers of two are therefore as blue as powers of two. */
     BN_UINT copy = (column >> 6u) + (row >> 6u) * 0x9e3779b1u + family;
     copy = (copy ^ (copy >> 16u)) * 0x21f0aaadu;
     copy ^= copy >> 15u;
     pixel.shuffle = copy;
-    BN_UINT at = (row & 63u) << 6u | (column & 63u);
-    pixel.at = at;
-    pixel.place =
-        BN_PLACES_AT / 2u + (BN_WORD(BN_PIXELS_AT + at) >> (8u * member) & 15u) + member * 16u;
-    pixel.block = BN_BLOCKS_AT / 2u + ((at & 0xf00u) >> 2u) + (at & 0x3cu) + member;
+    pixel.at = (row & 63u) << 6u | (column & 63u);
+    BN_UINT places = BN_WORD(BN_PIXELS_AT + pixel.at);
+    pixel.place = BN_PLACES_AT / 2u + (places >> (8u * member) & 15u) + member * 16u;
+    pixel.block = BN_BLOCKS_AT / 2u + ((pixel.at & 0xf00u) >> 2u) + (pixel.at & 0x3cu) + member;
     BN_UINT keys = copy * BN_KEY_FACTOR(member);
     keys ^= keys >> 16u;
     pixel.keys = keys;
@@ -220,9 +222,9 @@ BN_FUNCTION BN_UINT bn_draw_second_keys(BN_UINT keys) {
     return keys << 8u | keys >> 24u;
 }
 
-/* A factor for the shuffle: bit 31 of the product decides whether to flip the first digit of this
- * index and its neighbour. That bit is one of the shuffle's lower bits, or a sum of several. The
- * factor depends only on the index's lowest eight bits. */
+/* A factor for the shuffle: bit 31 of the product decides whether the sample order exchanges this
+ * index with its neighbour, index ^ 1. That bit is one of the shuffle's lower bits, or a sum of
+ * several. The factor depends only on the index's lowest eight bits. */
 BN_FUNCTION BN_UINT bn_draw_flip(BN_UINT index) {
     BN_UINT t = ((index & 255u) >> 1u) - 1u;
     BN_UINT flip = 2u << (t & 15u);
@@ -232,10 +234,10 @@ BN_FUNCTION BN_UINT bn_draw_flip(BN_UINT index) {
     return flip & ((t >> 31u) - 1u); /* zero for the first pair, where t is 2^32 - 1 */
 }
 
-/* The digits of an index, reversed and shuffled. The product flips each digit depending on the digits
- * after it, that is, on the higher bits of the index. Separate random bits also flip the first digit;
- * otherwise one in eight pairs of families would flip it identically over a pixel's first 16 samples.
- * Zero maps to zero, so every power-of-two prefix maps to itself. */
+/* Applies the copy's sample order to the reversed digits of an index. The product flips each digit
+ * depending on the digits after it, that is, on the higher bits of the index. Separate random bits
+ * also flip the first digit; otherwise one in eight pairs of families would flip it identically over a
+ * pixel's first 16 samples. Zero maps to zero, so every power-of-two prefix maps to itself. */
 BN_FUNCTION BN_UINT bn_draw_blue_digits(BN_UINT shuffle, BN_UINT reversed, BN_UINT flip) {
     return reversed ^ reversed * (shuffle << 1u) ^ ((shuffle * flip) & 0x80000000u);
 }

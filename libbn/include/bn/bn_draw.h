@@ -13,11 +13,12 @@
  *
  * HOW BLUE WORKS
  *
- * A pixel's samples form a digital sequence: each bit of the sample index and each bit of the pixel's label
- * XORs a vector of digits into each of the four coordinates. A search (libbn/tools/bn_bake_sampler.c)
- * arranged the labels in a tile of 64 x 64 pixels so that the errors of neighbouring pixels cancel. Each copy
- * of the tile adds random digits and has its own sample order. Each family shifts and reflects the tile, and
- * its four members use different vectors. See docs/blue.md.
+ * A pixel's samples form a digital sequence: each bit of the sample index and of the pixel's label XORs a
+ * vector of digits into each of the four coordinates. A label is the pixel's path through a quadtree over a
+ * tile of 64 x 64 pixels. A search (libbn/tools/bn_bake_sampler.c) chose the vectors and the quadtree so that
+ * the errors of neighbouring pixels cancel. Each copy of the tile adds random digits and has its own sample
+ * order. Each family shifts and reflects the tile, and its four members use different vectors. docs/blue.md
+ * explains the construction and lists the terms; bn_draw.glsl documents the tables.
  *
  * COST
  *
@@ -146,7 +147,7 @@ BN_HOST_INLINE bn_uint2 bn_draw_seed(const bn_sampler *sampler) {
 
 /* ---- BLUE, faster */
 
-/* The digits of an index, as in bn_draw_blue_digits(), but looked up in a table. */
+/* bn_draw_blue_digits() of an index, with its reversed digits and its flip looked up in a table. */
 BN_HOST_INLINE uint32_t bn_draw_blue_shuffled(uint32_t shuffle, uint32_t index) {
     const bn_index_digits low = bn_index_digits_7[index & 255u];
     uint32_t reversed = low.reversed;

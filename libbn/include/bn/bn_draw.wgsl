@@ -14,15 +14,18 @@
 /* THE TABLES
  *
  * One flat buffer of BN_WORD_COUNT 32-bit words (46.5 KiB). It is the same for every seed, and only
- * BLUE reads it. A two-word entry holds the upper 16 digits of the four coordinates, packed into one
- * half-word each, lowest first. A four-word entry holds all 32 digits of each coordinate. `member` is
- * the domain's number within its family, 0 to 3. */
-/* One word per pixel of the 64 x 64 tile, row-major. Byte m is the pixel's place in its 4 x 4 block for
- * member m. */
-const BN_PIXELS_AT = 0u;
-const BN_BLOCKS_AT = 4096u; /* [16 x 16][member][2]: digits of a 4 x 4 pixel block */
-const BN_PLACES_AT = 6144u; /* [member][16][2]: digits of a place in a block */
-const BN_POINTS_AT = 6272u; /* [256][member][4]: the first 256 points, by reversed index */
+ * BLUE reads it. Each bit of a pixel's label and of a sample's index XORs a vector of digits into the
+ * four coordinates; the tables hold sums of these vectors. A label leads through the quadtree of the
+ * 64 x 64 pixel tile: its upper eight bits lead to the pixel's block, 4 x 4 pixels, and its lower
+ * four, the place, to the pixel in the block (docs/blue.md, "Terms").
+ *
+ * A two-word entry holds the upper 16 digits of the four coordinates, packed into one half-word each,
+ * lowest first. A four-word entry holds all 32 digits of each coordinate. `member` is the domain's
+ * number within its family, 0 to 3. */
+const BN_PIXELS_AT = 0u;    /* [64][64]: byte m of a pixel's word is its place for member m */
+const BN_BLOCKS_AT = 4096u; /* [16][16][member][2]: digits of a block, row-major */
+const BN_PLACES_AT = 6144u; /* [member][16][2]: digits of a place */
+const BN_POINTS_AT = 6272u; /* [256][member][4]: the first 256 samples, by reversed index */
 const BN_LATER_AT = 10368u; /* [6][16][member][4]: digits for index bits 8 to 31, four at a time */
 const BN_WORD_COUNT = 11904u;
 
@@ -103,10 +106,10 @@ fn bn_sobol_second(digits_in: u32) -> u32 {
 struct bn_blue_pixel {
     at: u32, /* the pixel's position in the tile: 64 row + column */
     place: u32,
-    block: u32, /* its upper 16 digits: indices of two-word entries */
-    keys: u32, /* random digits of this tile copy, for pair 0 */
-    low: u32, /* the lower 16 digits of pair 0, random, one half-word each */
-    shuffle: u32, /* for the index; the same for all members of a family */
+    block: u32, /* the two parts of its label: indices of two-word entries */
+    keys: u32, /* random upper 16 digits of the tile's copy, for pair 0 */
+    low: u32, /* random lower 16 digits of the pixel, for pair 0, one half-word each */
+    shuffle: u32, /* the copy's sample order; the same for all members of a family */
     member: u32, /* number within the family */
 }
 
@@ -129,16 +132,15 @@ fn bn_draw_blue_pixel(seed: vec2u, x: u32, y: u32, domain: u32) -> bn_blue_pixel
     let column = (x ^ (0u - (family >> 31u))) + (start >> 26u);
     let row = (y ^ (0u - ((family >> 19u) & 1u))) + (family >> 20u);
     /* Each copy of the tile has its own random digits and sample order, which all its pixels share.
-     * Samples in the middle of an octave are therefore as blue as the first samples. */
+     * Sample counts between powers of two are therefore as blue as powers of two. */
     var copy = (column >> 6u) + (row >> 6u) * 0x9e3779b1u + family;
     copy = (copy ^ (copy >> 16u)) * 0x21f0aaadu;
     copy ^= copy >> 15u;
     pixel.shuffle = copy;
-    let at = ((row & 63u) << 6u) | (column & 63u);
-    pixel.at = at;
-    pixel.place = BN_PLACES_AT / 2u + ((bn_words[BN_PIXELS_AT + at] >> (8u * member)) & 15u) +
-        member * 16u;
-    pixel.block = BN_BLOCKS_AT / 2u + ((at & 0xf00u) >> 2u) + (at & 0x3cu) + member;
+    pixel.at = ((row & 63u) << 6u) | (column & 63u);
+    let places = bn_words[BN_PIXELS_AT + pixel.at];
+    pixel.place = BN_PLACES_AT / 2u + ((places >> (8u * member)) & 15u) + member * 16u;
+    pixel.block = BN_BLOCKS_AT / 2u + ((pixel.at & 0xf00u) >> 2u) + (pixel.at & 0x3cu) + member;
     var keys = copy * bn_draw_key_factor(member);
     keys ^= keys >> 16u;
     pixel.keys = keys;
@@ -152,9 +154,9 @@ fn bn_draw_second_keys(keys: u32) -> u32 {
     return (keys << 8u) | (keys >> 24u);
 }
 
-/* A factor for the shuffle: bit 31 of the product decides whether to flip the first digit of this
- * index and its neighbour. That bit is one of the shuffle's lower bits, or a sum of several. The
- * factor depends only on the index's lowest eight bits. */
+/* A factor for the shuffle: bit 31 of the product decides whether the sample order exchanges this
+ * index with its neighbour, index ^ 1. That bit is one of the shuffle's lower bits, or a sum of
+ * several. The factor depends only on the index's lowest eight bits. */
 fn bn_draw_flip(index: u32) -> u32 {
     let t = ((index & 255u) >> 1u) - 1u;
     var flip = 2u << (t & 15u);
@@ -164,10 +166,10 @@ fn bn_draw_flip(index: u32) -> u32 {
     return flip & ((t >> 31u) - 1u); /* zero for the first pair, where t is 2^32 - 1 */
 }
 
-/* The digits of an index, reversed and shuffled. The product flips each digit depending on the digits
- * after it, that is, on the higher bits of the index. Separate random bits also flip the first digit;
- * otherwise one in eight pairs of families would flip it identically over a pixel's first 16 samples.
- * Zero maps to zero, so every power-of-two prefix maps to itself. */
+/* Applies the copy's sample order to the reversed digits of an index. The product flips each digit
+ * depending on the digits after it, that is, on the higher bits of the index. Separate random bits
+ * also flip the first digit; otherwise one in eight pairs of families would flip it identically over a
+ * pixel's first 16 samples. Zero maps to zero, so every power-of-two prefix maps to itself. */
 fn bn_draw_blue_digits(shuffle: u32, reversed: u32, flip: u32) -> u32 {
     return reversed ^ (reversed * (shuffle << 1u)) ^ ((shuffle * flip) & 0x80000000u);
 }

@@ -90,16 +90,7 @@ typedef struct bn_path bn_path;
 /* A 16-byte state; zeros to start with. */
 typedef struct bn_pan bn_pan;
 
-BN_DEVICE_INLINE uint32_t bn_path_float_bits(float v) {
-    union {
-        float number;
-        uint32_t bits;
-    } u;
-    u.number = v;
-    return u.bits;
-}
-
-#define BN_FLOAT_BITS(v) bn_path_float_bits(v)
+#define BN_FLOAT_BITS(v) bn_float_bits(v)
 #define BN_PATH_IN_C
 #include <bn/bn_path.glsl>
 #undef BN_PATH_IN_C
