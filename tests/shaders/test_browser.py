@@ -4,6 +4,7 @@ examples/web/package are bit-identical to the library's."""
 
 import base64
 import json
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -157,15 +158,26 @@ def expected(asked, effects):
 
 @pytest.fixture(scope="module")
 def package(browser):
-    """Loads the package's module as `bn` from a blob, because a page opened from disk may not import files."""
+    """Loads the package's modules as `bn` and `three` from blobs, because a page opened from disk may not import files."""
     browser.value((PACKAGE / "texts.js").read_text() + "; 0")
     code = (PACKAGE / "index.js").read_text().replace('import "./texts.js";', "")
-    blob = f"new Blob([{json.dumps(code)}], {{type: 'text/javascript'}})"
-    browser.value(f"import(URL.createObjectURL({blob})).then(module => {{ window.bn = module; }})")
+    nodes = re.sub("(?m)^import .*\n", "", (PACKAGE / "three.js").read_text())
+    for name, text in (("bn", code), ("three", THREE + nodes)):
+        blob = f"new Blob([{json.dumps(text)}], {{type: 'text/javascript'}})"
+        browser.value(f"import(URL.createObjectURL({blob})).then(module => {{ window.{name} = module; }})")
     return browser
 
 
-@pytest.mark.parametrize("way", ["buffer", "texture", "webgl"])
+# In place of the imports of three.js: nodes are texts, and a function also has the library that its template lists first.
+THREE = """
+const {seedWords, tableTexels, TABLE_HEIGHT, TABLE_WIDTH, wgsl} = bn, RedIntegerFormat = 0, UnsignedIntType = 0;
+class DataTexture {}
+const texture = () => "three_texture", wgslTagCode = (tokens, ...nodes) => String.raw({raw: tokens}, ...nodes);
+const wgslTagFn = (tokens, [library], ...nodes) => ({library, code: String.raw({raw: tokens}, "", ...nodes).replace("-> void", "")});
+"""
+
+
+@pytest.mark.parametrize("way", ["buffer", "texture", "webgl", "three"])
 @pytest.mark.parametrize("effects", EFFECTS, ids=["no lens", "lens"])
 def test_package_draws_match_the_library(package, asked, effects, way):
     table = "{width: bn.TABLE_WIDTH, texels: bn.tableTexels()}"
@@ -176,6 +188,13 @@ def test_package_draws_match_the_library(package, asked, effects, way):
         found = run_webgl(package, code, inputs, size)
     else:
         code = f"bn.wgsl({{effects: {given}, table: '{way}'}}) + {json.dumps(WGSL)}"
+        if way == "three":
+            # A kernel of three-gpu-pathtracer calls the six nodes, and three.js declares the texture.
+            kernel = re.sub(r"(rand\d)\(", r"bn_three_\1(", re.sub(r"rngSeed.*\n", "", WGSL))
+            kernel = kernel.replace("rngInit", "bn_three_init").replace("rngNextBounce", "bn_three_next_bounce")
+            made = f"Object.values(three.randomGenerator({{effects: {given}, seed: {SEED}n}}))"
+            declared = "'@group(0) @binding(0) var three_texture: texture_2d<u32>;'"
+            code = f"(made => {declared} + made[0].library + made.map(node => node.code).join(''))({made}) + {json.dumps(kernel)}"
         inputs = ["bn.tableWords()" if way == "buffer" else table, numbers(asked.tobytes())]
         found = run_webgpu(package, code, inputs, size, len(asked))
     different = np.flatnonzero((found.reshape(-1, 16) != expected(asked, effects).view("<u4")).any(axis=1))

@@ -1,0 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+import type {Effects} from "./index.js";
+
+/** Nodes for `WebGPUPathTracer.setRandom()`. `effects` are the package's effect numbers; seeds give independent images. */
+export function randomGenerator(options?: {effects?: Effects; seed?: number | bigint}): object;
