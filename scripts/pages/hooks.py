@@ -97,6 +97,7 @@ def on_files(files, config):
     static = [*(ROOT / "docs").rglob("*"), *(ROOT / "evidence" / "results").rglob("*")]
     live = ROOT / config.extra["live_page"]
     if live.is_file():
+        subprocess.run([sys.executable, live.parent / "package" / "make_texts.py"], check=True)
         static += (file for file in live.parent.rglob("*") if file.suffix != ".py")
     for file in static:
         path = file.relative_to(ROOT).as_posix()

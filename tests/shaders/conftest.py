@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 HERE = ROOT / "tests" / "shaders"
 INCLUDE = ROOT / "libbn" / "include"
 sys.path.append(str(ROOT))  # for evidence/base/browser.py
+PACKAGE = ROOT / "examples" / "web" / "package"
 GLSLANG = shutil.which("glslangValidator") or shutil.which("glslang")
 
 
@@ -73,3 +74,10 @@ def write_cases(folder) -> SimpleNamespace:
 @pytest.fixture(scope="session")
 def cases(tmp_path_factory):
     return write_cases(tmp_path_factory.mktemp("cases"))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def texts():
+    """The source distribution has no examples."""
+    if PACKAGE.is_dir():
+        run(sys.executable, PACKAGE / "make_texts.py")

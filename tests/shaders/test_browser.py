@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import HERE, ROOT, need
+from conftest import HERE, PACKAGE, need
 from test_shaders import TEXTURES, compare, wgsl, with_texts
 
 WIDTH = 4096  # of the result image
@@ -70,7 +70,6 @@ def test_webgl(browser, some):
 
 # ---- The package
 
-PACKAGE = ROOT / "examples" / "web" / "package"
 SEED = 2**64 - 1
 # The effects of a renderer without and with a lens. Effects with these roles have fixed positions in the layout. All other effects are
 # keys, including the lens, environment and choice effects of a renderer without a lens.

@@ -4,11 +4,10 @@
 import json
 import re
 import shutil
-import sys
 
 import pytest
-from conftest import GLSLANG, ROOT, need, run
-from test_browser import GLSL, PACKAGE, SEED
+from conftest import GLSLANG, PACKAGE, ROOT, need, run
+from test_browser import GLSL, SEED
 
 NODE = shutil.which("node") or shutil.which("nodejs")
 
@@ -21,11 +20,6 @@ def in_node(expression):
     """Evaluates an expression that uses the `bn` module. Its value is returned through JSON."""
     code = f'import * as bn from {json.dumps((PACKAGE / "index.js").as_uri())}; console.log(JSON.stringify({expression}));'
     return json.loads(node("--input-type=module", "-e", code))
-
-
-def test_texts_are_up_to_date():
-    pytest.importorskip("bluenoise")
-    run(sys.executable, PACKAGE / "make_texts.py", "--check")
 
 
 def test_exports_match_the_type_declarations():

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Makes evidence/ and scripts/ importable, and starts one browser for all tests."""
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -17,6 +18,7 @@ def browser(tmp_path_factory):
     program = chromium()
     if program is None:
         pytest.skip("no Chromium; scripts/shaders installs it (or set BN_CHROMIUM)")
+    subprocess.run([sys.executable, ROOT / "examples" / "web" / "package" / "make_texts.py"], check=True)
     browser = Browser(program, tmp_path_factory.mktemp("chromium"))
     yield browser
     browser.close()
