@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Argument checks. */
+ * Argument checks. Products of extents are compared with their limit by division, before they are formed, so
+ * no product can wrap. Floats are classified by their bits. A mask is checked in one pass over its texels,
+ * with one bit per rank. */
 #include "base/check.h"
+#include "base/assert.h"
 #include "base/memory.h"
 #include <string.h>
 
@@ -25,6 +28,7 @@ bn_result bn_check_extents(uint32_t width, uint32_t height, uint32_t depth, uint
 }
 
 uint32_t bn_mask_rank(const bn_mask *mask, size_t at) {
+    BN_ASSERT(mask->rank_bits == 16 || mask->rank_bits == 32);
     if (mask->rank_bits == 16) return ((const uint16_t *)mask->ranks)[at];
     return ((const uint32_t *)mask->ranks)[at];
 }
@@ -72,6 +76,7 @@ void bn_mask_write(const bn_mask *mask, const uint32_t *ranks, size_t count) {
     void *to = (void *)mask->ranks;
     for (size_t i = 0; i < count; ++i) {
         if (mask->rank_bits == 16) {
+            BN_ASSERT(ranks[i] <= UINT16_MAX);
             ((uint16_t *)to)[i] = (uint16_t)ranks[i];
         } else {
             ((uint32_t *)to)[i] = ranks[i];
@@ -80,6 +85,7 @@ void bn_mask_write(const bn_mask *mask, const uint32_t *ranks, size_t count) {
 }
 
 bn_mask bn_mask_channel(const bn_mask *mask, uint32_t channel) {
+    BN_ASSERT(channel < mask->channels);
     const size_t bytes = (size_t)mask->width * mask->height * mask->depth * (mask->rank_bits / 8);
     bn_mask one = *mask;
     one.ranks = (const unsigned char *)mask->ranks + channel * bytes;

@@ -4,13 +4,15 @@
 #ifndef BN_PORTABLE_MATH_H
 #define BN_PORTABLE_MATH_H
 
+#include "base/assert.h"
 #include <math.h>
 
 #define BN_LN2_HIGH 0x1.62e42feep-1 /* the first 32 bits of ln 2, and the rest */
 #define BN_LN2_LOW 0x1.a39ef35793c76p-33
 
-/* e^x for x in [-700, 700]. */
+/* e^x for x in [-1e9, 709], 0 below -745: 2^k times the Taylor series of the rest, at most ln 2 / 2. */
 static inline double bn_portable_exp(double x) {
+    BN_ASSERT(x >= -1e9 && x <= 709);
     double scaled = x / (BN_LN2_HIGH + BN_LN2_LOW);
     int whole = (int)(scaled < 0 ? scaled - 0.5 : scaled + 0.5);
     double rest = (x - whole * BN_LN2_HIGH) - whole * BN_LN2_LOW, sum = 1;
@@ -18,8 +20,9 @@ static inline double bn_portable_exp(double x) {
     return ldexp(sum, whole);
 }
 
-/* ln x for normal x > 0, from the series for 2 atanh((m - 1) / (m + 1)). */
+/* ln x for finite x > 0, from the series for 2 atanh((m - 1) / (m + 1)), where m is in [0.7, 1.4]. */
 static inline double bn_portable_log(double x) {
+    BN_ASSERT(x > 0 && x <= 0x1.fffffffffffffp1023);
     int exponent;
     double m = frexp(x, &exponent);
     if (m < 0.70710678118654752) {

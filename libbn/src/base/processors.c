@@ -54,7 +54,7 @@ static int read_text(char *text, size_t size, const char *path) {
 /* The limit of one control group, rounded up, or 0 if it has none. The files hold microseconds: cpu.max
  * "max 100000" or "150000 100000"; in version 1, two files with the same numbers, and -1 for no limit. */
 static uint32_t group_limit(const char *root, int version, const char *group) {
-    char path[4352], text[64], *rest = text;
+    char path[4352], text[64], *rest = text; /* two numbers of at most 20 digits */
     const char *files = version == 2 ? "" : "/cpu";
     snprintf(path, sizeof path, "%s/sys/fs/cgroup%s%s/%s", root, files, group,
              version == 2 ? "cpu.max" : "cpu.cfs_quota_us");

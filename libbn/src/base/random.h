@@ -3,6 +3,7 @@
 #ifndef BN_RANDOM_H
 #define BN_RANDOM_H
 
+#include "base/assert.h"
 #include "base/hash.h"
 
 /* SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014). */
@@ -22,6 +23,7 @@ static inline uint64_t bn_random_next(bn_random *random) {
 
 /* A random integer below `bound`, computed by multiplication. Its bias is below bound / 2^32. */
 static inline uint32_t bn_random_below(bn_random *random, uint32_t bound) {
+    BN_ASSERT(bound > 0);
     return (uint32_t)((bn_random_next(random) >> 32) * bound >> 32);
 }
 

@@ -3,6 +3,7 @@
  * Windows has none before version 8. Locks, condition variables and threads are the system's. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/threads.h"
+#include "base/assert.h"
 
 enum { BN_THREADS_MOST = 64 };
 
@@ -101,7 +102,8 @@ struct bn_team {
 
 void bn_team_wait(bn_team *team) {
     lock_take(&team->own);
-    const uint32_t generation = team->generation;
+    const uint32_t generation = team->generation; /* counts the barriers that have been passed */
+    BN_ASSERT(team->waiting < team->size);
     if (++team->waiting == team->size) {
         team->waiting = 0;
         ++team->generation;
@@ -131,6 +133,7 @@ static void member_run(team_member *member) {
     while (team->size == 0) condition_wait(&team->changed, &team->own);
     const uint32_t size = team->size;
     lock_leave(&team->own);
+    BN_ASSERT(member->index < size);
     team->work(team->user, team, member->index, size);
 }
 

@@ -76,6 +76,7 @@ static BN_NOINLINE bn_result anneal(const bn_anneal_options *given, const bn_mas
         const uint32_t most = ((axis == 0 ? width : height) - 1) / 2;
         job.reach[axis] = (uint32_t)(BN_ANNEAL_CUTOFF * sigma);
         if (job.reach[axis] > most) job.reach[axis] = most;
+        BN_ASSERT(2 * job.reach[axis] < (axis == 0 ? width : height));
     }
     double *logs = bn_allocate(BN_ANNEAL_LOG_SIZE, sizeof *logs);
     job.ranks = bn_allocate(count, sizeof *job.ranks);

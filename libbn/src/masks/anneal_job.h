@@ -3,10 +3,14 @@
 #ifndef BN_ANNEAL_JOB_H
 #define BN_ANNEAL_JOB_H
 
+#include "base/assert.h"
 #include "base/portable_math.h"
 #include "base/random.h"
 
-enum { BN_ANNEAL_LOG_SIZE = 4096, BN_ANNEAL_INTERVAL = 1 << 14 };
+enum {
+    BN_ANNEAL_LOG_SIZE = 4096,    /* a trial spends 12 random bits on its allowance */
+    BN_ANNEAL_INTERVAL = 1 << 14, /* trials between two calls of `progress`: a few milliseconds */
+};
 
 typedef struct bn_anneal_job {
     const bn_anneal_options *options;
@@ -27,6 +31,7 @@ bn_result bn_anneal_vector(bn_anneal_job *job);
 /* A sweep's temperature, as a fraction of the largest gain. */
 static inline double bn_anneal_temperature(const bn_anneal_job *job, uint32_t sweep) {
     const bn_anneal_options *o = job->options;
+    BN_ASSERT(sweep < o->sweeps);
     double t = (sweep + 0.5) / o->sweeps;
     return o->start_temperature *
            bn_portable_exp(t * bn_portable_log(o->end_temperature / o->start_temperature));
@@ -41,6 +46,7 @@ static inline int bn_anneal_cancelled(const bn_anneal_job *job, uint32_t sweep, 
 
 /* A texel at most three texels from p along each axis, possibly p itself. `choice` is below 49. */
 static inline uint32_t bn_anneal_neighbour(const bn_anneal_job *job, uint32_t p, uint32_t choice) {
+    BN_ASSERT(p < job->texels && choice < 49);
     uint32_t x = (p % job->width + 3 * job->width + choice % 7 - 3) % job->width;
     uint32_t y = (p / job->width + 3 * job->height + choice / 7 - 3) % job->height;
     return y * job->width + x;

@@ -11,7 +11,9 @@
 #include "masks/anneal_job.h"
 #include "simd/simd.h"
 
-enum { BN_ANNEAL_WEIGHT_SUM = 32000 /* the difference of two windows fits in 32 bits */ };
+/* The sum of the weights before rounding. A window's weights add up to at most 760 more, and 32,760 times the
+ * largest difference of two reduced ranks is below 2^31, so the difference of two windows fits in 32 bits. */
+enum { BN_ANNEAL_WEIGHT_SUM = 32000 };
 
 typedef struct board {
     bn_anneal_job *job;
@@ -54,6 +56,7 @@ static void try_swap(board *b, uint32_t p, uint32_t q, double allowance) {
         q = t;
     }
     const uint32_t low = job->ranks[p], high = job->ranks[q];
+    BN_ASSERT(low < high); /* the ranks are a permutation, and p differs from q */
     const uint32_t px = p % job->width, py = p / job->width;
     const uint32_t qx = q % job->width, qy = q / job->width;
     const int16_t a = reduced(b, low), c = reduced(b, high);
@@ -80,6 +83,7 @@ static int run_sweep(board *b, uint32_t sweep, double temperature) {
     for (uint32_t trial = 0; trial < texels; ++trial) {
         if (bn_anneal_cancelled(job, sweep, trial)) return 0;
         const uint64_t bits = bn_random_next(&job->random);
+        /* Bits 32 to 63 choose p; 0 to 11 the allowance, 12 and 13 the type of move, 14 to 31 its size. */
         const uint32_t p = (uint32_t)((bits >> 32) * texels >> 32);
         const double allowance = temperature * job->logs[bits & (BN_ANNEAL_LOG_SIZE - 1)];
         const uint32_t choice = (uint32_t)(bits >> 14 & 0x3ffff);
@@ -124,8 +128,11 @@ static void fill_weights(board *b) {
                     (int16_t)(w * scale + 0.5);
             }
         }
-        scale = BN_ANNEAL_WEIGHT_SUM / sum;
+        scale = BN_ANNEAL_WEIGHT_SUM / sum; /* the first pass only measures the sum */
     }
+    int64_t whole = 0;
+    for (size_t i = 0; i < (size_t)b->rows * b->row_lanes; ++i) whole += b->weights[i];
+    BN_ASSERT(whole * UINT16_MAX <= INT32_MAX);
 }
 
 bn_result bn_anneal_scalar(bn_anneal_job *job) {

@@ -24,6 +24,7 @@ typedef struct field {
 static uint32_t entry(const int16_t *a, const int16_t *b) {
     int32_t sum = 0;
     for (int c = 0; c < 4; ++c) sum += (a[c] - b[c]) * (a[c] - b[c]);
+    BN_ASSERT(sum >> BN_VECTOR_SHIFT <= BN_VECTOR_TABLE);
     return (uint32_t)sum >> BN_VECTOR_SHIFT;
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Ordered dithering by one mask threshold per pixel and channel (Bayer, "An optimum method for
  * two-level rendition of continuous-tone pictures", 1973; with blue-noise masks: Ulichney 1993). */
+#include "base/assert.h"
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/memory.h"
@@ -42,6 +43,7 @@ static float quantise(const level_table *l, float value, double threshold) {
     double v = value < 0 ? 0 : value > 1 ? 1 : value, scaled = v * l->steps, low = floor(scaled);
     double fraction = scaled - low;
     if (low >= l->steps) return 1;
+    BN_ASSERT(fraction >= 0 && fraction < 1 && threshold > 0 && threshold < 1);
     if (l->srgb) {
         /* The fraction of the upper level that preserves the value's linear light. */
         double dark = l->linear[(int)low], light = l->linear[(int)low + 1];
@@ -84,6 +86,7 @@ static BN_NOINLINE bn_result dither(const bn_dither_options *given, const float 
     for (uint32_t channel = 0; channel < channels; ++channel) {
         uint32_t shift_x = 0, shift_y = 0;
         if (o.channel_offset) {
+            /* 1 / p and 1 / p^2, where p is the real root of p^3 = p + 1. */
             shift_x = channel_shift(channel, mask_width, 0.7548776662466927);
             shift_y = channel_shift(channel, mask_height, 0.5698402909980532);
         }

@@ -10,6 +10,7 @@
  * are integers that only decrease, so the next point comes from a bucket queue whose entries are
  * corrected when they reach the front. Time and memory are linear in the number of points. */
 #include "masks/eliminate.h"
+#include "base/assert.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/portable_math.h"
@@ -20,7 +21,11 @@ static const double BN_ELIMINATE_REACH = 3;    /* in sigmas */
 /* The fraction of points remaining when the Gaussian widens. */
 static const double BN_ELIMINATE_STAGE = 0.5;
 
-enum { BN_ELIMINATE_TABLE = 1024, BN_ELIMINATE_BUCKETS = 1024, BN_ELIMINATE_INTERVAL = 1 << 12 };
+enum {
+    BN_ELIMINATE_TABLE = 1024,      /* weights by squared distance, up to the reach */
+    BN_ELIMINATE_BUCKETS = 1024,    /* of energies, up to the largest at the start of a stage */
+    BN_ELIMINATE_INTERVAL = 1 << 12 /* points between two reports of progress */
+};
 static const uint32_t BN_ELIMINATE_NONE = UINT32_MAX;
 
 typedef struct elimination {
@@ -183,6 +188,7 @@ static void sort_into_cells(elimination *t, double reach) {
         t->cells[axis] = fit < 1 ? 1 : (uint32_t)fit;
         cells *= t->cells[axis];
     }
+    BN_ASSERT(cells <= t->count + 6); /* see bn_eliminate() */
     memset(t->cell_start, 0, (cells + 2) * sizeof *t->cell_start);
     for (size_t i = 0; i < t->count; ++i) {
         const uint32_t plane = t->extent[2] > 1 ? cell_along(t, 2, t->z[i]) * t->cells[1] : 0;
@@ -201,6 +207,7 @@ static void sort_into_cells(elimination *t, double reach) {
 }
 
 static void push(elimination *t, uint32_t slot) {
+    BN_ASSERT(t->energy[slot] * t->bucket_scale >> 32 < BN_ELIMINATE_BUCKETS);
     uint32_t *head = &t->bucket[t->energy[slot] * t->bucket_scale >> 32];
     t->next[slot] = *head;
     *head = slot;
@@ -231,6 +238,7 @@ static void begin_stage(elimination *t, uint64_t seed) {
 static void remove_points(elimination *t, size_t left, uint32_t *removed) {
     int top = BN_ELIMINATE_BUCKETS - 1;
     for (size_t remaining = t->count; remaining > left && !elimination_cancelled(t, remaining);) {
+        BN_ASSERT(top >= 0); /* each remaining point is in a bucket, at or below the top one */
         const uint32_t slot = t->bucket[top];
         if (slot == BN_ELIMINATE_NONE) {
             --top;
@@ -238,7 +246,7 @@ static void remove_points(elimination *t, size_t left, uint32_t *removed) {
         }
         t->bucket[top] = t->next[slot];
         if ((int)(t->energy[slot] * t->bucket_scale >> 32) < top) {
-            push(t, slot);
+            push(t, slot); /* its energy has fallen since it was put here */
             continue;
         }
         *--removed = t->point[slot];
@@ -288,6 +296,7 @@ bn_result bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points
     while (t->count > 1 && !t->cancelled) {
         size_t left = (size_t)(BN_ELIMINATE_STAGE * (double)t->count), kept = 0;
         if (left < 1) left = 1;
+        BN_ASSERT(left < t->count);
         begin_stage(t, seed);
         remove_points(t, left, points + t->count);
         for (size_t i = 0; i < t->count; ++i) {
@@ -298,6 +307,7 @@ bn_result bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points
             t->z[kept] = t->z[i];
             kept += t->point[i] != BN_ELIMINATE_NONE;
         }
+        BN_ASSERT(t->cancelled || kept == left);
         t->count = left;
     }
     if (!t->cancelled) points[0] = t->point[0];

@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Finds a mask's ranks that are sparse enough for bn_eliminate(), and orders them. */
+ * Finds a mask's ranks that are sparse enough for bn_eliminate(), and orders them. The spacing falls as points
+ * are added, so bisection finds the largest number. Both ends have that many ranks: the last ones, from the
+ * highest down, are ordered as the first ones of the inverted mask. */
+#include "base/assert.h"
 #include "base/memory.h"
 #include "base/threads.h"
 #include "masks/eliminate.h"
@@ -50,6 +53,7 @@ bn_result bn_eliminate_ends(const uint32_t extent[3], double spacing, uint64_t s
     if (first == NULL) return BN_ERROR_OUT_OF_MEMORY;
     uint32_t *last = first + points;
     for (size_t i = 0; i < count; ++i) {
+        BN_ASSERT(ranks[i] < count);
         if (ranks[i] < points) first[ranks[i]] = (uint32_t)i;
         if (ranks[i] >= count - points) last[count - 1 - ranks[i]] = (uint32_t)i;
     }

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Sets up an energy field: tiles, kernel and levels. simd/kernels.h does the work. */
+ * Sets up an energy field: tiles, kernel and levels (simd/field.h). The kernel is a product of one Gaussian
+ * per axis, wrapped around narrow axes and cut off at a sphere. Its scale makes the sum over the torus almost
+ * 2^30, so that no energy can reach BN_FIELD_SET. simd/kernels.h does the work. */
 #include "masks/energy_field.h"
+#include "base/assert.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/portable_math.h"
@@ -144,6 +147,7 @@ static int create_kernel(bn_field *f, double sigma, int32_t *centre) {
         if (f->folded[0] || f->folded[1]) circle.square = INT32_MAX;
         f->circle[z] = circle;
     }
+    BN_ASSERT(origin[0] > 0 && origin[0] < BN_FIELD_SET);
     *centre = origin[0];
     origin[0] += BN_FIELD_SET;
     f->kernel = origin;
@@ -158,6 +162,7 @@ static int create_levels(bn_field *f) {
     for (f->levels = 0; f->levels == 0 || f->level_count[f->levels - 1] > BN_FIELD_FANOUT;
          ++f->levels) {
         const int level = f->levels;
+        BN_ASSERT(level < BN_FIELD_LEVELS);
         if (level > 0) count = (count + BN_FIELD_FANOUT - 1) / BN_FIELD_FANOUT;
         /* Allocates whole groups, so that scans need no bounds check. */
         size_t room = (count + BN_FIELD_FANOUT - 1) / BN_FIELD_FANOUT * BN_FIELD_FANOUT;
@@ -229,6 +234,7 @@ void bn_field_refresh(bn_field *f) {
 }
 
 size_t bn_field_index(const bn_field *f, bn_field_texel texel) {
+    BN_ASSERT(texel.tile < f->tile_count && texel.lane < BN_TILE_SIZE);
     const bn_field_tile *t = &f->tile[texel.tile];
     size_t x = t->x + (texel.lane & (f->tile_extent[0] - 1));
     size_t y = t->y + (f->tile_extent[1] == 1 ? 0 : texel.lane >> 3);
@@ -242,5 +248,6 @@ bn_field_texel bn_field_at(const bn_field *f, size_t index) {
     bn_field_texel texel;
     texel.tile = (uint32_t)tile_index(f, x / f->tile_extent[0], y / f->tile_extent[1], z);
     texel.lane = y % f->tile_extent[1] * f->tile_extent[0] + x % f->tile_extent[0];
+    BN_ASSERT(bn_field_index(f, texel) == index);
     return texel;
 }

@@ -8,7 +8,9 @@
 #include <bn/bn.h>
 #include <string.h>
 
+/* Three digits cover a key, and the counts of one digit fit in the first-level cache. */
 enum { BN_DIGIT_BITS = 11, BN_DIGITS = 3, BN_DIGIT_VALUES = 1 << BN_DIGIT_BITS };
+_Static_assert(BN_DIGIT_BITS *BN_DIGITS >= 32, "the digits must cover a key");
 
 /* An unsigned integer that sorts in the same order as the floats. Both zeros have the key 2^31.
  * Reads only bits, so that the host's floating-point environment has no effect. */

@@ -8,6 +8,7 @@
  * which no sum can overflow, so the result is bit-identical for any thread count and instruction set.
  * A step reads one image and writes another, so threads need one barrier per step. Costs
  * BN_RELAX_LEARNED_PAIRS pairs per texel. */
+#include "base/assert.h"
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/hash.h"
@@ -75,8 +76,11 @@ static void move(relaxation *r, const bn_relax_learned_step *s, uint32_t pair, u
         int16_t *there = row_of(r, !from, y) + x0;
         r->simd->relax_row(here, r->offsets + pair, r->weights + (size_t)pair * BN_WINDOW_LANES,
                            pairs, columns, s->limit, s->shift, moved);
-        for (uint32_t x = 0; x < columns; ++x)
-            there[x] = (int16_t)(moved[x] + ((here[x] * s->keep + (1 << 14)) >> 15));
+        for (uint32_t x = 0; x < columns; ++x) {
+            const int32_t value = moved[x] + ((here[x] * s->keep + (1 << 14)) >> 15);
+            BN_ASSERT(value >= INT16_MIN && value <= INT16_MAX); /* by the step's scale */
+            there[x] = (int16_t)value;
+        }
     }
 }
 

@@ -6,6 +6,7 @@
  * linear filter the tightest cluster of zeros is the largest void of ones. At both ends of the grey
  * scale, where the minority texels are far apart, bn_eliminate() orders them. Time and memory are almost
  * linear in the number of texels. */
+#include "base/assert.h"
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/hash.h"
@@ -16,7 +17,7 @@
 #include "simd/simd.h"
 #include <float.h>
 
-enum { BN_PROGRESS_INTERVAL = 4096 };
+enum { BN_PROGRESS_INTERVAL = 4096 }; /* changes to the field: some milliseconds */
 
 typedef struct maker {
     const bn_void_and_cluster_options *options;
@@ -39,18 +40,20 @@ static int cancelled(maker *m) {
     return m->cancelled;
 }
 
+/* A texel's energy; at least BN_FIELD_SET if it is set. */
+static int32_t energy_at(const maker *m, bn_field_texel t) {
+    return m->field.energy[(size_t)t.tile * BN_TILE_SIZE + t.lane];
+}
+
 /* Fills the largest voids until `ones` texels are set. Writes their ranks unless `ranks` is NULL. */
 static void fill(maker *m, size_t ones, uint32_t *ranks) {
     while (m->ones < ones && !cancelled(m)) {
         bn_field_texel empty = m->simd->field_find(&m->field, BN_FIELD_LOWEST);
+        BN_ASSERT(energy_at(m, empty) >= 0 && energy_at(m, empty) < BN_FIELD_SET);
         if (ranks != NULL) ranks[bn_field_index(&m->field, empty)] = (uint32_t)m->ones;
         m->simd->field_change(&m->field, empty, 1, BN_FIELD_LOWEST);
         ++m->ones;
     }
-}
-
-static int32_t energy_at(const maker *m, bn_field_texel t) {
-    return m->field.energy[(size_t)t.tile * BN_TILE_SIZE + t.lane];
 }
 
 /* Moves the tightest cluster to the largest void until the two coincide. Each move lowers an
@@ -60,6 +63,7 @@ static void spread(maker *m) {
     bn_field_refresh(&m->field);
     for (size_t move = 0; move < 64 * m->ones && !cancelled(m); ++move) {
         bn_field_texel cluster = m->simd->field_find(&m->field, BN_FIELD_HIGHEST);
+        BN_ASSERT(energy_at(m, cluster) >= BN_FIELD_SET && move + 1 < 64 * m->ones);
         m->simd->field_change(&m->field, cluster, -1, both);
         bn_field_texel empty = m->simd->field_find(&m->field, BN_FIELD_LOWEST);
         if (energy_at(m, empty) >= energy_at(m, cluster)) {
@@ -105,6 +109,7 @@ static bn_result eliminate(maker *m, int set, size_t expected) {
             if (listed < expected) m->minority[listed++] = (uint32_t)bn_field_index(f, texel);
         }
     }
+    BN_ASSERT(listed == expected);
     double at = (double)m->done / (double)m->expected;
     if (at > 1) at = 1;
     const bn_eliminate_watch watch = {m->progress, m->progress_user, at, at, NULL};

@@ -6,11 +6,12 @@
  * transform", 1970), which turns the transform into a convolution of power-of-two length. Each pass
  * transforms eight columns side by side, so that the inner loops vectorise. */
 #include "measure/fft.h"
+#include "base/assert.h"
 #include "base/memory.h"
 #include <math.h>
 #include <string.h>
 
-enum { BN_FFT_LANES = 8 };
+enum { BN_FFT_LANES = 8 }; /* columns: a cache line of doubles */
 
 struct bn_fft {
     size_t n, m;                   /* the length; the power of two that is transformed */
@@ -70,6 +71,7 @@ static int transform(bn_fft *fft) {
 bn_fft *bn_fft_create(size_t n) {
     bn_fft *fft = bn_allocate_zero(1, sizeof *fft);
     if (fft == NULL) return NULL;
+    BN_ASSERT(n > 0);
     int direct = (n & (n - 1)) == 0;
     fft->n = n;
     fft->m = 1;

@@ -8,7 +8,10 @@
  * shows by how much.
  *
  * Each row is blurred once along x into a ring of rows, which the blur along y reads. Neighbouring rows are
- * then so alike that large images measure every second one. The squared noise is pooled in integers, so running sums are exact and results do not depend on where a thread starts. */
+ * then so alike that large images measure every second one. The squared noise is pooled in integers, so
+ * running sums are exact and results do not depend on where a thread starts. Takes time proportional to the
+ * values times the blur's width; the pooling window costs nothing more. */
+#include "base/assert.h"
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/memory.h"
@@ -189,7 +192,9 @@ static void measure_row(const meter *m, const scratch *s, uint32_t y) {
     for (size_t x = 0; x < pixels; ++x) {
         double sum = 0;
         for (size_t c = 0; c < m->channels; ++c) sum += (double)a[x * m->channels + c];
-        energy[x] = (uint64_t)(int64_t)(sum * scale);
+        BN_ASSERT(sum * scale <
+                  0x1p43); /* a window has less than 2^20 pixels, whose sum has a sign */
+        energy[x] = (uint64_t)(int64_t)(sum * scale); /* converts faster than without a sign */
         s->columns[x] += energy[x];
     }
 }
@@ -208,6 +213,7 @@ static void pool_row(const meter *m, const scratch *s, uint32_t y, uint32_t rows
     for (int64_t x = s->left; x < s->right; ++x) {
         for (; right < to && right <= x + around; ++right) sum += s->columns[right - from];
         for (; left < x - around; ++left) sum -= s->columns[left - from];
+        BN_ASSERT(left < right && rows > 0 && sum <= INT64_MAX);
         const double pixels = (double)(right - left) * rows;
         m->map[(size_t)y * m->width + (size_t)x] =
             (float)sqrt((double)(int64_t)sum / (pixels * BN_ENERGY_SCALE));
@@ -325,6 +331,7 @@ static BN_NOINLINE bn_result visible_noise(const bn_visible_noise_options *given
     m.most_pixels = (size_t)m.tile_columns + 2 * (size_t)m.around;
     if (m.most_pixels > width) m.most_pixels = width;
     m.padded = (m.most_pixels * channels + LANES - 1) / LANES * LANES;
+    BN_ASSERT(2 * m.reach + 1 <= MOST_TAPS);
     double weights[MOST_TAPS] = {1}, total = 1;
     for (int32_t j = 1; j <= m.reach; ++j) {
         const double exponent = -0.5 * j * j / (o.sigma * o.sigma);

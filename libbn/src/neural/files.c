@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Reads whole files without querying their size, because pipes have none and files can grow. */
+ * Reads whole files without querying their size, because pipes have none and files can grow. The buffer
+ * doubles from 64 KiB; at most twice the file's size is copied. */
 #include "neural/files.h"
 #include "base/memory.h"
 #include <stdio.h>

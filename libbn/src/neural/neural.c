@@ -7,6 +7,7 @@
  * coordinates (wrapped around for a mask but not for a window), so the tiles fit together seamlessly.
  * Each thread takes the next tile when it becomes free. Tiling bounds memory and does not change
  * results. The cost is that of running the network, margins included, and of ranking for a mask. */
+#include "base/assert.h"
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/hash.h"
@@ -375,6 +376,8 @@ static bn_result fill_image(image *m) {
     m->area_height =
         round_up((uint64_t)positive_remainder(m->y0, align) + m->height, (uint64_t)align);
     choose_tiles(m, threads);
+    BN_ASSERT((uint64_t)m->columns * m->tile_width >= m->area_width &&
+              (uint64_t)m->rows * m->tile_height >= m->area_height);
     const uint64_t tiles = (uint64_t)m->columns * m->rows;
     if (threads > tiles) threads = (uint32_t)tiles;
     /* Checks at least once, because other threads might take all the tiles. */

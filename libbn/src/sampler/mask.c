@@ -4,12 +4,14 @@
  * zero. The mask's value is added as a digital shift (XOR), which preserves a pixel's nets. The usual
  * Cranley-Patterson rotation (1976) destroys them, and is worse than no mask at about 4 or more
  * samples. */
+#include "base/assert.h"
 #include "sampler/types.h"
 
 /* Accessed directly, not through bn_builtin_mask(), so that programs that draw do not link the other
  * masks. */
 extern const uint16_t bn_data_mask_64[];
 
+/* The keys of the scramblings, arbitrary and the same everywhere: the mask's value makes pixels differ. */
 enum { BN_MASK_KEY_X = 0x51ed270b, BN_MASK_KEY_Y = 0x3c6ef372 };
 
 static uint32_t wrap(int32_t coordinate, uint32_t shift, uint32_t extent) {
@@ -29,6 +31,8 @@ static uint32_t mask_lookup(const bn_sampler *sampler, int32_t x, int32_t y, uin
     } else {
         rank = (sampler->mask != NULL ? (const uint16_t *)sampler->mask : bn_data_mask_64)[at];
     }
+    /* (rank + 1/2) / texels times 2^32: the scale is 2^63 / texels, rounded up. */
+    BN_ASSERT(rank < (uint64_t)w * h);
     return (uint32_t)((2u * rank + 1u) * sampler->mask_scale >> 32);
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Blocks of draws. BLUE does the work that depends only on the pixel once for all indices. SOBOL and
  * WHITE can share little work, so they are drawn as lanes of a wavefront where that is faster. */
+#include "base/assert.h"
 #include "sampler/types.h"
 
 static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t first,
@@ -44,6 +45,7 @@ static float *add_pixel(const bn_sampler *sampler, lane_buffer *l, int32_t x, in
                         uint32_t first, uint32_t count, uint32_t domain, float *out) {
     const size_t most = sizeof l->x / sizeof *l->x;
     for (uint32_t i = 0; i < count;) {
+        BN_ASSERT(l->count < most); /* a full buffer is drawn at once */
         const size_t end = count - i < most - l->count ? l->count + (count - i) : most;
         for (; l->count < end; ++l->count, ++i) {
             l->x[l->count] = x;

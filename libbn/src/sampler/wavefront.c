@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Draws for wavefronts. simd/draws.h draws several lanes at a time. */
+ * Draws for wavefronts, one sample per lane, from arrays of arguments. simd/draws.h draws eight lanes at a time
+ * where it can, and single draws do the rest. Results are drawn in place if the requested dimensions are
+ * adjacent in memory, and otherwise into a buffer from which they are scattered. */
 #include "base/options.h"
 #include "sampler/types.h"
 #include <bn/bn_path.h>
@@ -34,7 +36,7 @@ static void draw_any(const bn_sampler *sampler, uint32_t pair, uint32_t dimensio
 
 /* ---- Wavefronts, in parts that stay in the cache */
 
-enum { PART = 256 };
+enum { PART = 256 }; /* lanes: 8 KiB of arguments and results */
 
 /* The lanes `first` to `first + count - 1`. `own` replaces missing arrays. */
 static bn_draw_lanes part_of(const bn_wavefront *w, size_t first, size_t count,

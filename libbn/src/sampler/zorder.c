@@ -7,9 +7,12 @@
  * al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025), so that all four numbers are stratified
  * together. Each domain has its own curve and sample orders, so domains are independent, like the
  * dimensions in the paper. */
+#include "base/assert.h"
 #include "sampler/types.h"
 
-enum { BN_MORTON_BITS = 12 };
+enum {
+    BN_MORTON_BITS = 12
+}; /* per axis of a tile: with 2^16 samples, a tile's indices have 40 bits */
 
 static uint64_t reverse_bits64(uint64_t v) {
     return (uint64_t)bn_reverse_bits((uint32_t)v) << 32 | bn_reverse_bits((uint32_t)(v >> 32));
@@ -80,6 +83,7 @@ void bn_draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t in
                     uint32_t domain, uint32_t pairs, uint32_t out[4]) {
     const uint32_t coordinate_mask = (1u << BN_MORTON_BITS) - 1u, k = sampler->log2_samples;
     const uint32_t block_mask = (1u << k) - 1u;
+    BN_ASSERT(k <= 16); /* bn_sampler_init_zorder() clamps the count */
     /* Each tile of 4096 x 4096 pixels is scrambled independently. */
     uint32_t tile = bn_hash32(((uint32_t)x >> BN_MORTON_BITS) ^
                               bn_hash32(((uint32_t)y >> BN_MORTON_BITS) + 0x9e3779b9u));

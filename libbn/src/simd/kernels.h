@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The inner loops, written once with the vector types of vec.h. Each .c file in this folder defines
- * an instruction set and includes this file. */
+ * an instruction set and includes this file. All sums are of integers and cannot overflow, so their
+ * order, and with it the number of lanes, does not change results. */
+#include "base/assert.h"
 #include "simd/simd.h"
 #include "simd/vec.h"
 
@@ -41,6 +43,7 @@ BN_INLINE uint32_t first_of_64(const int32_t *values, const int32_t *fill, int32
         if (fill != NULL) v = i32_or(v, i32_load(fill + i));
         bits |= (uint64_t)i32_equal_bits(v, wanted) << i;
     }
+    BN_ASSERT(bits != 0);
     return first_bit(bits);
 }
 
@@ -133,6 +136,7 @@ BN_INLINE uint32_t list_jobs(const bn_field *f, size_t slice, const int32_t c[2]
                 for (int32_t tx = px[ix].first >> log_x; tx <= px[ix].last >> log_x; ++tx) {
                     const int32_t dx = tx * (1 << log_x) + px[ix].shift - c[0];
                     const int32_t near_x = distance(dx, dx + (1 << log_x) - 1);
+                    BN_ASSERT(count < BN_FIELD_JOBS);
                     job *j = &jobs[count];
                     j->index = base + (size_t)tx * (uint32_t)rows;
                     j->kernel = row + dx;
@@ -251,6 +255,7 @@ static bn_field_texel field_find(const bn_field *f, int extreme) {
 static int32_t window_difference(const int16_t *first, const int16_t *second, size_t stride,
                                  const int16_t *weights, uint32_t rows, uint32_t row_lanes,
                                  int16_t low, int16_t high) {
+    BN_ASSERT(low <= high && row_lanes % BN_WINDOW_LANES == 0);
     const bn_i16x16 lows = i16_set(low), highs = i16_set(high);
     bn_i32v plus = i32_set(0), minus = i32_set(0);
     for (uint32_t y = 0; y < rows; ++y) {

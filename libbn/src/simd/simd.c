@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Chooses the instruction set at run time. */
+ * Chooses the instruction set at run time: AVX2 where the CPU and the system have it, NEON on 64-bit Arm, which
+ * always has it, and otherwise plain C. */
 #include "simd/simd.h"
 #include <stdlib.h>
 #include <string.h>
