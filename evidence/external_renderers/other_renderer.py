@@ -13,16 +13,17 @@ import numpy as np
 
 from ..base.command import command_shown, names_of
 from ..base.contact_sheet import labelled, preview
-from ..base.files import read_exr, write_image, write_text
+from ..base.files import read_exr, write_image
+from ..base.page import write_page
 from ..base.progress import Progress, in_parallel
 from ..base.tables import md_table, update_table
 from ..measure import compare
-from ..measure.compare import MARKED, Comparison
+from ..measure.compare import Comparison
 from ..measure.image_error import LUMINANCE, SIGMAS, blurred, displayed, displayed_rmse, rmse
 from ..renders.judge import Reference, Run
 from ..renders.renderer import REFERENCE_SEED
 
-COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
+SEEDS = 2
 KINDS = {"displayed": "as displayed", "exposed": "exposed and displayed", "rmse": "raw"}
 MEASURES = tuple(f"{kind}_{sigma}" for kind in KINDS for sigma in reversed(SIGMAS))
 EXPOSED = 0.25  # the mean luminance of an exposed image's reference
@@ -51,19 +52,17 @@ def name_of(measure):
 
 @dataclasses.dataclass(frozen=True)
 class Task:
-    """All images of one view, sampler and seed or, with a threshold, one adaptive image. The sampler is tuned for each image's sample
-    count, or for `told`."""
+    """All images of one view, sampler and seed. The sampler is tuned for each image's sample count, or for `told`."""
 
     view: object
     sampler: str
-    seed: int
-    counts: tuple
-    threshold: float = 0.0
+    seed: int = 0
+    counts: tuple = ()
     told: int = 0
 
     @property
     def label(self):
-        return f"{self.sampler} {self.told or self.threshold}" if self.told or self.threshold else self.sampler
+        return f"{self.sampler} {self.told}" if self.told else self.sampler
 
     @property
     def cost(self):
@@ -79,28 +78,23 @@ class OtherRun(Run):
     the sampler of references, whose seeds are REFERENCE_SEED and REFERENCE_SEED + 1.
     """
 
-    def more(self, task, spp):
-        """Additional figures for a task's row."""
-        return {}
-
-    def rendered(self, task, spp, seed, **more):
+    def rendered(self, task, spp, seed):
         """(CPU seconds, picture)."""
         with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
             out = Path(folder) / "out.exr"
-            return self.render(task, spp, seed, out, **more), read_exr(out)[0]
+            return self.render(task, spp, seed, out), read_exr(out)[0]
 
     def measure(self, task, reference):
         rows = []
         for spp in task.counts:
             seconds, picture = self.rendered(task, spp, task.seed)
-            rows.append({"spp": spp, "seconds": seconds, "mean": float(np.mean(picture @ LUMINANCE)),
-                         **errors(picture, reference.picture), **self.more(task, spp)})
+            rows.append({"spp": spp, "seconds": seconds, "mean": float(np.mean(picture @ LUMINANCE)), **errors(picture, reference.picture)})
         return rows, {}
 
     def reference_of(self, view, spp):
         """The mean of two images of spp / 2 samples; half their difference is its own error."""
         def halves():
-            both = [self.rendered(Task(view, self.reference, 0, ()), spp // 2, REFERENCE_SEED + half) for half in range(2)]
+            both = [self.rendered(Task(view, self.reference), spp // 2, REFERENCE_SEED + half) for half in range(2)]
             return [{"seconds": sum(seconds for seconds, _ in both)}], {"halves": np.array([picture for _, picture in both])}
 
         (row,), arrays = self.store.get(self.reference_key(view, spp), halves)
@@ -130,84 +124,62 @@ def write_picture(path, pictures, reference, part, sigma=2.1):
 
 # ---- Options
 
-def add_options(parser, name, scenes, seeds, counts=COUNTS):
-    parser.set_defaults(counts=counts)
+def options_of(parser, name, arguments, scenes, counts):
+    """The options of a comparison, with counts and command. Only the comparison of all scenes goes to evidence/results and the guide."""
     parser.add_argument("--scenes", type=names_of("scene", scenes), default=tuple(scenes), metavar="NAME,...",
                         help=f"scenes to render: {', '.join(scenes)}")
-    parser.number("--spp", max(counts), "largest sample count")
-    parser.number("--seeds", seeds, "number of images per sampler")
-    parser.add_argument("--quick", action="store_true", help="try the setup with 2 seeds, up to 16 samples and noisier references")
+    parser.number("--seeds", SEEDS, "number of images per sampler")
     parser.number("--jobs", os.cpu_count() or 1, "number of single-threaded processes to run in parallel", ": one per core")
-    parser.add_argument("--out", type=Path, help="folder for the report (default: evidence/results for the whole comparison, which also updates "
+    parser.add_argument("--out", type=Path, help="folder for the report (default: evidence/results for all scenes, which also updates "
                         f"the table in examples/{name}/README.md, else out/{name})")
     parser.hidden("--guide", f"examples/{name}/README.md")
     parser.add_argument("--program", metavar="FILE", required=True, help="the renderer, built with the patch from examples/")
-
-
-def finish_options(parser, options, name, arguments, whole=()):
-    """whole: other options that must keep their defaults in a whole comparison. Only whole comparisons go to evidence/results."""
-    is_whole = not options.quick and all(getattr(options, one) == parser.get_default(one) for one in ("scenes", "spp", "seeds", *whole))
-    if options.quick:
-        options.seeds, options.spp = min(options.seeds, 2), min(options.spp, 16)
-    options.counts = tuple(n for n in options.counts if n <= options.spp)
-    options.out = options.out or Path("evidence/results" if is_whole else f"out/{name}")
-    options.command = command_shown(name, arguments)
+    options = parser.parse_args(arguments)
+    options.out = options.out or Path("evidence/results" if options.scenes == tuple(scenes) else f"out/{name}")
+    options.name, options.counts, options.command = name, counts, command_shown(name, arguments)
+    return options
 
 
 # ---- The report
 
 class OtherReport:
-    """A page about another renderer. A subclass defines TITLE, INTRO, METHOD, SCENES ({name: scene with a description `what`}), SPREAD (the
-    samplers that the scene-by-scene tables compare with `blue`) and answer(). It may add further sections().
+    """The tables of a page about another renderer, whose template extends other_renderer.md.in.
 
-    options: from finish_options(); references: {view: Reference}; samplers: the samplers compared (CPU times are relative to the first, and
-    the last is blue); thans: {sampler that blue is compared with: its name}; sets: {title: scenes that the figures cover}."""
+    references: {view: Reference}; thans: {sampler that blue is compared with: its name}, of which the page's CPU times are relative to the
+    first; sets: {title: scenes that the figures cover}; scenes: {name: scene with a description `what`}."""
 
-    def __init__(self, options, cells, references, samplers, thans, sets):
-        self.options, self.cells, self.references, self.counts = options, cells, references, options.counts
-        self.samplers, self.thans, self.sets = tuple(samplers), thans, {}
-        for title, scenes in sets.items():
-            own = Comparison(cells, {view: reference for view, reference in references.items() if view.scene in scenes}, self.samplers, "blue")
-            if own.views:
-                self.sets[title] = own
-        self.title, self.compared = next(iter(self.sets.items()))
+    def __init__(self, options, cells, references, thans, sets, scenes):
+        self.options, self.cells, self.references, self.thans, self.scenes, self.counts = options, cells, references, thans, scenes, options.counts
+        self.samplers = (*thans, "blue")
+        compared = {title: Comparison(cells, {view: own for view, own in references.items() if view.scene in names}, self.samplers, "blue")
+                    for title, names in sets.items()}
+        self.sets = {title: own for title, own in compared.items() if own.views}
+        self.compared = next(iter(self.sets.values()))
 
-    def name(self, label):
-        return self.thans.get(label, f"`{label}`")
-
-    def ratios(self, own, measure, counts=None, thans=None):
+    def ratios(self, own, measure, thans=None, counts=None):
         """One row per sampler: its error relative to blue."""
         return compare.table("error over `blue`'s, at spp", counts or self.counts, {
             name: functools.partial(own.over, than, measure=measure) for than, name in (thans or self.thans).items()})
 
-    def both(self, own, than, spp):
-        """The error relative to blue as displayed, with the raw error in brackets."""
-        shown, raw = (own.over(than, spp, measure) for measure in HEADLINE)
-        return f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else ""
+    def both(self, head, own, counts, thans):
+        """One row per sampler: its error relative to blue as displayed, with the raw error in brackets."""
+        def cell(than, spp):
+            shown, raw = (own.over(than, spp, measure) for measure in HEADLINE)
+            return f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else ""
 
-    def summary(self, thans=None):
-        """The guide's tables, one for each set: errors as displayed, with raw errors in brackets."""
-        parts = []
-        for title, own in self.sets.items():
-            rows = [[name, *(self.both(own, than, spp) for spp in self.counts)] for than, name in (thans or self.thans).items()]
-            scenes = len({view.scene for view in own.views})
-            crops = f", {len(own.views)} crops" if len(own.views) > scenes else ""
-            parts.append(f"{title} ({self.options.seeds} seeds; {scenes} scenes{crops} rendered):\n\n"
-                         + md_table(["error over `blue`'s, at spp", *map(str, self.counts)], rows))
-        return "\n\n".join(parts)
+        return md_table([head, *map(str, counts)], [[name, *(cell(than, spp) for spp in counts)] for than, name in thans.items()])
 
-    def scenes_table(self, own, measure, than):
+    def scenes_table(self, own, than):
         """One row per scene: the ratio at SPREAD_COUNTS, and its range over crops."""
-        counts, rows = [n for n in SPREAD_COUNTS if n in self.counts], []
-        for scene, views in own.by_scene().items():
-            row = [f"{scene}: {self.SCENES[scene].what}"]
-            for spp in counts:
-                whole = own.over(than, spp, measure, views)
-                each = [one.value for one in (own.over(than, spp, measure, (view,)) for view in views) if one]
-                spread = f" ({min(each):.2f} to {max(each):.2f})" if len(each) > 1 else ""
-                row.append(f"{whole.value:.2f}{spread}" if whole else "")
-            rows.append(row)
-        return md_table([f"{self.name(than)} over `blue`", *map(str, counts)], rows)
+        def cell(spp, views):
+            whole = own.over(than, spp, HEADLINE[0], views)
+            each = [one.value for one in (own.over(than, spp, HEADLINE[0], (view,)) for view in views) if one]
+            spread = f" ({min(each):.2f} to {max(each):.2f})" if len(each) > 1 else ""
+            return f"{whole.value:.2f}{spread}" if whole else ""
+
+        counts = [n for n in SPREAD_COUNTS if n in self.counts]
+        return md_table([f"{self.thans[than]} over `blue`", *map(str, counts)], [
+            [f"{scene}: {self.scenes[scene].what}", *(cell(spp, views) for spp in counts)] for scene, views in own.by_scene().items()])
 
     def rate(self, view, label):
         """CPU seconds per sample of all pixels, excluding program start-up."""
@@ -215,46 +187,32 @@ class OtherReport:
         seconds = [statistics.median(self.cells.get(view, label, spp, "seconds")) for spp in (first, last)]
         return max((seconds[1] - seconds[0]) / max(last - first, 1), 1e-9)
 
-    def time(self, label):
-        """CPU time per sample relative to the first sampler: the geometric mean over views."""
-        return statistics.geometric_mean(self.rate(view, label) / self.rate(view, self.samplers[0]) for view in self.references)
-
     def times_table(self):
-        rows = [[self.name(label), f"{self.time(label):.2f}",
-                 f"{statistics.median(1e6 * self.rate(view, label) / math.prod(view.size) for view in self.references):.2f}"]
-                for label in self.samplers]
-        return md_table(["sampler", f"CPU time over {self.name(self.samplers[0])}'s, mean over images", "median, µs per sample"], rows)
+        base, rows = self.samplers[0], []
+        for label in self.samplers:
+            over = statistics.geometric_mean(self.rate(view, label) / self.rate(view, base) for view in self.references)
+            median = statistics.median(1e6 * self.rate(view, label) / math.prod(view.size) for view in self.references)
+            rows.append([self.thans.get(label, "`blue`"), f"{over:.2f}", f"{median:.2f}"])
+        return md_table(["sampler", f"CPU time over {self.thans[base]}'s, mean over images", "median, µs per sample"], rows)
 
-    def sections(self):
-        """Further sections as {heading: lines}."""
-        return {}
-
-    def text(self):
-        parts = [self.TITLE, "", self.answer(), "", self.INTRO, MARKED, ""]
+    def summary(self, thans):
+        """The guide's tables, one for each set."""
+        parts = []
         for title, own in self.sets.items():
-            parts += [f"## {title}", ""]
-            for measure in MEASURES:
-                if any(own.over(self.samplers[0], spp, measure) for spp in self.counts):
-                    parts += [f"{name_of(measure).capitalize()}:", "", self.ratios(own, measure), ""]
-        for heading, lines in self.sections().items():
-            parts += [f"## {heading}", "", *lines, ""]
-        parts += ["## Scene by scene", "", f"{name_of(HEADLINE[0]).capitalize()}. Brackets show the range over a scene's crops if it has several.", ""]
-        for own in self.sets.values():
-            for than in self.SPREAD:
-                parts += [self.scenes_table(own, HEADLINE[0], than), ""]
-        return "\n".join([
-            *parts, "## Time", "", "Single-threaded CPU time, excluding program start-up. The machine may have been running other jobs, so ignore differences of "
-            "a few per cent.", "", self.times_table(), "",
-            "## How it was measured", "", f"Generated by `{self.options.command}` with {self.options.seeds} seeds. {self.METHOD}"]) + "\n"
+            scenes = len({view.scene for view in own.views})
+            crops = f", {len(own.views)} crops" if len(own.views) > scenes else ""
+            parts.append(f"{title} ({self.options.seeds} seeds; {scenes} scenes{crops} rendered):\n\n"
+                         + self.both("error over `blue`'s, at spp", own, self.counts, thans))
+        return "\n\n".join(parts)
 
-    def write(self, name, guide):
-        """Writes NAME.md and NAME.csv, and prints the report. In evidence/results, also updates the guide's table. Returns whether it did."""
-        compare.write(self.options.out / f"{name}.csv", [
-            {**row, "scene": title} for title, own in self.sets.items() for row in own.rows(self.counts, MEASURES)])
-        text = self.text()
-        write_text(self.options.out / f"{name}.md", text)
-        whole = self.options.out.resolve() == Path("evidence/results").resolve()
+    def write(self, names, guide, **more):
+        """Writes the CSV file and the page, whose template sees `names` and `more`. In evidence/results, also updates the guide's table. Returns
+        whether it did."""
+        options = self.options
+        compare.write(options.out / f"{options.name}.csv", [
+            {**row, "scene": title} for title, own in self.sets.items() for row in own.rows(options.counts, MEASURES)])
+        write_page(options.out / f"{options.name}.md", {**globals(), **names}, report=self, options=options, **more)
+        whole = options.out.resolve() == Path("evidence/results").resolve()
         if whole:
-            update_table(self.options.guide, f"scripts/bench {name}", guide)
-        print(text)
+            update_table(options.guide, f"scripts/bench {options.name}", guide)
         return whole

@@ -63,12 +63,52 @@ class Scene:
 
 # ---- Our own scenes: for tests, and for an image in the guide
 
-def of_file(name, *camera, **more):
-    return Scene(name, "", (Path(__file__).parent / "scenes" / f"{name}.pbrt").read_text(encoding="utf-8"), *camera, **more)
+def light(*colour):
+    return f'AreaLightSource "diffuse" "rgb L" {numbers(colour)}'
 
 
-OWN = {scene.name: scene for scene in (of_file("penumbra", (0, -5, 3.6), (0, -0.6, 0.2), reference_spp=4096),
-                                       of_file("skin", (0, -4.6, 2.6), (0.1, -0.3, 0.45), depth=6))}
+def diffuse(*colour):
+    return f'Material "diffuse" "rgb reflectance" {numbers(colour)}'
+
+
+def subsurface(reflectance, mfp):
+    return f'Material "subsurface" "rgb reflectance" {numbers(reflectance)} "rgb mfp" {numbers(mfp)} "float roughness" 0.3 "float eta" 1.33'
+
+
+def patch(*points):
+    return f'Shape "bilinearmesh" "point3 P" {numbers(points)}'
+
+
+def sphere(radius, *centre):
+    return "Translate {:g} {:g} {:g}\n".format(*centre) + f'Shape "sphere" "float radius" {numbers([radius])}'
+
+
+def box(half, centre, turn):
+    """An axis-aligned box of the given half widths, turned about the vertical axis."""
+    corners = [sign * width for z in (-1, 1) for y in (-1, 1) for x in (-1, 1) for sign, width in zip((x, y, z), half)]
+    return inside("Translate {:g} {:g} {:g}".format(*centre), f"Rotate {turn:g} 0 0 1",
+                  'Shape "bilinearmesh" "integer indices" [ 0 2 1 3 4 5 6 7 0 1 4 5 2 6 3 7 0 4 2 6 1 3 5 7 ] ' + f'"point3 P" {numbers(corners)}')
+
+
+FLOOR = patch(-20, -20, 0, 20, -20, 0, -20, 20, 0, 20, 20, 0)
+# Soft shadows of bars and balls.
+PENUMBRA = (
+    inside(light(26, 24, 20), patch(-0.7, -0.7, 4, -0.7, 0.7, 4, 0.7, -0.7, 4, 0.7, 0.7, 4)),
+    inside(light(5, 7, 10), patch(4, -3, 2, 4, -2, 2, 4, -3, 3, 4, -2, 3)),
+    inside(diffuse(0.72, 0.7, 0.66), FLOOR),
+    inside(diffuse(0.6, 0.25, 0.15), *(box((0.045, 1.7 - 0.1 * (i % 3), 0.05 + 0.05 * (i % 2)), (-2.355 + 0.42 * i, 0.1 + 0.1 * (i % 3), 0.95 + 0.05 * (i % 2)), 7 * i)
+                                       for i in range(12))),
+    inside(diffuse(0.2, 0.45, 0.65), sphere(0.45, -1.6, -2, 0.45)), inside(diffuse(0.75, 0.6, 0.15), sphere(0.35, 1.2, -2.3, 0.35)))
+# Light below surfaces.
+SKIN = (
+    inside(light(11, 10, 9), patch(-2.5, -2, 3, -2.5, -0.4, 3, -0.9, -2, 3.4, -0.9, -0.4, 3.4)),
+    inside(light(8, 9, 12), patch(1.6, 2, 1.5, 2.6, 1.6, 1.5, 1.6, 2, 2.5, 2.6, 1.6, 2.5)),
+    'LightSource "infinite" "rgb L" [ 0.12 0.13 0.15 ]', inside(diffuse(0.45, 0.43, 0.4), FLOOR),
+    inside(subsurface((0.75, 0.5, 0.4), (0.3, 0.12, 0.07)), sphere(0.8, -1.2, 0, 0.8)),
+    inside(subsurface((0.8, 0.85, 0.8), (0.06, 0.08, 0.07)), sphere(0.8, 0.6, 0.3, 0.8)),
+    inside(subsurface((0.4, 0.65, 0.35), (0.1, 0.2, 0.1)), box((0.4, 0.4, 0.4), (1.3, -1.1, 0.4), 30), box((0.55, 0.3, 0.125), (-0.45, -1.6, 0.125), -10)))
+OWN = {scene.name: scene for scene in (Scene("penumbra", "", "\n".join(PENUMBRA), (0, -5, 3.6), (0, -0.6, 0.2), reference_spp=4096),
+                                       Scene("skin", "", "\n".join(SKIN), (0, -4.6, 2.6), (0.1, -0.3, 0.45), depth=6))}
 
 
 @dataclasses.dataclass(frozen=True)

@@ -88,8 +88,7 @@ class Comparison:
 
 
 def row_of(own, measure, scene, label, spp):
-    return {"measure": measure, "scene": scene, "sampler": label, "spp": spp, "error": f"{own.value:.4f}", "low": f"{own.low:.4f}",
-            "high": f"{own.high:.4f}", "scenes": own.scenes, "crops": own.crops, "left_out": own.left_out}
+    return {"measure": measure, "scene": scene, "sampler": label, "spp": spp, **own.ends(), "scenes": own.scenes, "crops": own.crops, "left_out": own.left_out}
 
 
 def write(path, rows):

@@ -31,6 +31,10 @@ class Estimate:
         """Whether the interval excludes 1. An interval of NaN, as from one seed, excludes nothing."""
         return self.low > 1 or self.high < 1
 
+    def ends(self):
+        """The value and interval as a CSV file has them."""
+        return {"error": f"{self.value:.4f}", "low": f"{self.low:.4f}", "high": f"{self.high:.4f}"}
+
     def text(self):
         return f"**{self.value:.2f}**" if self.significant else f"{self.value:.2f}"
 

@@ -28,19 +28,21 @@ class Made:
         return [(0.5 if label == "blue" else 1.0) / np.sqrt(spp)] * 4
 
 
-def test_report_states_errors_relative_to_blue():
-    options = SimpleNamespace(seeds=4, counts=pbrt.COUNTS, command="scripts/bench pbrt --program FILE")
+def test_page_states_errors_relative_to_blue(tmp_path):
+    options = SimpleNamespace(name="pbrt", out=tmp_path, seeds=4, counts=pbrt.COUNTS, command="scripts/bench pbrt --program FILE")
     views = [view for scene in ("kitchen", "kitchen-fixed") for view in pbrt_scenes.crops(scene)]
     references = {view: other_renderer.Reference(np.zeros((2, 2, 3)), dict.fromkeys(other_renderer.MEASURES, 0.001), 4096, 1.0) for view in views}
-    pbrt.SCENES.update({view.scene: pbrt_scenes.OWN["skin"] for view in views})
-    made = pbrt.Report(options, Made(), references)
+    thans = {name: f"`{name}`" for name in pbrt.SAMPLERS if name != "blue"}
+    made = other_renderer.OtherReport(options, Made(), references, thans, pbrt.SETS, {view.scene: pbrt_scenes.OWN["skin"] for view in views})
     assert list(made.sets) == ["Fixed wavelengths", "Four random wavelengths"] and {view.scene for view in made.compared.views} == {"kitchen-fixed"}
     own = made.compared.over("zsobol", 6, "rmse_2.1")
     assert (own.value, own.low, own.high) == pytest.approx((2, 2, 2))
-    text = made.text()
-    assert made.summary().count("| `zsobol` |" + " 2.00 (2.00) |" * 6) == 2 and made.summary().startswith("Fixed wavelengths (4 seeds; 1 scenes, 2 crops rendered):")
+    summary = made.summary(thans)
+    assert summary.count("| `zsobol` |" + " 2.00 (2.00) |" * 6) == 2 and summary.startswith("Fixed wavelengths (4 seeds; 1 scenes, 2 crops rendered):")
+    assert not made.write(vars(pbrt), summary) and (tmp_path / "pbrt.csv").is_file()
+    text = (tmp_path / "pbrt.md").read_text()
     assert "| **2.00** |" in text and "None" not in text and " nan" not in text and "Exposed and" in text
-    assert "| `independent` | 1.00 | 1.00 |" in made.times_table() and "| `blue` | 2.00 | 2.00 |" in made.times_table()
+    assert "| `independent` | 1.00 | 1.00 |" in text and "| `blue` | 2.00 | 2.00 |" in text
 
 
 # ---- With pbrt
@@ -106,7 +108,7 @@ def cycles_program():
 
 
 def cycles_picture(program, sampler, told, spp, seed=1):
-    task = other_renderer.Task(cycles.View("penumbra"), sampler, seed, (), told=told)
+    task = other_renderer.Task(cycles.View("penumbra"), sampler, told=told)
     return cycles.CyclesRun(program, os.environ["BN_CYCLES"], 1).rendered(task, spp, seed)[1]
 
 
