@@ -41,7 +41,7 @@ struct bn_ort_type_info {
 };
 
 struct bn_ort_session_options {
-    int cuda, precise, stays;
+    int cuda, precise, stays, unfused;
 };
 
 struct bn_ort_cuda_options {
@@ -103,6 +103,7 @@ static bn_ort_status *add_entry(bn_ort_session_options *options, const char *key
                                 const char *value) {
     if (strcmp(key, "session.intra_op.allow_spinning") == 0) state.spinning = *value != '0';
     if (strcmp(key, "session.disable_cpu_ep_fallback") == 0) options->stays = *value == '1';
+    if (strcmp(key, "optimization.disable_specified_optimizers") == 0) options->unfused = 1;
     return called();
 }
 
@@ -221,6 +222,7 @@ static bn_ort_status *create_session(const bn_ort_env *env, const void *model, s
                                      const bn_ort_session_options *options,
                                      bn_ort_session **session) {
     if (options->cuda && state.lacks_gpu) return make(1);
+    if (state.needs_names && !options->unfused) return make(1);
     bn_ort_status *status = create((void **)session, sizeof **session);
     if (status == NULL) {
         (*session)->cuda = options->cuda;

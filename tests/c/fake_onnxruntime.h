@@ -14,7 +14,7 @@ typedef struct fake_state {
     int meet; /* runs wait until two are in progress at once */
     int running, most_running, runs;
     int telemetry_disabled, spinning, log_level;
-    int lacks_cuda, lacks_tf32, lacks_gpu, lacks_table, lacks_base;
+    int lacks_cuda, lacks_tf32, lacks_gpu, lacks_table, lacks_base, needs_names;
     const char *version;  /* NULL: a supported version */
     int cuda_runs, rough; /* rough: low-precision sessions */
     int fallbacks;        /* CUDA sessions that may fall back to the CPU */

@@ -40,10 +40,12 @@
  *
  * Reproducibility. The same seed gives bit-identical results on every machine, with any compiler and any
  * number of threads, whatever rounding mode, flush-to-zero mode or floating-point traps the program has set.
- * Exceptions: neural.h; bn_mask_error() and bn_power_spectrum(), which call the C math library; and
- * bn_rank_to_float() for 2^27 ranks or more, which follows the program's rounding mode. Starting with version
- * 0.1, a sampler type's output never changes, down to the bit: improvements become new sampler types. Masks
- * may change between versions; CHANGELOG.md says when. */
+ * Exceptions: neural.h; bn_mask_error() and bn_power_spectrum(), which call the C math library;
+ * bn_rank_to_float() for 2^27 ranks or more, which follows the program's rounding mode; and masks, dithering
+ * and visible noise if you compile bn.c with Clang's -ffp-contract=fast, which ignores the source's pragmas
+ * (GCC obeys them; CMake builds turn the option off). Starting with version 0.1, a sampler type's output never
+ * changes, down to the bit: improvements become new sampler types. Masks may change between versions;
+ * CHANGELOG.md says when. */
 #ifndef BN_BN_H
 #define BN_BN_H
 

@@ -14,8 +14,8 @@
  *
  * ONNX RUNTIME
  *
- * The network runs in ONNX Runtime 1.17 or later, which is loaded when a network is opened. You do not need
- * ONNX Runtime to build or link libbn. bn_neural_open() looks for it:
+ * The network runs in ONNX Runtime 1.17 or later, which is loaded when a network is opened. Tested with 1.19.2,
+ * 1.21.1 and 1.31.1. You do not need ONNX Runtime to build or link libbn. bn_neural_open() looks for it:
  *
  *   1. at runtime_path, if that is not NULL;
  *   2. otherwise at the path in the BN_ONNXRUNTIME environment variable, if that is set. Programs that run
@@ -42,11 +42,11 @@
  * Mask quality does not depend on the seed or the machine. Only the input noise is guaranteed to be
  * bit-identical everywhere. In practice the built-in single-channel network is also bit-identical on any CPU,
  * with any number of threads and for any window, because it uses only additions, subtractions,
- * multiplications and comparisons (ONNX Runtime 1.17.3 and 1.31.1 agree). The two-channel network also uses
- * divisions and square roots, which these two versions round differently. Bits can change if a version of
- * ONNX Runtime fuses operations, if a model uses other operations, or if the network runs on a GPU. On a CPU,
- * within one process, the number of threads and a window's extents change values by less than 1e-5; on a GPU
- * this bound is likely to hold but is not guaranteed. */
+ * multiplications and comparisons (ONNX Runtime 1.19.2, 1.21.1 and 1.31.1 agree). The two-channel network also
+ * uses divisions and square roots, which 1.19.2 rounds differently from the other two. Bits can change if a
+ * version of ONNX Runtime fuses operations, if a model uses other operations, or if the network runs on a GPU.
+ * On a CPU, within one process, the number of threads and a window's extents change values by less than 1e-5;
+ * on a GPU this bound is likely to hold but is not guaranteed. */
 #ifndef BN_BN_NEURAL_H
 #define BN_BN_NEURAL_H
 
@@ -120,8 +120,7 @@ BN_INLINE bn_neural_options bn_neural_options_default(void) {
  *
  * Model format. An ONNX file of at most 64 MiB with one input, `noise`, and one output, both float32. The
  * input has shape (1, 1, h + 2r, w + 2r) and is uniform in [0, 1). The output has shape (1, C, h, w), where C
- * is 1 to 16. The graph uses no padding, and each node has a name of its own, without which ONNX Runtime 1.19
- * to 1.21 rejects some graphs. Metadata:
+ * is 1 to 16. The graph uses no padding. Metadata:
  *
  *   bn.version           1
  *   bn.receptive_radius  r, at most 256: the radius of the receptive field

@@ -228,6 +228,15 @@ static bn_result open_session(bn_runtime *r, bn_provider provider, const void *m
     if (good) {
         bn_ort_status *status =
             api->create_session_from_array(r->env, model, size, options, &r->session);
+        /* Versions 1.19 to 1.21 give the nodes that this optimisation makes of nameless nodes one name, and then
+         * reject the model. */
+        if (status != NULL && api->get_error_code(status) == BN_ORT_FAIL &&
+            done(api,
+                 api->add_session_config_entry(options, "optimization.disable_specified_optimizers",
+                                               "GatherSliceToSplitFusion"))) {
+            api->release_status(status);
+            status = api->create_session_from_array(r->env, model, size, options, &r->session);
+        }
         if (status != NULL) {
             r->session = NULL;
             result = blame(api, status, provider);

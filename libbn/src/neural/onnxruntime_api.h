@@ -38,6 +38,7 @@ enum {
     BN_ORT_FLOAT = 1,
     BN_ORT_ARENA_ALLOCATOR = 1,
     BN_ORT_MEMORY_DEFAULT = 0,
+    BN_ORT_FAIL = 1,             /* a status code without a more specific meaning */
     BN_ORT_INVALID_PROTOBUF = 7, /* status codes that mean a bad model */
     BN_ORT_NOT_IMPLEMENTED = 9,
     BN_ORT_INVALID_GRAPH = 10
