@@ -17,7 +17,8 @@ import OpenEXR
 
 import bluenoise
 
-from ..base.files import read_numbers, write_rows, write_text
+from ..base.files import read_numbers, write_rows
+from ..base.page import write_page
 from ..base.plots import STYLES, finish, plt, save
 from ..base.tables import md_table, update_table
 from ..measure.image_error import visible_error
@@ -148,10 +149,19 @@ class Report:
             lines.append([NAMES.get(label, label), *(f"{np.median(cell):.2f} ({min(cell):.2f} to {max(cell):.2f})" for cell in cells)])
         return md_table(["estimated over true noise", *map(str, self.options.counts)], lines)
 
+    def late_ratios(self, label):
+        """Estimated over true noise from 8 samples on."""
+        return [ratio for spp in self.options.counts if spp >= 8 for ratio in self.ratios(label, spp)]
+
     def summary(self):
-        """(number of ratios from 8 samples on, share in 0.8 .. 1.5, lowest, highest)."""
-        found = [ratio for label in self.labels for spp in self.options.counts if spp >= 8 for ratio in self.ratios(label, spp)]
+        """(number of late ratios, share in 0.8 .. 1.5, lowest, highest)."""
+        found = [ratio for label in self.labels for ratio in self.late_ratios(label)]
         return len(found), np.mean([0.8 <= ratio <= 1.5 for ratio in found]), min(found), max(found)
+
+    def left(self, rule, level, labels):
+        """The noise left in each scene that did not reach the cap."""
+        rows = [self.stopped(rule, level, scene, label) for scene in self.scenes for label in labels]
+        return [row["noise_95"] for row in rows if row["capped"] <= 0.05] or [math.nan]
 
     def below_cap(self, level, labels):
         """The scenes in which no sampler gave more than 5% of the pixels the most samples."""
@@ -207,41 +217,10 @@ class Report:
         lines = []
         for label in PER_PIXEL:
             for rule, level in (("--noise", self.best_level(label)), ("--visible-noise", 1.0)):
-                rows = [self.stopped(rule, level, scene, label) for scene in self.scenes]
-                left = [row["noise_95"] for row in rows if row["capped"] <= 0.05] or [math.nan]
+                rows, left = [self.stopped(rule, level, scene, label) for scene in self.scenes], self.left(rule, level, (label,))
                 lines.append([f"{NAMES[label]}, `{rule} {level:g}`", f"{np.mean([row['samples'] for row in rows]):.1f}", f"{min(left):.2f}", f"{np.median(left):.2f}",
                               f"{max(left):.2f}", f"{max(left) / min(left):.1f}", f"{len(left)}"])
         return md_table(["rule", "samples, mean", "noise left: lowest scene", "median scene", "highest scene", "highest over lowest", "scenes below the cap"], lines)
-
-    def answer(self):
-        (sobol, count), (white, fewer) = (self.over("blue", base, 1.0) for base in ("sobol", "white"))
-        sobol_time, white_time = sobol * self.time_over("blue", "sobol"), white * self.time_over("blue", "white")
-        left = [row["noise_95"] for scene in self.scenes for label in self.labels for row in [self.stopped("--visible-noise", 1.0, scene, label)] if row["capped"] <= 0.05] or [math.nan]
-        total, share, low, high = self.summary()
-        return (f"If each block stops below one step of visible noise, `blue` takes {sobol:.2f} times the samples and {sobol_time:.2f} times the CPU time of padded "
-                f"Sobol', and {white:.2f} and {white_time:.2f} times those of white noise (geometric means over the {count} and {fewer} scenes in which neither reached the cap of {CAP} samples). "
-                f"Where a run did not reach the cap, 95% of the blocks were left with at most {max(left):.2f} steps in every scene, {np.median(left):.2f} in the median.\n\n"
-                f"From 8 samples on, {100 * share:.0f}% of {total} estimates were within 0.8 to 1.5 times the true noise; the lowest was {low:.2f}, the highest {high:.2f}. "
-                "Halves of a net partly cancel each other's errors, so their difference overestimates the noise of their mean: "
-                + ", ".join(f"{NAMES.get(label, label)} {np.median([r for spp in self.options.counts if spp >= 8 for r in self.ratios(label, spp)]):.2f}" for label in self.labels)
-                + " times in the median.")
-
-    def text(self):
-        options = self.options
-        return "\n\n".join([
-            "# Visible noise: the meter and the stop rule", f"*Command: `{options.command}`.*", self.answer(),
-            "## Estimated over true noise", f"Median over scenes, and the lowest and highest scene, at each number of samples per pixel.\n\n{self.estimates_table()}",
-            *(f"## Stopping at {level:g} step{'s' * (level != 1)}\n\nMean samples per pixel with `--visible-noise {level:g} --spp {CAP}`; in parentheses, the true noise that 95% of the "
-              f"blocks of {BLOCK} x {BLOCK} pixels do not exceed. *Capped*: more than 5% of the pixels took {CAP} samples.\n\n{self.stop_table(level)}" for level in STEPS),
-            "## Against a threshold on each pixel's variance",
-            "`--noise` with its best threshold, the one that leaves one step in the median scene. Noise left is the 95th percentile of the blocks. At "
-            f"one threshold, `blue` takes {self.seen_by('--noise', self.best_level('sobol')):.2f} times the samples of padded Sobol' by `--noise` (level {self.best_level('sobol'):g}), and "
-            f"{self.seen_by('--visible-noise', 1.0):.2f} times by `--visible-noise`.\n\n" + self.rules_table(),
-            "![Noise left in each scene by the two rules](stop.png)", "## Method",
-            f"{len(self.references)} crops of {len(self.scenes)} scenes, the held-out views of [renders.md](renders.md) aligned to {BLOCK} pixels; {options.seeds} seed{'s' * (options.seeds > 1)}; "
-            f"references with {options.reference_spp} samples, whose own error is subtracted from the true noise in the first table. The true noise is the difference of the "
-            "displayed, blurred (sigma 2.1) and sRGB-encoded image from its reference, in steps of an 8-bit display. CPU times are the samples times the CPU time per sample in "
-            "[times.csv](times.csv) (`scripts/bench times`, built-in scenes). Z-order is tuned for the cap, because a stop rule cannot know the count."]) + "\n"
 
     def plot(self, path):
         figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), sharex=True, sharey=True)
@@ -271,7 +250,6 @@ def run(arguments):
     report = Report(options, Stops(options.pathtracer, "stop", options.jobs).results(references, tasks), references)
     report.plot(options.out / "stop.png")
     write_rows(options.out / "stop.csv", FIELDS, report.rows())
-    write_text(options.out / "stop.md", report.text())
+    write_page(options.out / "stop.md", globals(), report=report, options=options)
     if options.out == Path("evidence/results"):
         update_table(Path("docs/stop.md"), "scripts/bench stop", report.guide_table())
-    print(report.text())
