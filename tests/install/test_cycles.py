@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The sampling pattern for Cycles compiles and draws the numbers that Cycles requests. They are bit-identical to the library's, and none
-is drawn twice. `scripts/patches` tests the patch itself."""
+is drawn twice."""
 
 import re
-import subprocess
 
 import pytest
 from conftest import ROOT, run
@@ -55,23 +54,3 @@ def test_patch_changes_the_expected_files():
     changed = re.findall(r"^\+\+\+ b/(.*)", PATCH.read_text(), re.MULTILINE)
     assert changed == ["src/kernel/CMakeLists.txt", "src/kernel/sample/pattern.h",
                        "src/kernel/types.h", "src/scene/CMakeLists.txt", "src/scene/integrator.cpp"]
-
-
-def test_script_reports_where_the_patch_applies(tmp_path):
-    """Uses a repository containing the lines that the patch replaces. One tag has all of them, and another lacks a file's lines."""
-    for name, hunks in re.findall(r"^\+\+\+ b/(\S+)\n(.*?)(?=^diff|\Z)", PATCH.read_text(), re.MULTILINE | re.DOTALL):
-        path = tmp_path / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text("".join(line[1:] for line in hunks.splitlines(keepends=True) if line[0] in " -"))
-    git = ("git", "-C", tmp_path, "-c", "user.name=test", "-c", "user.email=test")
-    run("git", "init", "-q", tmp_path)
-    for tag in ("fits", "lacks"):
-        run(*git, "add", ".")
-        run(*git, "commit", "-qm", tag)
-        run(*git, "tag", tag)
-        (tmp_path / "src/kernel/types.h").write_text("")
-    done = subprocess.run([ROOT / "scripts" / "patches", "cycles", tmp_path, "fits", "lacks"], capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    fits, lacks = done.stdout.splitlines()
-    assert fits == "patches: fits: applies"
-    assert lacks.startswith("patches: lacks: does not apply; error: patch failed: src/kernel/types.h")

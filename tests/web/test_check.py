@@ -47,7 +47,7 @@ def check_right(page):
     assert page.happened("Runtime.exceptionThrown") == []
 
 
-def test_all_bits_match_the_cpu(page):
+def test_all_bits_match(page):
     check_right(page)
 
 
@@ -59,27 +59,25 @@ def test_time_is_the_minimum_of_three_runs_of_at_least_30_ms(page):
     assert took == [pytest.approx(1e6 * 10 / (8 * 2**20)), [1, 1, 2, 4, 4, 4]]
 
 
-def test_cpu_draws_match_the_library(page):
+def test_draws_are_those_of_c(page):
+    """The hash contains all bits, on drivers that tests/shaders compares with the library; these are the bits that floats keep."""
     lines(page)
-    every = "(words => Array.from({length: 4000}, (_, k) => words[4 * 997 * (k >> 2) + (k & 3)]))"
-    words = np.array(page.value(f"{every}(drawOnCpu())"), np.uint32)
-    at = page.value("Array.from({length: 1000}, (_, k) => Object.values(asked(997 * k)))")
-    x, y, index, domain = np.array(at, np.uint32).T
-    expected = bluenoise.Sampler(seed=1).sample(x, y, index, domain)
+    at = 997 * np.arange(1000, dtype=np.uint32)
+    index, domain = at * np.uint32(0x9e3779b1) >> 12, at * np.uint32(0x85ebca6b) >> 22 << 22
+    some = "({drawn}) => Array.from({length: 4000}, (_, k) => drawn[4 * 997 * (k >> 2) + (k & 3)])"
+    words = np.array(page.value(f"onWebGl2().then({some})"), np.uint32)
+    expected = bluenoise.Sampler(seed=1).sample(at % 1024, at // 1024, index, domain)
     assert np.array_equal((words.reshape(-1, 4) >> 8) * np.float32(2.0**-24), expected)
-    assert len(np.unique(index)) > 900 and len(np.unique(domain)) > 500
 
 
 def test_single_wrong_bit_is_reported(page):
     lines(page)
-    page.value("nanoseconds = async () => 1.5, 0")
-    page.value("(element('report').value = '', words => { words[4 * 1030 + 2] ^= 1 << 9; return check(words); })(drawOnCpu())")
-    for kind, text in lines(page).values():
-        assert kind == "verdict wrong" and "first in pixel 6, 1, index" in text and "dimension 2;" in text
+    found = page.value("verdict('WebGL 2', {drawn: new Uint32Array(4 * COUNT).fill(1, 9, 10), name: '', draw: 1, fetch: 1})")
+    assert found[0] == "wrong" and "bits differ from the library's (hash 00000013, not " in found[1]
 
 
 def test_missing_api_has_no_verdict(page):
-    assert page.value("verdict('WebGPU', null, [])[0]") == "nothing"
+    assert page.value("verdict('WebGPU', null)[0]") == "nothing"
 
 
 @pytest.fixture
@@ -90,7 +88,7 @@ def port():
         server.shutdown()
 
 
-def test_all_bits_match_the_cpu_from_a_server(browser, port):
+def test_all_bits_match_from_a_server(browser, port):
     open_check(browser, f"http://127.0.0.1:{port}/check.html", "async () => 1.5")
     check_right(browser)
 
