@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Choices over every possible draw: the probability of each item, the exact limits between items, and how
- * evenly the remainders fill [0, 1). */
+ * Choices at every seventh draw and on both sides of each limit: the item is the one that contains the draw, and
+ * the remainder is the draw's position in the item, so remainders fill [0, 1) evenly. */
 #include "check.h"
 #include <bn/bn_choose.h>
 #include <math.h>
-#include <stdlib.h>
 
-enum { STEPS = 1 << 24, THRESHOLDS = 8 };
+enum { STEPS = 1 << 24, STRIDE = 7 /* coprime to STEPS */ };
 
 static float draw(uint32_t step) {
     return (float)step / STEPS;
@@ -17,59 +16,31 @@ static int is_draw(float u) {
     return u >= 0.0f && u < 1.0f && u * STEPS == floorf(u * STEPS);
 }
 
-/* An item's statistics: how many draws choose it, and how many remainders are below each threshold. */
-typedef struct item {
-    uint32_t count, below[THRESHOLDS];
-    float last;
-    int bad; /* remainders that are not valid draws or not in ascending order */
-} item;
-
-static void item_add(item *it, float left) {
-    it->bad += !is_draw(left) || (it->count > 0 && left < it->last);
-    it->last = left;
-    ++it->count;
-    for (int t = 0; t < THRESHOLDS; ++t) it->below[t] += left < ((float)t + 0.5f) / THRESHOLDS;
+/* Whether a remainder is the centre of a step within the steps low to high - 1, rounded down to a draw. */
+static int is_remainder(float left, uint32_t step, uint32_t low, uint32_t high) {
+    return step >= low && step < high &&
+           left == draw((uint32_t)(((uint64_t)(2 * (step - low) + 1) << 23) / (high - low)));
 }
 
-/* The number of remainders below each threshold deviates from uniform by at most `slack`. */
-static void check_even(const item *it, double slack) {
-    CHECK(it->bad == 0);
-    for (int t = 0; t < THRESHOLDS; ++t) {
-        CHECK(fabs(it->below[t] - it->count * (t + 0.5) / THRESHOLDS) <= slack);
-    }
+static int is_choice(float p, uint32_t step, uint32_t limit) {
+    float u = draw(step);
+    const int below = u < p;
+    return bn_choose(p, &u) == below &&
+           is_remainder(u, step, below ? 0 : limit, below ? limit : STEPS);
 }
 
-static void test_probability(float p) {
-    item items[2] = {{0}, {0}};
-    int wrong = 0;
-    for (uint32_t step = 0; step < STEPS; ++step) {
-        float u = draw(step);
-        const int expected = u < p, chosen = bn_choose(p, &u);
-        wrong += chosen != expected;
-        item_add(&items[!chosen], u);
-    }
-    CHECK(wrong == 0);
-    CHECK(items[0].count == (uint32_t)ceil((double)p * STEPS));
-    CHECK(items[0].count + items[1].count == STEPS);
-    check_even(&items[0], 0.5);
-    check_even(&items[1], 0.5);
-}
-
-/* Tests the last draw below a limit and the first draw above it. Their remainders are the largest and
- * smallest of their items. */
+/* Tests the draws on both sides of a probability's limit: the last and the first of their items. */
 static void check_limit(uint32_t limit, float p) {
-    const uint32_t width[2] = {limit, STEPS - limit};
-    for (uint32_t side = 0; side < 2; ++side) {
-        if (width[side] == 0) continue;
-        float u = draw(side == 0 ? limit - 1 : limit);
-        const uint32_t numerator = side == 0 ? 2 * width[side] - 1 : 1;
-        CHECK(bn_choose(p, &u) == (side == 0));
-        CHECK(u == draw((uint32_t)(((uint64_t)numerator << 23) / width[side])));
-        CHECK(is_draw(u));
-    }
+    if (limit > 0) CHECK(is_choice(p, limit - 1, limit));
+    if (limit < STEPS) CHECK(is_choice(p, limit, limit));
 }
 
-static void test_limits(void) {
+static void test_probabilities(void) {
+    const float p = 0.3f;
+    const uint32_t third = (uint32_t)ceil((double)p * STEPS);
+    int wrong = 0;
+    for (uint32_t step = 0; step < STEPS; step += STRIDE) wrong += !is_choice(p, step, third);
+    CHECK(wrong == 0);
     uint32_t random = 1;
     for (uint32_t i = 0; i <= 100000; ++i) {
         random = random * 1664525u + 1013904223u;
@@ -82,29 +53,23 @@ static void test_limits(void) {
     check_limit(1, 1e-45f);
 }
 
+/* Together, a choice and its remainder give the centre of the step. */
+static int is_count_choice(uint32_t count, uint32_t step) {
+    float u = draw(step);
+    const uint32_t chosen = bn_choose_u32(count, &u);
+    const double at = (chosen + (double)u) / count, centre = (step + 0.5) / STEPS;
+    return chosen < count && is_draw(u) && fabs(at - centre) <= 1.0 / STEPS / count;
+}
+
 static void test_count(uint32_t count) {
-    item *items = calloc(count, sizeof *items);
-    uint32_t last = 0, narrow = STEPS, wide = 0;
     int wrong = 0;
-    for (uint32_t step = 0; step < STEPS; ++step) {
-        float u = draw(step);
-        const uint32_t chosen = bn_choose_u32(count, &u);
-        wrong +=
-            chosen >= count || chosen < last || chosen > last + 1 || (step == 0 && chosen != 0);
-        if (chosen >= count) break;
-        last = chosen;
-        /* Together, the choice and its remainder give the centre of the step. */
-        wrong += fabs((chosen + (double)u) / count - (step + 0.5) / STEPS) > 1.0 / STEPS / count;
-        item_add(&items[chosen], u);
+    for (uint32_t step = 0; step < STEPS; step += STRIDE) wrong += !is_count_choice(count, step);
+    for (uint64_t i = 0; i <= count; ++i) {
+        const uint32_t limit = (uint32_t)(i * STEPS / count);
+        wrong += limit > 0 && !is_count_choice(count, limit - 1);
+        wrong += limit < STEPS && !is_count_choice(count, limit);
     }
-    CHECK(wrong == 0 && last == count - 1);
-    for (uint32_t i = 0; i < count; ++i) {
-        if (items[i].count < narrow) narrow = items[i].count;
-        if (items[i].count > wide) wide = items[i].count;
-        check_even(&items[i], STEPS % count == 0 ? 0.5 : 1.0);
-    }
-    CHECK(narrow >= STEPS / count && wide <= STEPS / count + (STEPS % count != 0));
-    free(items);
+    CHECK(wrong == 0);
 }
 
 /* Tables of cumulative weights with any sum. The choice is the first item whose limit exceeds u times the
@@ -115,30 +80,36 @@ static void test_cumulative_tables(void) {
     static const float shares[COUNT] = {0.0f, 0.125f,     0.3f, 0.3f, 0.3f + 6e-8f,
                                         0.6f, 0.9999999f, 1.0f, 1.0f};
     for (int s = 0; s < 2; ++s) {
-        item items[COUNT] = {{0}};
         float cdf[COUNT], doubled[COUNT];
+        uint32_t bounds[COUNT + 1] = {0};
         int wrong = 0;
         for (int i = 0; i < COUNT; ++i) {
             cdf[i] = shares[i] * sums[s];
             doubled[i] = shares[i] * 0.25f;
+            uint32_t low = 0, high = STEPS; /* bisects for the first draw that is not below */
+            while (low < high) {
+                const uint32_t middle = (low + high) / 2;
+                if (draw(middle) * sums[s] < cdf[i]) {
+                    low = middle + 1;
+                } else {
+                    high = middle;
+                }
+            }
+            bounds[i + 1] = low;
         }
-        for (uint32_t step = 0; step < STEPS; ++step) {
+        CHECK(bounds[COUNT] == STEPS && bounds[5] - bounds[4] <= 2);
+        for (uint32_t k = 0; k < STEPS / STRIDE + 2 * COUNT; ++k) {
+            const uint32_t edge = k / 2 < COUNT ? bounds[k / 2 + 1] - k % 2 : 0;
+            const uint32_t step = k < 2 * COUNT ? edge % STEPS : (k - 2 * COUNT) * STRIDE;
             float u = draw(step), v = u, w = u;
-            uint32_t expected = 0;
-            while (expected < COUNT - 1 && !(u * sums[s] < cdf[expected])) ++expected;
-            const uint32_t chosen = bn_choose_cdf(cdf, COUNT, &u);
-            wrong += chosen != expected;
-            item_add(&items[expected], u);
-            if (s > 0) continue;
+            uint32_t item = 0;
+            while (item < COUNT - 1 && !(u * sums[s] < cdf[item])) ++item;
+            wrong += bn_choose_cdf(cdf, COUNT, &u) != item ||
+                     !is_remainder(u, step, bounds[item], bounds[item + 1]);
             wrong +=
                 bn_choose_cdf(shares, COUNT, &v) != bn_choose_cdf(doubled, COUNT, &w) || v != w;
         }
         CHECK(wrong == 0);
-        for (int i = 0; i < COUNT; ++i) {
-            const double share = (double)cdf[i] - (i > 0 ? (double)cdf[i - 1] : 0.0);
-            check_even(&items[i], 0.5);
-            CHECK(fabs(items[i].count - share / cdf[COUNT - 1] * STEPS) < 2.5);
-        }
     }
 }
 
@@ -187,10 +158,9 @@ static void test_bad_arguments(void) {
 }
 
 int main(void) {
-    test_probability(0.3f);
+    test_probabilities();
     test_count(7);
     test_count(1000);
-    test_limits();
     test_cumulative_tables();
     test_bad_arguments();
     return check_result();
