@@ -16,7 +16,7 @@ from ..base.tables import md_table, write_or_print
 from ..measure.image_error import blurred
 from .realtime import half_plane
 
-GUIDE, COMMAND, PERIODS_COMMAND, LOBES_COMMAND = "docs/realtime.md", "scripts/bench follow", "scripts/bench follow: periods", "scripts/bench follow: lobes"
+GUIDE, COMMAND = "docs/realtime.md", "scripts/bench follow"
 SIDE, EDGE, FRAMES, WEIGHT, TILE, RADIUS = 256, 40, 40, 0.1, 64, 70
 SIGMA = 1.0
 Y, X = np.mgrid[:SIDE, :SIDE]
@@ -56,18 +56,16 @@ def in_tiles(values):
     return medians.repeat(TILE, 0).repeat(TILE, 1)
 
 
+# {way: for the pixels `own` of a layer, the motion that its draws follow}
 WAYS = {
-    "fixed": lambda x, y, layer: even(0, 0),
-    "one pan": lambda x, y, layer: even(np.median(x), np.median(y)),
-    "a pan for each tile": lambda x, y, layer: (in_tiles(x), in_tiles(y)),
+    "fixed": lambda x, y, own: even(0, 0),
+    "one pan": lambda x, y, own: even(np.median(x), np.median(y)),
+    "a pan for each tile": lambda x, y, own: (in_tiles(x), in_tiles(y)),
+    "a pan for each layer": lambda x, y, own: even(x[own][0], y[own][0]),
 }
 
 
 # ---- The measure
-
-def planes(count):
-    return [half_plane(np.random.default_rng([7, i])) for i in range(count)]
-
 
 def deviations(sampler, x, y, index, integrands):
     """[integrands][height][width]"""
@@ -77,27 +75,20 @@ def deviations(sampler, x, y, index, integrands):
 
 def error(kind, motion, way, integrands):
     """RMSE of the averaged frames after a blur. With two layers, of the disc."""
-    sampler, pan, average, before = bluenoise.Sampler(kind, seed=1), bluenoise.Pan(X.shape), None, None
+    sampler, pans, average, before = bluenoise.Sampler(kind, seed=1), [bluenoise.Pan(X.shape) for _ in range(2)], None, None
     for t in range(FRAMES):
         x, y, layer = MOTIONS[motion](t)
-        if average is None:
-            pans = [(pan.x, pan.y)] * 2
-        elif way == "a pan for each layer":
-            pan.follow(*(np.where(X < SIDE // 2, own[~layer][0], own[layer][0]) for own in (x, y)))  # both layers' pans, side by side
-            pans = [(int(pan.x[0, at]), int(pan.y[0, at])) for at in (0, -1)]
-        else:
-            pan.follow(*WAYS[way](x, y, layer))
-            pans = [(pan.x, pan.y)] * 2
-        shifts = [np.where(layer, front, back) for back, front in zip(*pans)]
-        found = deviations(sampler, X - shifts[0], Y - shifts[1], t, integrands)
-        if average is None:
-            average = found
-        else:
+        if t:
+            for pan, own in zip(pans, (~layer, layer)):
+                pan.follow(*WAYS[way](x, y, own))
+        back, front = pans
+        found = deviations(sampler, X - np.where(layer, front.x, back.x), Y - np.where(layer, front.y, back.y), t, integrands)
+        if t:
             places = np.stack([Y - y, X - x])
             history = np.stack([ndimage.map_coordinates(own, places, order=1, mode="nearest") for own in average])
             known = before[tuple(np.clip(np.rint(places), 0, SIDE - 1).astype(int))] == layer
-            average = np.where(known, history + WEIGHT * (found - history), found)
-        before = layer
+            found = np.where(known, history + WEIGHT * (found - history), found)
+        average, before = found, layer
     measured = np.zeros(X.shape, bool)
     measured[EDGE:-EDGE, EDGE:-EDGE] = True
     if before.any():
@@ -106,11 +97,10 @@ def error(kind, motion, way, integrands):
 
 
 def motion_table(integrands):
-    base, rows = error("sobol", "rest", "fixed", integrands), []
-    for motion in MOTIONS:
-        ways = (*WAYS, "a pan for each layer")
-        rows.append([motion, *("" if way not in WAYS and MOTIONS[motion] is not two_layers else f"{error('blue', motion, way, integrands) / base:.2f}" for way in ways)])
-    return md_table(["error over padded Sobol' at rest", *WAYS, "a pan for each layer"], rows)
+    base = error("sobol", "rest", "fixed", integrands)
+    return md_table(["error over padded Sobol' at rest", *WAYS], [
+        [motion, *("" if way == "a pan for each layer" and of is not two_layers else f"{error('blue', motion, way, integrands) / base:.2f}" for way in WAYS)]
+        for motion, of in MOTIONS.items()])
 
 
 def settled(new_of, weight):
@@ -124,43 +114,44 @@ def settled(new_of, weight):
     return np.sqrt(np.mean(found, 0))
 
 
-SMALL = np.s_[:SIDE // 2, :SIDE // 2]
+def settled_blue(weight, integrands, period=0, lobe=None):
+    """settled() of `blue` with frame numbers that repeat after `period` frames, or of a lobe that is chosen with a probability: lobe =
+    (probability, whether it is chosen from the direction's first number, which is then rescaled, or from a separate number)."""
+    sampler, (y, x) = bluenoise.Sampler("blue", seed=1), np.mgrid[:SIDE // 2, :SIDE // 2]
+
+    def new_of(t):
+        ray = bluenoise.PathSampler(sampler, x, y, t % period if period else t).ray(0)
+        u, share, chosen = ray.draw_direction(), 1, True
+        if lobe and lobe[1]:
+            share = lobe[0]
+            chosen, u[..., 0] = bluenoise.choose(share, u[..., 0])
+        elif lobe:
+            share = lobe[0]
+            chosen = ray.next_1d() < share
+        return np.stack([np.where(chosen, values(u) / share, 0) - np.float32(mean) for values, mean in integrands])
+
+    return settled(new_of, weight)
 
 
-def period_errors(period, weight, integrands):
-    sampler = bluenoise.Sampler("blue", seed=1)
-    return settled(lambda t: deviations(sampler, X[SMALL], Y[SMALL], t % period if period else t, integrands), weight)
-
-
-def lobe_error(probability, weight, rescaled, integrands):
-    """The error of a lobe that is chosen with a probability: from the direction's first number, which is then rescaled, or from a separate number."""
-    sampler = bluenoise.Sampler("blue", seed=1)
-
-    def deviation(t):
-        ray = bluenoise.PathSampler(sampler, X[SMALL], Y[SMALL], t).ray(0)
-        u = ray.draw_direction()
-        if rescaled:
-            chosen, u[..., 0] = bluenoise.choose(probability, u[..., 0])
-        else:
-            chosen = ray.next_1d() < probability
-        return np.stack([np.where(chosen, values(u) / probability, 0) - mean for values, mean in integrands])
-
-    return settled(deviation, weight)[0]
-
-
-def lobe_table(integrands):
-    return md_table(["error over a separate number for the lobe", *(f"probability {probability}" for probability in LOBES)], [
-        [f"rescaled remainder, weight {name}", *(f"{lobe_error(probability, weight, True, integrands) / lobe_error(probability, weight, False, integrands):.2f}"
-                                                for probability in LOBES)] for name, weight in (("1/32", 1 / 32), ("0.1", 0.1))])
+NAMED_WEIGHTS = (("1/32", 1 / 32), ("0.1", 0.1))
 
 
 def period_table(integrands):
     rows = []
-    for name, weight in (("1/32", 1 / 32), ("0.1", 0.1)):
-        base = period_errors(0, weight, integrands)
-        found = [period_errors(period, weight, integrands) / base for period in PERIODS]
+    for name, weight in NAMED_WEIGHTS:
+        base = settled_blue(weight, integrands)
+        found = [settled_blue(weight, integrands, period) / base for period in PERIODS]
         rows += [[f"{what}, weight {name}", *(f"{own[i]:.2f}" for own in found)] for i, what in enumerate(("error", "flicker"))]
     return md_table(["over frame numbers that never repeat", *(f"repeats after {period}" for period in PERIODS)], rows)
+
+
+def lobe_table(integrands):
+    def ratio(probability, weight):
+        rescaled, separate = (settled_blue(weight, integrands, lobe=(probability, own))[0] for own in (True, False))
+        return f"{rescaled / separate:.2f}"
+
+    return md_table(["error over a separate number for the lobe", *(f"probability {probability}" for probability in LOBES)], [
+        [f"rescaled remainder, weight {name}", *(ratio(probability, weight) for probability in LOBES)] for name, weight in NAMED_WEIGHTS])
 
 
 def run(arguments):
@@ -168,6 +159,6 @@ def run(arguments):
     parser.number("--integrands", 10, "number of half-planes")
     parser.table(GUIDE)
     options = parser.parse_args(arguments)
-    integrands = planes(options.integrands)
-    for command, table in ((COMMAND, motion_table), (PERIODS_COMMAND, period_table), (LOBES_COMMAND, lobe_table)):
+    integrands = [half_plane(np.random.default_rng([7, i])) for i in range(options.integrands)]
+    for command, table in ((COMMAND, motion_table), (f"{COMMAND}: periods", period_table), (f"{COMMAND}: lobes", lobe_table)):
         write_or_print(options, command, table(integrands))

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What draws follow: motions, tiles, and the errors of simple averages."""
 
+import numpy as np
 import pytest
 
 from evidence.realtime import follow
+from evidence.realtime.realtime import half_plane
 
 pytest.importorskip("bluenoise")
 
@@ -16,13 +18,15 @@ def test_tiles_follow_their_median_and_layers_their_motion():
     assert (tiles[:follow.TILE, :follow.TILE] == -2).all() and (tiles[follow.TILE:-follow.TILE, follow.TILE:-follow.TILE] == 3).all()
 
 
+INTEGRANDS = [half_plane(np.random.default_rng([7, i])) for i in range(2)]
+
+
 def test_a_pan_that_follows_has_the_error_at_rest():
-    integrands = follow.planes(2)
-    rest, fixed, following = (follow.error("blue", motion, way, integrands) for motion, way in (
+    rest, fixed, following = (follow.error("blue", motion, way, INTEGRANDS) for motion, way in (
         ("rest", "fixed"), ("pan by 2.5 pixels", "fixed"), ("pan by 2.5 pixels", "one pan")))
     assert following < 1.15 * rest < fixed
 
 
 def test_choosing_a_lobe_from_the_direction_lowers_the_error():
-    integrands = follow.planes(2)
-    assert follow.lobe_error(0.5, 0.1, True, integrands) < 0.7 * follow.lobe_error(0.5, 0.1, False, integrands)
+    rescaled, separate = (follow.settled_blue(0.1, INTEGRANDS, lobe=(0.5, own))[0] for own in (True, False))
+    assert rescaled < 0.7 * separate
