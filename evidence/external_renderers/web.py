@@ -11,8 +11,8 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from chromium import Browser, chromium
 
-from ..base.browser import Browser, chromium
 from ..base.command import CommandError, Parser
 from ..base.progress import Progress
 from ..base.tables import md_table, write_or_print

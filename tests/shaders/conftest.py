@@ -16,7 +16,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 HERE = ROOT / "tests" / "shaders"
 INCLUDE = ROOT / "libbn" / "include"
-sys.path.append(str(ROOT))  # for evidence/base/browser.py
+sys.path.append(str(ROOT / "scripts"))  # for chromium.py
 PACKAGE = ROOT / "examples" / "web" / "package"
 GLSLANG = shutil.which("glslangValidator") or shutil.which("glslang")
 

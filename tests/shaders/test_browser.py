@@ -18,7 +18,7 @@ WIDTH = 4096  # of the result image
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
     """A browser with a page that contains the functions of harness.js."""
-    found = pytest.importorskip("evidence.base.browser", reason="not in the source distribution")
+    found = pytest.importorskip("chromium", reason="not in the source distribution")
     need(found.chromium(), "Chromium")
     folder = tmp_path_factory.mktemp("chromium")
     browser = found.Browser(found.chromium(), folder, 300)

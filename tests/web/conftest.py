@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 
-from evidence.base.browser import Browser, chromium  # noqa: E402
+from chromium import Browser, chromium  # noqa: E402
 
 
 @pytest.fixture(scope="session")
