@@ -106,8 +106,9 @@ def one_mesh_in_many_nodes(g):
 
 def many_large_images(g):
     primitives = g.json["meshes"][0]["primitives"]
+    data = encoded(np.zeros((4096, 4096)))
     for _ in range(5):
-        source = g.add("images", bufferView=g.view(encoded(np.zeros((4096, 4096)))))
+        source = g.add("images", bufferView=g.view(data))
         pbr = {"baseColorTexture": {"index": g.add("textures", source=source)}}
         primitives.append({**primitives[0], "material": g.add("materials", pbrMetallicRoughness=pbr)})
 

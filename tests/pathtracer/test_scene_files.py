@@ -253,7 +253,7 @@ def test_primitives_share_arrays_and_textures_share_images(pathtracer, even_sky)
     points = np.concatenate([np.stack([x, 0 * x, -y], -1).reshape(-1, 3), [[1e6, 0, 0]]]).astype(np.float32)  # the last is not used
     first = np.arange(side * (side - 1)).reshape(side - 1, side)[:, :-1].ravel()
     faces = (first[:, None] + [0, 1, side + 1, 0, side + 1, side]).astype(np.uint32)
-    image = g.add("images", bufferView=g.view(files.encoded(np.full((4096, 4096, 3), 188))))
+    image = g.add("images", bufferView=g.view(files.encoded(np.full((4096, 4096), 188))))
     textures = [g.add("textures", source=image, sampler=g.add("samplers", wrapS=mode)) for mode in (10497, 33648, 33071)]
     materials = [g.material((1, 1, 1), pbr={"baseColorTexture": {"index": texture}}) for texture in textures]
     attributes = {"POSITION": g.accessor(points), "TEXCOORD_0": g.accessor(points[:, :2].copy())}

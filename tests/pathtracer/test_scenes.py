@@ -46,17 +46,17 @@ def test_furnace(pathtracer, depth):
 
 
 def test_adaptive_sampling_is_unbiased(pathtracer):
-    """Compares dark and bright regions, chosen by an independent image. A bias of one percent is detected 99 times in 100."""
+    """Compares dark and bright regions, chosen by an independent image. A bias of 1.5% is detected 99 times in 100."""
     common = ["--scene", "penumbra", "--max-depth", 1, "--size"]
-    places = pathtracer.image(*common, "30x25", "--sampler", "sobol", "--spp", 64).sum(axis=2)
+    places = pathtracer.image(*common, "20x17", "--sampler", "sobol", "--spp", 64).sum(axis=2)
     dark = np.kron(places < np.median(places), np.ones((8, 8), bool))
-    plain = rendered(pathtracer, *common, "240x200", "--sampler", "white", "--spp", 12, "--seed", 9)
+    plain = rendered(pathtracer, *common, "160x136", "--sampler", "white", "--spp", 12, "--seed", 9)
     for sampler in ("white", "blue"):
-        adaptive = rendered(pathtracer, *common, "240x200", "--sampler", sampler, "--noise", 0.25, "--min-spp", 4, "--spp", 64)
+        adaptive = rendered(pathtracer, *common, "160x136", "--sampler", sampler, "--noise", 0.25, "--min-spp", 4, "--spp", 64)
         assert len(np.unique(adaptive["count"])) > 2
         for where in (dark, ~dark):
             cut = [{name: values[where][None] for name, values in layers.items()} for layers in (adaptive, plain)]
-            assert_equal_means(*cut, 0.01, blocks=1)
+            assert_equal_means(*cut, 0.015, blocks=1)
 
 
 def test_stopping_by_visible_noise_is_unbiased(pathtracer):
@@ -66,9 +66,8 @@ def test_stopping_by_visible_noise_is_unbiased(pathtracer):
     def shown(seed, *more):
         return np.clip(pathtracer.image(*common, "--seed", seed, *more), 0, 1).mean()
 
-    seeds = range(8)
-    plain = [shown(100 + seed, "--spp", 64) for seed in seeds]
-    stopped = [shown(seed, "--visible-noise", 2, "--spp", 64) for seed in seeds]
+    plain = [shown(seed, "--spp", 64) for seed in (100, 101)]
+    stopped = [shown(seed, "--visible-noise", 2, "--spp", 64) for seed in range(8)]
     assert abs(np.mean(stopped) / np.mean(plain) - 1) < 0.006
 
 

@@ -74,7 +74,7 @@ void test_closed_white_box() {
     add_light(lit, 0, {0.1f, 0.1f, 0.1f}, {-0.2f, 0.5f, -0.2f}, {0.2f, 0.5f, -0.2f},
               {0.2f, 0.5f, 0.2f});
     scene_finish(lit);
-    check_near(render(lit, {64, 40}), 2.05 * render(lit, {64, 20}).mean.mean(), 0.12, "lit");
+    check_near(render(lit, {8, 20}), 2.005 * render(lit, {8, 10}).mean.mean(), 0.05, "lit");
 }
 
 void test_empty_and_unlit_scenes() {
@@ -98,7 +98,7 @@ void test_mis_weights() {
         CHECK(!scene.lights.empty(), "%s: no light to sample", what);
         for (const uint32_t count : {1u, 2u, 8u}) {
             scene.light_samples = count;
-            check_near(render(scene, {32, 1, "sobol", count}), expected, 0.01, what);
+            check_near(render(scene, {16, 1, "sobol", count}), expected, 0.01, what);
         }
     };
     for (const bool metal : {false, true})
