@@ -202,9 +202,8 @@ double walked(const Scene &scene, const Geometry &geometry, Ray ray, Random &ran
         const Vec3 normal = front ? hit.normal : -hit.normal;
         const glm::mat3 frame = frame_around(normal);
         const Vec2 u = {random(), random()};
-        const MaterialSample sample =
-            material_sample(scene.materials[scene.surfaces[hit.point.triangle].material], front,
-                            -ray.direction * frame, u, random());
+        const MaterialSample sample = material_sample(material_of(scene, hit.point.triangle), front,
+                                                      -ray.direction * frame, u, random());
         if (!(sample.pdf > 0)) return 0;
         throughput *= sample.weight;
         const Vec3 point = ray.origin + hit.distance * ray.direction;

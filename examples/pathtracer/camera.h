@@ -2,6 +2,8 @@
 // A camera with a thin lens, or a pinhole if the lens radius is 0.
 #pragma once
 
+#include <string>
+
 #include "math.h"
 
 struct Ray {
@@ -19,6 +21,7 @@ struct Camera {
     float lens_radius;             // 0: a pinhole
     float focus_distance;          // along `forward`, to the plane in focus
     bool frames_square;            // narrow images, too, show all that a square one does
+    std::string name;              // may be empty
 };
 
 // `up` need not be perpendicular to `forward`, a unit vector.

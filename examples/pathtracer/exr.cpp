@@ -15,13 +15,8 @@
 #include <ImfStringAttribute.h>
 #include <bn/bn.h>
 
-#include <algorithm>
-#include <array>
-#include <charconv>
-#include <cmath>
 #include <limits>
 #include <new>
-#include <type_traits>
 
 #include "files.h"
 
@@ -74,7 +69,7 @@ struct Planes {
 };
 
 // Reads and checks the windows of a file. Imf checks that they are not empty.
-void read_windows(const Imf::Header &header, int &full_width, int &full_height, Crop &crop) {
+Window read_window(const Imf::Header &header) {
     const Imath::Box2i display = header.displayWindow(), data = header.dataWindow();
     const int64_t x0 = data.min.x, y0 = data.min.y, x1 = int64_t{data.max.x} + 1,
                   y1 = int64_t{data.max.y} + 1;
@@ -83,9 +78,7 @@ void read_windows(const Imf::Header &header, int &full_width, int &full_height, 
     if (w > LARGEST || h > LARGEST || std::min(x0, y0) < -LARGEST || std::max(x1, y1) > LARGEST ||
         (x1 - x0) * (y1 - y0) > int64_t(4 * MAX_PIXELS))
         throw Error("it is too large");
-    full_width = int(w);
-    full_height = int(h);
-    crop = {int(x0), int(y0), int(x1), int(y1)};
+    return {int(w), int(h), {int(x0), int(y0), int(x1), int(y1)}};
 }
 
 template <typename Statistics, typename Visit>
@@ -100,8 +93,7 @@ void visit_statistics(Statistics &s, Visit visit) {
 }
 
 ExrHead read_head(const Imf::Header &header) {
-    ExrHead head{};
-    read_windows(header, head.full_width, head.full_height, head.crop);
+    ExrHead head{read_window(header)};
     for (auto at = header.begin(); at != header.end(); ++at)
         if (const auto *text = dynamic_cast<const Imf::StringAttribute *>(&at.attribute()))
             head.settings[at.name()] = text->value();
@@ -147,10 +139,8 @@ std::string exr_encode(const Film &film, const ExrHead &head) {
     const auto text = [&](const std::string &name, const std::string &value) {
         header.insert(name, Imf::StringAttribute(value));
     };
-    visit_statistics(head.statistics, [&](const char *name, auto value) {
-        text(name,
-             std::is_integral_v<decltype(value)> ? std::to_string(value) : shortest(double(value)));
-    });
+    visit_statistics(head.statistics,
+                     [&](const char *name, auto value) { text(name, shortest(value)); });
     for (const auto &[name, value] : head.settings) text(name, value);
     text("software", std::string("libbn pathtracer ") + bn_version_string());
 
@@ -182,8 +172,7 @@ std::string exr_encode(const Film &film, const ExrHead &head) {
 Image exr_read(const std::string &path) {
     return reading(path, [&] {
         Imf::InputFile file(path.c_str());
-        Image image{};
-        read_windows(file.header(), image.full_width, image.full_height, image.crop);
+        Image image{read_window(file.header()), {}};
         const size_t pixel = sizeof(Vec3);
         const size_t row = pixel * size_t(width(image.crop));
         image.rgb.resize(pixel_count(image.crop));

@@ -5,7 +5,6 @@
 #include <zlib.h>
 
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -71,11 +70,6 @@ class TemporaryFile {
 };
 
 } // namespace
-
-std::string shortest(double number) {
-    char text[32];
-    return {text, std::to_chars(text, text + sizeof text, number).ptr};
-}
 
 std::string without_controls(std::string text) {
     for (char &c : text)

@@ -3,6 +3,7 @@
 // depends on. Only regular files are read, because pipes and devices may never end.
 #pragma once
 
+#include <charconv>
 #include <filesystem>
 #include <map>
 #include <sstream>
@@ -17,7 +18,11 @@ std::string joined(const Parts &...parts) {
 }
 
 // The shortest string that reads back as the same number.
-std::string shortest(double number);
+template <typename Number>
+std::string shortest(Number number) {
+    char text[32];
+    return {text, std::to_chars(text, text + sizeof text, number).ptr};
+}
 
 // Thrown when the program cannot continue. The message is one line: what is wrong and what to do.
 struct Error : std::runtime_error {

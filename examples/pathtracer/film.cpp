@@ -3,10 +3,8 @@
 
 #include <bn/bn.h>
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <mutex>
 #include <new>
 #include <system_error>
@@ -30,7 +28,7 @@ bool shows_surface(const FilmPixel &p) {
 } // namespace
 
 Film film_create(int full_width, int full_height, const Crop &crop) {
-    return {full_width, full_height, crop, std::vector<FilmPixel>(pixel_count(crop))};
+    return {{full_width, full_height, crop}, std::vector<FilmPixel>(pixel_count(crop))};
 }
 
 void film_add(FilmPixel &pixel, const PathSample &sample) {
@@ -73,7 +71,7 @@ SampleCounts film_counts(const Film &film) {
 }
 
 Image film_image(const Film &film) {
-    Image image{film.full_width, film.full_height, film.crop, {}};
+    Image image{film, {}};
     for (const FilmPixel &pixel : film.pixels) image.rgb.push_back(pixel.radiance);
     return image;
 }
@@ -154,10 +152,6 @@ Crop whole_blocks(const Crop &crop, const Film &film, int size) {
     const auto up = [&](int v, int limit) { return std::min((v + size - 1) / size * size, limit); };
     return {crop.x0 / size * size, crop.y0 / size * size, up(crop.x1, film.full_width),
             up(crop.y1, film.full_height)};
-}
-
-bool is_power_of_two(uint32_t v) {
-    return v > 0 && (v & (v - 1)) == 0;
 }
 
 // The film for another crop, inside or around its own. Pixels outside its own crop have no samples.
@@ -254,8 +248,8 @@ struct Renderer {
     void render_pixel(int x, int y, uint32_t count, PathCounters &counters) {
         for (FilmPixel &pixel = film_pixel(film, x, y); pixel.count < count;) {
             const uint32_t index = settings.first_sample + pixel.count;
-            if (settings.visible_noise > 0 && is_power_of_two(pixel.count))
-                pixel.half = pixel.radiance;
+            const bool power_of_two = (pixel.count & (pixel.count - 1)) == 0;
+            if (settings.visible_noise > 0 && power_of_two) pixel.half = pixel.radiance;
             PathSample sample = trace_path(integrator, x, y, index, counters);
             // One non-finite sample would ruin the pixel. The total is reported at the end.
             if (!is_finite(sample.radiance)) {

@@ -5,11 +5,7 @@
 #pragma once
 
 #include <csignal>
-#include <cstdint>
-#include <functional>
 #include <map>
-#include <string>
-#include <vector>
 
 #include "image.h"
 #include "integrator.h"
@@ -30,9 +26,7 @@ struct FilmPixel {
     double noise = UNMEASURED;
 };
 
-struct Film {
-    int full_width, full_height;   // whole image
-    Crop crop;                     // the pixels held
+struct Film : Window {
     std::vector<FilmPixel> pixels; // row by row
 };
 
@@ -144,9 +138,7 @@ struct ImageStatistics {
 
 // The header of a file that this program wrote. Parts of one image share the settings, which determine
 // its samples.
-struct ExrHead {
-    int full_width = 0, full_height = 0;
-    Crop crop = {};
+struct ExrHead : Window {
     std::map<std::string, std::string> settings = {};
     ImageStatistics statistics = {};
 };

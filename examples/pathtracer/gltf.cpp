@@ -6,12 +6,8 @@
 // an error.
 #include <strings.h>
 
-#include <array>
-#include <charconv>
-#include <cmath>
 #include <cstring>
 #include <limits>
-#include <map>
 #include <set>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -169,19 +165,32 @@ struct Elements {
 
 // ---- The file
 
-// Extensions that the reader supports, or reports where a texture or a material uses them.
-const std::set<std::string> KNOWN = {
-    "KHR_lights_punctual", "KHR_texture_transform", "KHR_mesh_quantization", "EXT_texture_webp",
-    "EXT_texture_avif",    "KHR_texture_basisu",    "MSFT_texture_dds"};
-const std::set<std::string> KNOWN_MATERIALS = {"KHR_materials_ior", "KHR_materials_transmission",
-                                               "KHR_materials_specular",
-                                               "KHR_materials_emissive_strength"};
+// Extensions that the reader supports, or reports where a texture uses them.
+const std::set<std::string> KNOWN = {"KHR_lights_punctual",
+                                     "KHR_texture_transform",
+                                     "KHR_mesh_quantization",
+                                     "EXT_texture_webp",
+                                     "EXT_texture_avif",
+                                     "KHR_texture_basisu",
+                                     "MSFT_texture_dds",
+                                     "KHR_materials_ior",
+                                     "KHR_materials_transmission",
+                                     "KHR_materials_specular",
+                                     "KHR_materials_emissive_strength"};
 
+// Others are reported where a material uses them.
 bool is_known(const std::string &name) {
     return KNOWN.count(name) > 0 || name.compare(0, 14, "KHR_materials_") == 0;
 }
 
-struct File {
+struct Emission {
+    Vec3 radiance = {0, 0, 0}; // without its texture
+    Vec3 mean = {0, 0, 0};     // with its whole texture
+    bool both_sides = false;
+};
+
+// The file, and the results of reading it.
+struct Reader {
     const std::string &path;
     const SceneOptions &options;
     InputRecord own_record = {};
@@ -191,7 +200,17 @@ struct File {
     std::map<int64_t, Bytes> buffers = {}; // those that were read
     std::map<int64_t, Elements> accessors = {};
 
-    File(const std::string &scene_path, const SceneOptions &scene_options)
+    Scene scene = {};
+    std::vector<Point3d> points = {};                            // the vertices
+    std::vector<Emission> emission = {};                         // one per material
+    std::vector<std::pair<const Json *, Transform>> placed = {}; // nodes with a camera or a light
+    std::map<std::pair<int64_t, bool>, uint32_t> materials = {}; // with vertex colours, or without
+    std::map<std::pair<int64_t, bool>, int32_t> textures = {};   // in sRGB, or linear
+    std::map<std::string, std::shared_ptr<const Texels>> images = {}; // by where they are stored
+    std::vector<uint32_t> place = {};   // of the current primitive's vertices
+    std::set<std::string> ignored = {}; // features of the file that the scene lacks
+
+    Reader(const std::string &scene_path, const SceneOptions &scene_options)
         : path(scene_path), options(scene_options) {
         Span all = {bytes.data(), bytes.size(), 0};
         if (all.size >= 4 && std::memcmp(all.data, "glTF", 4) == 0) all = glb_text();
@@ -213,11 +232,9 @@ struct File {
             std::memcpy(&value, &bytes[at], sizeof value);
             return size_t{value};
         };
-        if (bytes.size() < 20) throw Error("is cut short: it ends within its header");
-        if (word(4) != 2) throw Error("is not of glTF version 2");
-        const size_t size = word(8);
+        const size_t size = bytes.size() < 20 ? 20 : word(8);
         if (size < 20 || size > bytes.size())
-            throw Error("is cut short: its header says it has ", size, " bytes");
+            throw Error("is cut short: it has ", bytes.size(), " bytes of ", size);
         const auto chunk_at = [&](size_t at) {
             if (word(at) > size - at - 8) throw Error("is cut short: a chunk goes beyond its end");
             return Span{bytes.data() + at + 8, word(at), 0};
@@ -276,7 +293,7 @@ struct File {
 
 // The elements in a buffer view, or zeros without one. They have the accessor's types. Single numbers are
 // indices, unsigned in the file.
-Elements stored(File &file, const Json &source, const Json &accessor, size_t width, size_t count,
+Elements stored(Reader &r, const Json &source, const Json &accessor, size_t width, size_t count,
                 const char *name) {
     Elements elements = {count, width};
     if (!source.contains("bufferView")) return elements;
@@ -286,7 +303,7 @@ Elements stored(File &file, const Json &source, const Json &accessor, size_t wid
     if (width == 1 && type != 5121 && type != 5123 && type != 5125)
         throw Error("has ", name, " that are not unsigned integers");
     elements.normalized = accessor.value("normalized", false);
-    Span &from = elements.from = file.view(source, name);
+    Span &from = elements.from = r.view(source, name);
     const size_t offset = size_in(source, "byteOffset"), size = width * size_of(type);
     if (from.stride == 0) from.stride = size;
     if (from.stride < size) throw Error(name, " has elements that overlap");
@@ -298,24 +315,24 @@ Elements stored(File &file, const Json &source, const Json &accessor, size_t wid
 }
 
 // The elements of an accessor, such as an attribute, which must have one of these types.
-const Elements &elements(File &file, const Json &of, const char *name,
+const Elements &elements(Reader &r, const Json &of, const char *name,
                          const std::set<std::string> &types) {
     const int64_t number = integer(of, name);
-    const Json &accessor = element(file.json, "accessors", number);
+    const Json &accessor = element(r.json, "accessors", number);
     const size_t count = size_in(accessor, "count");
     if (count > MAX_ELEMENTS) throw Error(name, " has ", count, " elements; at most 2^26 are read");
     const std::string type = accessor.value("type", "");
     if (types.count(type) == 0) throw Error(name, " has the wrong number of components");
     const size_t width = type == "SCALAR" ? 1 : size_t(type[3] - '0');
-    const auto [known, is_new] = file.accessors.try_emplace(number, Elements{count, width});
+    const auto [known, is_new] = r.accessors.try_emplace(number, Elements{count, width});
     Elements &values = known->second;
     if (!is_new) return values;
-    values = stored(file, accessor, accessor, width, count, name);
+    values = stored(r, accessor, accessor, width, count, name);
     const Json &sparse = member(accessor, "sparse"), &where = member(sparse, "indices");
     const size_t changes = size_in(sparse, "count");
     if (changes > count) throw Error(name, " has invalid sparse parts");
-    const Elements places = stored(file, where, where, 1, changes, name),
-                   changed = stored(file, member(sparse, "values"), accessor, width, changes, name);
+    const Elements places = stored(r, where, where, 1, changes, name),
+                   changed = stored(r, member(sparse, "values"), accessor, width, changes, name);
     for (size_t i = 0; i < changes; ++i) {
         const auto place = size_t(places[i].x);
         if (place >= count) throw Error("has an index out of range: ", place, " of ", count);
@@ -323,27 +340,6 @@ const Elements &elements(File &file, const Json &of, const char *name,
     }
     return values;
 }
-
-// ---- Results of reading
-
-struct Emission {
-    Vec3 radiance = {0, 0, 0}; // without its texture
-    Vec3 mean = {0, 0, 0};     // with its whole texture
-    bool both_sides = false;
-};
-
-struct Reader : File {
-    using File::File;
-    Scene scene = {};
-    std::vector<Point3d> points = {};                            // the vertices
-    std::vector<Emission> emission = {};                         // one per material
-    std::vector<std::pair<const Json *, Transform>> placed = {}; // nodes with a camera or a light
-    std::map<std::pair<int64_t, bool>, uint32_t> materials = {}; // with vertex colours, or without
-    std::map<std::pair<int64_t, bool>, int32_t> textures = {};   // in sRGB, or linear
-    std::map<std::string, std::shared_ptr<const Texels>> images = {}; // by where they are stored
-    std::vector<uint32_t> place = {};   // of the current primitive's vertices
-    std::set<std::string> ignored = {}; // features of the file that the scene lacks
-};
 
 // ---- Textures
 
@@ -471,7 +467,7 @@ uint32_t material_number(Reader &r, int64_t number, bool vertex_colours) {
     const Json none = Json::object();
     const Json &source = number < 0 ? none : element(r.json, "materials", number);
     for (const auto &[name, value] : member(source, "extensions").items())
-        if (KNOWN_MATERIALS.count(name) == 0) r.ignored.insert("the extension " + name);
+        if (KNOWN.count(name) == 0) r.ignored.insert("the extension " + name);
 
     const Json &pbr = member(source, "pbrMetallicRoughness"),
                &transmission = extension(source, "KHR_materials_transmission");
@@ -618,7 +614,7 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
         if (mode == 5) corners = {i, i + 1 + i % 2, i + 2 - i % 2};
         if (mode == 6) corners = {i + 1, i + 2, 0};
         if (mirrored) std::swap(corners[1], corners[2]);
-        Triangle triangle;
+        Triangle triangle{{}, material};
         for (size_t c = 0; c < 3; ++c) {
             const uint32_t vertex = indices[corners[c]];
             triangle.vertices[c] = r.place[vertex];
@@ -627,7 +623,6 @@ void read_primitive(Reader &r, const Json &primitive, const Transform &transform
             r.scene.tangents.push_back({direction(m, tangent), sign});
         }
         r.scene.triangles.push_back(triangle);
-        r.scene.surfaces.push_back({material, -1});
     }
     for (const uint32_t i : indices) r.place[i] = UINT32_MAX;
 }
@@ -688,7 +683,7 @@ void make_tangents(Scene &scene) {
     std::map<std::array<float, 9>, Vec3> sums;
     std::vector<std::pair<glm::vec4 *, const Vec3 *>> corners;
     for (size_t i = 0; i < scene.triangles.size(); ++i) {
-        const int32_t maps = scene.materials[scene.surfaces[i].material].maps;
+        const int32_t maps = material_of(scene, uint32_t(i)).maps;
         glm::vec4 *const tangents = &scene.tangents[3 * i];
         if (maps < 0 || scene.maps[maps].normal.texture < 0 || Vec3(tangents[0]) != Vec3(0))
             continue;
@@ -737,8 +732,8 @@ void read_camera(Reader &r, const Json &node, const glm::dmat3 &turn, Vec3 posit
         camera_turn(camera, forward, up);
         const float ahead = -dot(position, camera.forward);
         camera.target = position + (ahead > 0 ? ahead : 1) * camera.forward;
-        const std::string name = node.value("name", source.value("name", ""));
-        r.scene.cameras.push_back({camera, without_controls(name)});
+        camera.name = without_controls(node.value("name", source.value("name", "")));
+        r.scene.cameras.push_back(camera);
     }
 }
 
@@ -802,7 +797,7 @@ bool make_area_lights(Reader &r) {
     Scene &scene = r.scene;
     bool lit = false;
     for (size_t i = 0; i < scene.triangles.size(); ++i) {
-        const uint32_t material = scene.surfaces[i].material;
+        const uint32_t material = scene.triangles[i].material;
         const Emission &emission = r.emission[material];
         if (!(max_component(emission.radiance) > 0)) continue;
         const auto &t = scene.triangles[i].vertices;
@@ -821,7 +816,7 @@ bool make_area_lights(Reader &r) {
         }
         if (!(max_component(light.radiance) > 0)) continue;
         lit = lit || lamp;
-        scene.surfaces[i].light = int32_t(scene.lights.size());
+        scene.triangles[i].light = int32_t(scene.lights.size());
         scene.lights.push_back(light);
     }
     return lit;
@@ -870,7 +865,7 @@ Scene scene_file_read(const std::string &path, const SceneOptions &options) {
         const auto none = [](Vec3 n) { return !(max_magnitude(n) > 0); };
         if (std::all_of(scene.normals.begin(), scene.normals.end(), none)) scene.normals = {};
         read_cameras_and_lights(r);
-        scene.camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras[0].camera;
+        scene.camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras[0];
         const bool punctual = !scene.lights.empty(), lamps = make_area_lights(r);
         scene.environment = options.environment;
         if (!scene.environment && !punctual && !lamps)

@@ -10,9 +10,7 @@
 #include <jerror.h>
 #include <png.h>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <new>
 #include <set>

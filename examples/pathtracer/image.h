@@ -27,10 +27,13 @@ inline size_t pixel_count(const Crop &crop) {
     return size_t(width(crop)) * size_t(height(crop));
 }
 
-struct Image {
-    int full_width, full_height; // whole image
-    Crop crop;                   // the pixels held
-    std::vector<Vec3> rgb;       // height(crop) rows of width(crop) pixels
+struct Window {
+    int full_width = 0, full_height = 0; // whole image
+    Crop crop = {};                      // the pixels held
+};
+
+struct Image : Window {
+    std::vector<Vec3> rgb; // height(crop) rows of width(crop) pixels
 };
 
 // Encodes an 8-bit sRGB preview as a PNG file: applies the exposure in stops, a tone curve that

@@ -6,9 +6,7 @@
 // destroy the blue noise.
 #include "integrator.h"
 
-#include <array>
 #include <limits>
-#include <optional>
 
 namespace {
 
@@ -158,7 +156,7 @@ class Path {
     }
 
     void add_emission(const Hit &hit) {
-        const int32_t number = scene_.surfaces[hit.point.triangle].light;
+        const int32_t number = scene_.triangles[hit.point.triangle].light;
         if (number < 0) return;
         const Light &light = scene_.lights[number];
         const float cosine = -dot(hit.normal, ray_.direction);

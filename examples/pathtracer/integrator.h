@@ -2,8 +2,6 @@
 // The path integrator, which computes one sample of one pixel.
 #pragma once
 
-#include <cstdint>
-
 #include "intersect.h"
 #include "sampler.h"
 #include "scene.h"

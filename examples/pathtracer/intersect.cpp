@@ -4,7 +4,6 @@
 
 #include <cstring>
 #include <limits>
-#include <string>
 
 #include "files.h"
 

@@ -2,8 +2,6 @@
 // Ray intersection. This header hides all calls to Embree.
 #pragma once
 
-#include <memory>
-
 #include "camera.h"
 #include "scene.h"
 

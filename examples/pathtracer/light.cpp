@@ -5,7 +5,6 @@
 // "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", 2019).
 #include "light.h"
 
-#include <cmath>
 #include <limits>
 
 #include "files.h"

@@ -4,7 +4,6 @@
 // lit point, as for materials; for punctual lights they are 1.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>

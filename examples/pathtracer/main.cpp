@@ -6,8 +6,6 @@
 #include <unistd.h>
 
 #include <cinttypes>
-#include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <new>
@@ -49,7 +47,8 @@ void check_outputs(const Options &o, const std::vector<std::string> &inputs) {
     check_writable(png);
 }
 
-void write_outputs(const Options &o, const Film &film, ExrHead head) {
+// Warns even with --quiet if the image is empty; `extent` describes the scene's bounds.
+void write_outputs(const Options &o, const Film &film, ExrHead head, const std::string &extent) {
     float &exposure = head.statistics.exposure;
     const bool automatic = o.has_auto_exposure(head.settings["scene"]);
     exposure = automatic ? auto_exposure(film) : o.number<float>("--exposure");
@@ -57,12 +56,7 @@ void write_outputs(const Options &o, const Film &film, ExrHead head) {
                  {preview_path(o), png_encode_preview(film_image(film), exposure)}});
     if (automatic && !o.flag("--quiet"))
         std::printf("automatic exposure: %g stops\n", double(exposure));
-}
-
-// Prints even with --quiet.
-void warn(const Film &film, const std::string &extent) {
-    const std::string warning = film_warning(film, extent);
-    if (!warning.empty()) say(warning);
+    if (const std::string warning = film_warning(film, extent); !warning.empty()) say(warning);
 }
 
 // ---- Interrupts
@@ -85,13 +79,12 @@ void listen_to_interrupts() {
 
 // Builds or reads the scene, and prints what it lacks. `record` gets every file that is read.
 Scene load_scene(const Options &o, InputRecord &record) {
-    SceneOptions options;
-    if (!o.text("--camera").empty()) options.camera.number = o.number<uint32_t>("--camera");
-    if (!o.text("--fov").empty()) options.camera.fov = o.number<double>("--fov");
-    if (!o.text("--lens").empty()) options.camera.lens = o.number<float>("--lens");
-    if (!o.text("--focus").empty()) options.camera.focus = o.number<float>("--focus");
-    options.camera.eye = o.point("--eye");
-    options.camera.target = o.point("--target");
+    SceneOptions options = {o.optional<uint32_t>("--camera"),
+                            o.point("--eye"),
+                            o.point("--target"),
+                            o.optional<double>("--fov"),
+                            o.optional<float>("--lens"),
+                            o.optional<float>("--focus")};
     options.photometric = o.flag("--photometric");
     options.record = &record;
     const std::string &sampler = o.text("--sampler"), &environment = o.text("--env");
@@ -119,7 +112,7 @@ void check_samples(const Options &o, const Scene &scene, const Sampler &sampler)
 // The header, as far as it is known before rendering. The camera must already be fitted.
 ExrHead image_head(const Options &o, const Scene &scene, const InputRecord &record) {
     const std::vector<int> size = o.integers("--size");
-    ExrHead head{size[0], size[1], o.crop(), {}, {}};
+    ExrHead head{{size[0], size[1], o.crop()}};
     for (const std::string &name : Options::settings())
         head.settings[name.substr(2)] = o.text(name);
     std::string &camera = head.settings["camera"];
@@ -351,13 +344,12 @@ int run_render(Options o) {
     head.statistics.seconds = totals.seconds;
     head.statistics.ray_count = totals.rays;
     if (resumes) add_part(head.statistics, resumed.statistics);
-    write_outputs(o, film, head);
+    write_outputs(o, film, head, scene_extent_text(scene));
 
     if (!complete)
         say(joined("interrupted; ", o.text("-o"), " has the image so far, ", counts.least, " to ",
                    counts.most, " spp"));
     if (!o.flag("--quiet")) print_summary(o, film, totals);
-    warn(film, scene_extent_text(scene));
     if (totals.lost > 0) say(joined(totals.lost, " samples were not finite and count as black"));
     return interrupted;
 }
@@ -366,8 +358,7 @@ void run_merge(const Options &o) {
     check_outputs(o, o.merge);
     ExrHead head;
     const Film film = merge_images(o.merge, head);
-    write_outputs(o, film, head);
-    warn(film, "lies elsewhere");
+    write_outputs(o, film, head, "lies elsewhere");
     const SampleCounts counts = film_counts(film);
     if (o.flag("--quiet")) return;
     std::printf("%s: %zu images merged, %u to %u spp\n", without_controls(o.text("-o")).c_str(),

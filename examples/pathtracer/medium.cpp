@@ -38,11 +38,7 @@ template <typename Visit>
 void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
     const Vec3 origin = ray.origin, direction = ray.direction, low = m.low, high = m.high;
     float from = 0;
-    for (int i = 0; i < 3; ++i) {
-        if (direction[i] == 0) {
-            if (!(origin[i] >= low[i] && origin[i] <= high[i])) return;
-            continue;
-        }
+    for (int i = 0; i < 3; ++i) { // along a zero direction, both are infinite
         const float a = (low[i] - origin[i]) / direction[i];
         const float b = (high[i] - origin[i]) / direction[i];
         from = std::max(from, std::min(a, b));

@@ -4,9 +4,6 @@
 #include <bn/bn.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <sstream>
-
 #include "files.h"
 #include "film.h"
 #include "scene.h"
@@ -124,16 +121,11 @@ std::vector<Number> split(const std::string &text) {
 }
 
 std::string takes(const Row &row) {
-    const uint64_t high = row.high < MAX_SEED ? uint64_t(row.high) : UINT64_MAX;
-    if (row.kind == WHOLE) return joined("a whole number from ", row.low, " to ", high);
     if (row.kind == FILTER) return "box or gaussian";
-    if (row.kind == OFFSET)
-        return joined("dx,dy, each a whole number from ", int64_t(row.low), " to ",
-                      int64_t(row.high));
-    if (row.kind == POINT) return "a point x,y,z with coordinates of at most 1e15";
-    if (row.kind == EXTENT) return joined("WIDTHxHEIGHT, each from 1 to ", high);
     if (row.kind == REGION) return "x0,y0,x1,y1 with x0 < x1 and y0 < y1";
-    return joined(row.kind == STOPS ? "auto or " : "", "a number from ", row.low, " to ", row.high);
+    const bool whole = row.kind == WHOLE || row.kind == OFFSET || row.kind == EXTENT;
+    return joined(row.value, whole ? ": whole numbers from " : ": numbers from ", shortest(row.low),
+                  " to ", row.high < MAX_SEED ? shortest(row.high) : joined(UINT64_MAX));
 }
 
 // Whether an option takes this value.

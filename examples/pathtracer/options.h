@@ -7,8 +7,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <string>
-#include <vector>
 
 #include "image.h"
 
@@ -34,6 +32,10 @@ class Options {
         Number value{};
         std::from_chars(text(name).data(), text(name).data() + text(name).size(), value);
         return value;
+    }
+    template <typename Number>
+    std::optional<Number> optional(const std::string &name) const {
+        return text(name).empty() ? std::nullopt : std::optional(number<Number>(name));
     }
     std::vector<int> integers(const std::string &name) const;
     std::optional<Point3d> point(const std::string &name) const;

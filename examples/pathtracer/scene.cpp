@@ -2,7 +2,6 @@
 // Prepares scenes for rendering, and evaluates the properties that vary over their surfaces.
 #include "scene.h"
 
-#include <cmath>
 #include <iomanip>
 #include <limits>
 
@@ -32,13 +31,11 @@ void drop_triangles_without_area(Scene &scene) {
         const Vec3 a = scene.vertices[t[0]], b = scene.vertices[t[1]], c = scene.vertices[t[2]];
         if (!(max_magnitude(cross(b - a, c - a)) > 0)) continue;
         scene.triangles[kept] = scene.triangles[i];
-        scene.surfaces[kept] = scene.surfaces[i];
         for (size_t k = 0; k < 3 && !scene.tangents.empty(); ++k)
             scene.tangents[3 * kept + k] = scene.tangents[3 * i + k];
         ++kept;
     }
     scene.triangles.resize(kept);
-    scene.surfaces.resize(kept);
 }
 
 void prepare_lights(Scene &scene) {
@@ -51,8 +48,8 @@ void prepare_lights(Scene &scene) {
         if (shines) scene.lights[kept++] = light;
     }
     scene.lights.resize(kept);
-    for (size_t i = 0; i < scene.surfaces.size(); ++i) {
-        int32_t &light = scene.surfaces[i].light;
+    for (size_t i = 0; i < scene.triangles.size(); ++i) {
+        int32_t &light = scene.triangles[i].light;
         if (light >= 0) light = new_index[light];
         if (light >= 0) scene.lights[light].triangle = uint32_t(i);
     }
@@ -223,13 +220,13 @@ float tan_half(double fov) {
 
 // Sets the scene's camera. Up in the image is +y, or -z if the camera looks straight down, or +z if it
 // looks straight up. A lens keeps its radius and focus distance. Throws Error.
-void choose_camera(Scene &scene, const CameraChoice &choice) {
+void choose_camera(Scene &scene, const SceneOptions &choice) {
     Camera &camera = scene.camera;
-    if (choice.number) {
-        if (*choice.number >= scene.cameras.size())
-            throw Error("there is no camera ", *choice.number, ": the scene has ",
+    if (choice.camera) {
+        if (*choice.camera >= scene.cameras.size())
+            throw Error("there is no camera ", *choice.camera, ": the scene has ",
                         scene.cameras.size(), " of its own; see --list-cameras, or set --eye");
-        camera = scene.cameras[*choice.number].camera;
+        camera = scene.cameras[*choice.camera];
     }
     if (choice.lens) camera.lens_radius = *choice.lens;
     if (choice.fov) camera.tan_half_height = tan_half(*choice.fov);
@@ -269,9 +266,9 @@ std::string camera_list(const Scene &scene) {
                "\n";
     std::string list;
     for (size_t i = 0; i < scene.cameras.size(); ++i) {
-        const auto &[camera, name] = scene.cameras[i];
-        list += joined(i, "  ", camera_text(scene, camera), name.empty() ? "" : "  '" + name + "'",
-                       "\n");
+        const std::string &name = scene.cameras[i].name;
+        list += joined(i, "  ", camera_text(scene, scene.cameras[i]),
+                       name.empty() ? "" : "  '" + name + "'", "\n");
     }
     return list;
 }
@@ -291,7 +288,7 @@ Scene scene_build(const std::string &name, const SceneOptions &options) {
         known += std::string(entry.name) + ", ";
         if (name == entry.name) {
             scene = entry.build();
-            scene.cameras.push_back({scene.camera, ""});
+            scene.cameras = {scene.camera};
             if (options.environment) scene.environment = options.environment;
         }
     }
@@ -303,7 +300,7 @@ Scene scene_build(const std::string &name, const SceneOptions &options) {
     else if (scene.cameras.empty())
         throw Error("there is no scene '", name, "'; the scenes are ", known,
                     "or a file named .gltf or .glb");
-    named(name, [&] { choose_camera(scene, options.camera); });
+    named(name, [&] { choose_camera(scene, options); });
     scene_finish(scene);
     return scene;
 }

@@ -2,12 +2,7 @@
 // Scenes: plain arrays of surfaces, materials and lights, built in code or read from a file.
 #pragma once
 
-#include <cstdint>
-#include <functional>
-#include <memory>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include <glm/mat3x2.hpp>
 
@@ -17,14 +12,10 @@
 #include "material.h"
 #include "medium.h"
 
-// Counter-clockwise as seen from its front.
 struct Triangle {
-    uint32_t vertices[3];
-};
-
-struct Surface {
+    uint32_t vertices[3]; // counter-clockwise as seen from its front
     uint32_t material;
-    int32_t light; // index of this surface's light, or -1
+    int32_t light = -1; // index of the light that it is, or -1
 };
 
 // How a material uses a texture.
@@ -55,16 +46,11 @@ struct SurfacePoint {
     float u, v;
 };
 
-struct NamedCamera {
-    Camera camera;
-    std::string name; // may be empty
-};
-
 // Arrays marked "per vertex" hold one element per vertex, or are empty.
 struct Scene {
-    Camera camera{};                  // the one to render with
-    std::vector<NamedCamera> cameras; // defined by the scene; empty if `camera` is made up
-    Point3d origin = {0, 0, 0};       // origin of the coordinates below, in scene file coordinates
+    Camera camera{};             // the one to render with
+    std::vector<Camera> cameras; // defined by the scene; empty if `camera` is made up
+    Point3d origin = {0, 0, 0};  // origin of the coordinates below, in scene file coordinates
     std::vector<Vec3> vertices;
     std::vector<Vec3> normals; // per vertex, for smooth shading; zero: the triangle's own
     std::vector<Vec3> motions; // per vertex, on a straight line while the shutter is open
@@ -74,7 +60,6 @@ struct Scene {
     // vector means no tangent.
     std::vector<glm::vec4> tangents;
     std::vector<Triangle> triangles;
-    std::vector<Surface> surfaces; // one per triangle
     std::vector<Material> materials;
     std::vector<SurfaceMaps> maps; // for the materials that have any
     std::vector<Texture> textures;
@@ -93,7 +78,7 @@ struct Scene {
 };
 
 inline const Material &material_of(const Scene &scene, uint32_t triangle) {
-    return scene.materials[scene.surfaces[triangle].material];
+    return scene.materials[scene.triangles[triangle].material];
 }
 
 struct Bounds {
@@ -138,20 +123,17 @@ struct SceneEntry {
 // The built-in scenes, in the order of --list.
 const std::vector<SceneEntry> &scene_entries();
 
-// The camera to render with. Points are in the scene file's coordinates. Unset fields keep the values of
-// the scene's camera.
-struct CameraChoice {
-    std::optional<uint32_t> number; // which of the scene's cameras; the first by default
-    std::optional<Point3d> eye, target;
-    std::optional<double> fov;        // the vertical angle of view, in degrees
-    std::optional<float> lens, focus; // the lens radius and the focus distance
-};
-
 struct InputRecord;
 
 struct SceneOptions {
-    CameraChoice camera;
-    std::shared_ptr<const Environment> environment; // replaces the scene's own; may be empty
+    // The camera to render with. Points are in the scene file's coordinates. Unset fields keep the values of
+    // the scene's camera.
+    std::optional<uint32_t> camera; // which of the scene's cameras; the first by default
+    std::optional<Point3d> eye, target;
+    std::optional<double> fov;        // the vertical angle of view, in degrees
+    std::optional<float> lens, focus; // the lens radius and the focus distance
+
+    std::shared_ptr<const Environment> environment = {}; // replaces the scene's own; may be empty
     bool photometric = false;      // a file's punctual lights are in candela and lux
     InputRecord *record = nullptr; // receives the scene's files
 };

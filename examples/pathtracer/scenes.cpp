@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Building blocks for scenes in code, and the scenes made of them. y is up.
+// Building blocks for scenes in code, and the scenes made of them; README.md says what each scene tests. y is up.
 #include "scene.h"
-
-#include <array>
 
 namespace {
 
@@ -21,8 +19,7 @@ void add_vertex(Scene &scene, Vec3 position, Vec3 normal) {
 
 void add_triangle(Scene &scene, uint32_t material, uint32_t a, uint32_t b, uint32_t c,
                   int32_t light = -1) {
-    scene.triangles.push_back({{a, b, c}});
-    scene.surfaces.push_back({material, light});
+    scene.triangles.push_back({{a, b, c}, material, light});
 }
 
 // Joins each of the last vertex pairs to the next one and, if the strip is closed, the last to the first.
@@ -155,7 +152,7 @@ void add_backdrop(Scene &scene, uint32_t material, float half_width, Vec2 top, V
 
 // The box measured at Cornell (Goral et al., "Modeling the Interaction of Light Between Diffuse
 // Surfaces", 1984; dimensions, camera and materials as published by the Program of Computer Graphics,
-// in millimetres). Included because it is well known.
+// in millimetres).
 Scene scene_cornell() {
     const float sensor_height = 0.025f, focal_length = 0.035f;
     Scene scene = scene_from({278, 273, -800}, {278, 273, 0}, 0.5f * sensor_height / focal_length);
@@ -196,8 +193,7 @@ Scene scene_cornell() {
     return scene;
 }
 
-// A large panel and a lamp with a hundredth of its area, each giving half of the light, behind bars
-// and slats. Included because neighbouring pixels differ mainly in visibility.
+// A large panel and a lamp with a hundredth of its area, each giving half of the light, behind bars and slats.
 Scene scene_penumbra() {
     Scene scene = scene_from({0.15f, 2.3f, 6.0f}, {0, 0.42f, 0.1f}, 0.235f);
 
@@ -232,8 +228,7 @@ Scene scene_penumbra() {
 }
 
 // Four lamps of equal power, from small to large, reflected by plates from smooth to rough (after Veach
-// and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995). Included
-// because neither light sampling nor BSDF sampling is good everywhere.
+// and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995).
 Scene scene_glossy() {
     const Vec3 eye = {0, 2.4f, 8}, lamps = {0, 4.3f, -1.6f};
     Scene scene = scene_from(eye, {0, 0.95f, 0.9f}, 0.245f);
@@ -267,8 +262,7 @@ Scene scene_glossy() {
     return scene;
 }
 
-// Balls and posts under a sky with a sun, seen through a wide-aperture lens. Included because the
-// positions in the pixel, on the lens and on the light form a six-dimensional integrand.
+// Balls and posts under a sky with a sun, seen through a wide-aperture lens.
 Scene scene_lens() {
     Scene scene = scene_from({0, 0.8f, 4.2f}, {0, 0.33f, 0}, 0.23f);
     camera_set_lens(scene.camera, 0.075f, {0, 0.3f, 0.35f});
@@ -304,8 +298,7 @@ Vec3 turned(Vec3 point, Vec3 middle, Vec3 axis, float angle) {
     return middle + along + std::cos(angle) * (p - along) + std::sin(angle) * cross(axis, p);
 }
 
-// Moving objects under soft light, with the shutter open. Included because time and pixel position
-// interact: each edge moves at its own speed and in its own direction.
+// Moving objects under soft light, with the shutter open.
 Scene scene_motion() {
     Scene scene = scene_from({0.1f, 1.5f, 6.0f}, {0, 0.93f, 0}, 0.225f);
 
@@ -384,8 +377,7 @@ Scene scene_motion() {
     return scene;
 }
 
-// Smooth, rough and tinted glass in a studio. Included because only scattered rays find light behind a
-// smooth surface, and because a path can continue in two ways at each surface.
+// Smooth, rough and tinted glass in a studio.
 Scene scene_glass() {
     Scene scene = scene_from({0, 1.45f, 5.0f}, {0.02f, 0.42f, 0}, 0.265f);
 
@@ -415,8 +407,7 @@ Scene scene_glass() {
     return scene;
 }
 
-// A room lit through a small window by a bright panel outside. Included because most of the light
-// comes from the third bounce and later, where samples of many domains multiply.
+// A room lit through a small window by a bright panel outside.
 Scene scene_interior() {
     Scene scene = scene_from({1.9f, 1.5f, 2.6f}, {-0.5f, 1.1f, -1.6f}, 0.46f);
 
@@ -483,8 +474,7 @@ float fog_density(Vec3 p) {
     return 0.16f * torn * std::exp(-std::max(p.y, 0.0f) / 1.8f) + 0.012f;
 }
 
-// A pergola at night between two lamps, above drifting fog. Included because free flight and shadow
-// rays are loops that take an unknown number of samples.
+// A pergola at night between two lamps, above drifting fog.
 Scene scene_fog() {
     Scene scene = scene_from({-0.6f, 2.0f, 8.8f}, {0, 1.2f, 0}, 0.265f);
     scene.medium = std::make_shared<Medium>(

@@ -41,7 +41,7 @@ BAD_ARGUMENTS = """
     --seed 18446744073709551616                  | --seed, 18446744073709551615
     --threads 100000                             | --threads, 1024
     --max-depth -1                               | --max-depth
-    --max-memory much                            | --max-memory takes a number
+    --max-memory much                            | --max-memory takes GIB: numbers
     --declare many                               | --declare
     --first-sample 4294967295 --spp 2            | --first-sample, 4294967295
     --draw-offset 1                              | --draw-offset takes, '1'
@@ -65,7 +65,7 @@ BAD_ARGUMENTS = """
     --eye 278,273,0                              | --eye, --target, 278,273,0
     --eye 1,2,3,4                                | --eye, '1,2,3,4'
     --eye 1,nan,3                                | --eye, '1,nan,3'
-    --target 1e16,0,0                            | --target, 1e15
+    --target 1e16,0,0                            | --target, 1e+15
     --fov 0                                      | --fov, '0'
     --fov 180                                    | --fov, '180'
     --camera 1                                   | no camera 1

@@ -155,7 +155,8 @@ void test_lights_without_power_or_area_are_dropped() {
           scene.lights.size());
     const int32_t lights[] = {0, 0, -1, -1, 1, 1};
     for (size_t i = 0; i < 6; ++i)
-        CHECK(scene.surfaces[i].light == lights[i], "surface %zu: %d", i, scene.surfaces[i].light);
+        CHECK(scene.triangles[i].light == lights[i], "triangle %zu: %d", i,
+              scene.triangles[i].light);
 }
 
 std::vector<Light> random_lights(int count, Random &random) {

@@ -20,8 +20,7 @@ void test_degenerate_and_duplicate_faces() {
     const auto triangle = [&](Vec3 a, Vec3 b, Vec3 c) {
         const auto first = static_cast<uint32_t>(broken.vertices.size());
         broken.vertices.insert(broken.vertices.end(), {a, b, c});
-        broken.triangles.push_back({{first, first + 1, first + 2}});
-        broken.surfaces.push_back({0, -1});
+        broken.triangles.push_back({{first, first + 1, first + 2}, 0});
     };
     const Vec3 a = {278, 200, 100}, b = {300, 250, 120};
     triangle(a, a, a);
@@ -33,12 +32,11 @@ void test_degenerate_and_duplicate_faces() {
     // Duplicates of every face, one of them reversed. Lamps have none, because it is undefined which
     // of two coincident faces is in front.
     for (size_t i = 0; i < clean.triangles.size(); ++i) {
-        if (clean.surfaces[i].light >= 0) continue;
-        const auto &t = clean.triangles[i].vertices;
-        for (const Triangle again : {Triangle{{t[0], t[1], t[2]}}, Triangle{{t[0], t[2], t[1]}}}) {
-            broken.triangles.push_back(again);
-            broken.surfaces.push_back(clean.surfaces[i]);
-        }
+        Triangle again = clean.triangles[i];
+        if (again.light >= 0) continue;
+        broken.triangles.push_back(again);
+        std::swap(again.vertices[0], again.vertices[1]);
+        broken.triangles.push_back(again);
     }
     // Where vertex normals have length zero, the triangle's normal is used.
     broken.normals.assign(broken.vertices.size(), {0, 0, 0});
@@ -235,7 +233,6 @@ void test_all_bounces_of_a_path_use_the_same_time() {
         CHECK(render(scene, {64, 4, sampler}).mean.sum == 0, "%s: light in full shadow", sampler);
     // Without the upper plate, light is visible.
     scene.triangles.resize(scene.triangles.size() - 2);
-    scene.surfaces.resize(scene.surfaces.size() - 2);
     CHECK(render(scene, {64, 4, "blue"}).mean.sum > 0, "the lower plate is dark by itself");
 }
 
