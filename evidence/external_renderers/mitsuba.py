@@ -5,6 +5,7 @@ Renders small scenes in Mitsuba 3 (optional `mitsuba` package, with LLVM) and co
 independent samples from other seeds.
 """
 
+import itertools
 import subprocess
 import sys
 
@@ -21,7 +22,7 @@ OWN = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")
 SAMPLERS = (*OWN, "bluenoise")
 BASE = "independent"
 COUNTS = (1, 4, 16)
-REFERENCE_SPP, REFERENCE_PART = 1024, 512
+REFERENCE_SPP = 1024  # in two images, which take less memory
 # The image at the top of the page.
 PICTURE, PICTURE_SCENE, PICTURE_SPP = "docs/mitsuba.jpg", "Cornell box, direct lighting", 4
 PICTURE_SIZE, PICTURE_PART = 320, (20, 110, 200, 200)
@@ -80,11 +81,13 @@ def balls(mitsuba, size, lights):
     return with_film(scene, size)
 
 
+def cornell(integrator):
+    return lambda mitsuba, size: with_film({**mitsuba.cornell_box(), "integrator": integrator}, size)
+
+
 SCENES = {
-    "Cornell box, direct lighting": lambda mitsuba, size: with_film(
-        {**mitsuba.cornell_box(), "integrator": {"type": "direct"}}, size),
-    "Cornell box, global illumination": lambda mitsuba, size: with_film(
-        {**mitsuba.cornell_box(), "integrator": {"type": "path", "max_depth": 6}}, size),
+    "Cornell box, direct lighting": cornell({"type": "direct"}),
+    "Cornell box, global illumination": cornell({"type": "path", "max_depth": 6}),
     "balls under one light and the sky": lambda mitsuba, size: balls(mitsuba, size, 1),
     "balls under 16 lights": lambda mitsuba, size: balls(mitsuba, size, 16),
 }
@@ -92,70 +95,53 @@ SCENES = {
 
 # ---- Measuring
 
-def picture(mitsuba, scene, seed, spp):
-    return np.array(mitsuba.render(scene, seed=seed, spp=spp), np.float64)
-
-
-def with_sampler(mitsuba, scene, sampler, spp):
-    """The scene, and the actual sample count of its sampler; some samplers round it up."""
+def images(mitsuba, scene, sampler, spp, seeds):
+    """An image for each seed. None if the sampler rounds the sample count up."""
     scene["sensor"]["sampler"] = {"type": sampler, "sample_count": spp}
     loaded = mitsuba.load_dict(scene)
-    return loaded, loaded.sensors()[0].sampler().sample_count()
+    return [np.array(mitsuba.render(loaded, seed=seed, spp=spp), np.float64) for seed in seeds if loaded.sensors()[0].sampler().sample_count() == spp]
 
 
-def reference_of(mitsuba, scene, spp):
-    parts = max(1, spp // REFERENCE_PART)
-    loaded, _ = with_sampler(mitsuba, scene, BASE, spp // parts)
-    return sum(picture(mitsuba, loaded, 1000 + part, spp // parts) for part in range(parts)) / parts
+def reference_of(mitsuba, scene):
+    return np.mean(images(mitsuba, scene, BASE, REFERENCE_SPP // 2, (1000, 1001)), 0)
 
 
-def measure(mitsuba, size, seeds, reference_spp, progress):
+def measure(mitsuba, size, seeds):
     """{(scene, spp): {sampler: (error as displayed, raw error)}}: root mean squares over seeds, both after the blur."""
     result, done = {}, 0
-    for name, make in SCENES.items():
-        scene = make(mitsuba, size)
-        progress(f"{name}, reference", done)
-        reference = reference_of(mitsuba, scene, reference_spp)
-        done += reference_spp
-        for spp in COUNTS:
-            row = result.setdefault((name, spp), {})
-            for sampler in SAMPLERS:
-                progress(f"{name}, {sampler}, {spp} spp", done)
-                loaded, taken = with_sampler(mitsuba, scene, sampler, spp)
-                done += spp * seeds
-                if taken != spp:
-                    continue
-                row[sampler] = shown_and_raw((picture(mitsuba, loaded, seed, spp) for seed in range(seeds)), reference)
+    with Progress(len(SCENES) * len(COUNTS) * len(SAMPLERS), "images") as progress:
+        for name, make in SCENES.items():
+            progress(f"{name}, reference", done)
+            scene = make(mitsuba, size)
+            reference = reference_of(mitsuba, scene)
+            for spp, sampler in itertools.product(COUNTS, SAMPLERS):
+                progress(f"{name}, {sampler}, {spp} spp", done := done + 1)
+                if found := images(mitsuba, scene, sampler, spp, range(seeds)):
+                    result.setdefault((name, spp), {})[sampler] = shown_and_raw(found, reference)
     return result
 
 
-def make_picture(mitsuba, path, size, reference_spp):
-    scene = SCENES[PICTURE_SCENE](mitsuba, size)
-    pictures = {sampler: picture(mitsuba, with_sampler(mitsuba, scene, sampler, PICTURE_SPP)[0], 0, PICTURE_SPP)
-                for sampler in PICTURE_SAMPLERS}
-    write_picture(path, pictures, reference_of(mitsuba, scene, reference_spp), PICTURE_PART)
+def make_picture(mitsuba, path):
+    scene = SCENES[PICTURE_SCENE](mitsuba, PICTURE_SIZE)
+    write_picture(path, {sampler: images(mitsuba, scene, sampler, PICTURE_SPP, (0,))[0] for sampler in PICTURE_SAMPLERS},
+                  reference_of(mitsuba, scene), PICTURE_PART)
 
 
 def table(result):
     """Errors relative to BASE: as displayed, and raw in brackets."""
-    def text(row, sampler):
-        return "{:.2f} ({:.2f})".format(*row[sampler] / row[BASE]) if sampler in row else ""
-
-    return md_table(["scene", "spp", *(f"`{sampler}`" for sampler in SAMPLERS[1:])],
-                    [[name, str(spp), *(text(row, sampler) for sampler in SAMPLERS[1:])] for (name, spp), row in result.items()])
+    return md_table(["scene", "spp", *(f"`{sampler}`" for sampler in SAMPLERS[1:])], [
+        [name, str(spp), *("{:.2f} ({:.2f})".format(*row[sampler] / row[BASE]) if sampler in row else "" for sampler in SAMPLERS[1:])]
+        for (name, spp), row in result.items()])
 
 
 def run(arguments):
     parser = Parser("mitsuba", __doc__)
     parser.number("--size", 320, "side length of the images")
     parser.number("--seeds", 8, "number of images per sampler")
-    parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of the references")
     parser.add_argument("--picture", metavar="FILE", nargs="?", const=PICTURE,
                         help=f"only make the image at {PICTURE_SPP} samples per pixel (default {PICTURE})")
     parser.table("docs/mitsuba.md")
     options = parser.parse_args(arguments)
     if options.picture:
-        return make_picture(load_mitsuba(), options.picture, PICTURE_SIZE, options.reference_spp)
-    with Progress(len(SCENES) * (options.reference_spp + len(SAMPLERS) * options.seeds * sum(COUNTS))) as progress:
-        text = table(measure(load_mitsuba(), options.size, options.seeds, options.reference_spp, progress))
-    write_or_print(options, COMMAND, text)
+        return make_picture(load_mitsuba(), options.picture)
+    write_or_print(options, COMMAND, table(measure(load_mitsuba(), options.size, options.seeds)))

@@ -61,17 +61,13 @@ class Tracer:
         return sums[::-1, :, :3] / self.browser.value("tracer.count")
 
 
-def reference_of(tracer, spp, progress):
-    """The mean of the two images with the least noise, which share no random numbers with the other images."""
-    tracer.restart(REFERENCE_RUN)
-    tracer.sample(spp)
-    progress("reference", spp)
-    return np.mean([tracer.picture(kind) for kind in ("sobol", "blue")], 0)
-
-
 def measure(tracer, seeds, reference_spp, progress):
-    """{(sampler, count): (error as displayed, raw error)} as root mean squares over seeds, and the images and reference for the figure."""
-    reference, found = reference_of(tracer, reference_spp, progress), {}
+    """{(sampler, count): images}, one per seed, and the reference: the mean of the two images with the least noise, which share no random
+    numbers with the other images."""
+    tracer.restart(REFERENCE_RUN)
+    tracer.sample(reference_spp)
+    progress("reference", reference_spp)
+    reference, found = np.mean([tracer.picture(kind) for kind in ("sobol", "blue")], 0), {}
     for seed in range(seeds):
         tracer.restart(seed)
         for count in COUNTS:
@@ -79,8 +75,7 @@ def measure(tracer, seeds, reference_spp, progress):
             for kind in SAMPLERS:
                 found.setdefault((kind, count), []).append(tracer.picture(kind))
         progress(f"seed {seed + 1}", reference_spp + (seed + 1) * COUNTS[-1])
-    shown = {name: found[kind, PICTURE_SPP][0] for kind, name in SAMPLERS.items()}
-    return {key: shown_and_raw(pictures, reference) for key, pictures in found.items()}, shown, reference
+    return found, reference
 
 
 def table(errors):
@@ -103,7 +98,7 @@ def run(arguments):
     with (Progress(options.reference_spp + options.seeds * COUNTS[-1], "samples") as progress,
           tempfile.TemporaryDirectory(prefix="libbn-chromium-", ignore_cleanup_errors=True) as folder,
           contextlib.closing(Browser(program, Path(folder), seconds=300)) as browser):
-        errors, shown, reference = measure(Tracer(browser, options.width), options.seeds, options.reference_spp, progress)
+        found, reference = measure(Tracer(browser, options.width), options.seeds, options.reference_spp, progress)
     if options.picture or not options.print:
-        write_picture(Path(options.picture or PICTURE), shown, reference, PICTURE_PART)
-    write_or_print(options, COMMAND, table(errors))
+        write_picture(Path(options.picture or PICTURE), {name: found[kind, PICTURE_SPP][0] for kind, name in SAMPLERS.items()}, reference, PICTURE_PART)
+    write_or_print(options, COMMAND, table({key: shown_and_raw(pictures, reference) for key, pictures in found.items()}))
