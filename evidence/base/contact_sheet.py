@@ -5,7 +5,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 BACKGROUND, INK = (255, 255, 255), (20, 20, 20)
-GAP = 4  # pixels between the images in a cell; cells are 4 gaps apart
+GAP = 4  # pixels between the images of labelled(); those of sheet() are 4 gaps apart
 
 
 def enlarged_part(image, box, factor):
@@ -43,20 +43,17 @@ def labelled(columns, bar, size):
 
 
 def sheet(cells, row_names, column_names):
-    """A grid of cells. cells[row][column] is a list of same-sized images, shown from left to right."""
-    count, (width, height) = len(cells[0][0]), cells[0][0][0].size
-    cell_width = count * width + (count - 1) * GAP
+    """A grid of images cells[row][column] of the same size."""
+    width, height = cells[0][0].size
     font = ImageFont.load_default(max(13, height // 13))
-    label_width = 2 * GAP + int(max(font.getlength(line) for name in row_names for line in name.split("\n")))
-    top = int(font.size * 1.5)
-    pitch_x, pitch_y = cell_width + 4 * GAP, height + 4 * GAP
-    result = Image.new("RGB", (label_width + len(column_names) * pitch_x, top + len(row_names) * pitch_y), BACKGROUND)
+    left = 2 * GAP + int(max(font.getlength(line) for name in row_names for line in name.split("\n")))
+    top, across, down = int(font.size * 1.5), width + 4 * GAP, height + 4 * GAP
+    result = Image.new("RGB", (left + len(column_names) * across, top + len(row_names) * down), BACKGROUND)
     draw = ImageDraw.Draw(result)
     for x, name in enumerate(column_names):
-        draw.text((label_width + x * pitch_x + cell_width / 2, top / 2), name, INK, font, anchor="mm")
+        draw.text((left + x * across + width / 2, top / 2), name, INK, font, anchor="mm")
     for y, name in enumerate(row_names):
-        draw.text((GAP, top + y * pitch_y + height / 2), name, INK, font, anchor="lm")
+        draw.text((GAP, top + y * down + height / 2), name, INK, font, anchor="lm")
         for x in range(len(column_names)):
-            for i, image in enumerate(cells[y][x]):
-                result.paste(image, (label_width + x * pitch_x + i * (width + GAP), top + y * pitch_y))
+            result.paste(cells[y][x], (left + x * across, top + y * down))
     return result

@@ -205,7 +205,7 @@ def picture(groups, path):
         power = np.fft.fftshift(np.mean([bluenoise.power_spectrum(ranks) for ranks in masks], axis=0))
         parts = [256 * values, *(np.where(values < level, 0, 255) for level in (1 / 16, 1 / 4, 1 / 2))]
         images = [enlarged_part(grey(np.uint8(part)), (0, 0, side // 2, side // 2), 2) for part in parts]
-        rows.append([[image] for image in (images[0], grey(np.uint8(np.clip(power * 127.5, 0, 255))), *images[1:])])
+        rows.append([images[0], grey(np.uint8(np.clip(power * 127.5, 0, 255))), *images[1:]])
     write_image(path, sheet(rows, list(groups), ["ranks", "power spectrum", "1/16", "1/4", "1/2"]).convert("L"))
 
 

@@ -214,7 +214,7 @@ def patterns():
             plane = Plane(np.random.default_rng(3), period)
             u = np.moveaxis(draw(5, count, 1), -1, 0)
             shade = np.uint8(255 * (plane(u[0], u[1]).mean(-1) * .8 + .1))
-            cells[-1].append([grey(np.kron(shade, np.ones((2, 2), np.uint8)))])
+            cells[-1].append(grey(np.kron(shade, np.ones((2, 2), np.uint8))))
     names = [f"{'drifting' if period else 'constant'}\n{count} sample{'s' * (count > 1)}" for period, count in itertools.product((0, 1), (1, 4))]
     return sheet(cells, names, list(draws))
 

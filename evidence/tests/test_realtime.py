@@ -15,19 +15,17 @@ pytest.importorskip("bluenoise")
 
 # ---- Slices
 
-def write(folder, name, pixels):
-    Image.fromarray(pixels).save(folder / name)
+def write(folder, name, slices):
+    for i, pixels in enumerate(slices):
+        Image.fromarray(pixels).save(folder / f"{name}{i}.png")
 
 
 def test_packs_are_read_in_order_with_their_channels(tmp_path):
     random = np.random.default_rng(1)
-    scalar = random.integers(0, 256, (12, 8, 8), np.uint8)
-    vectors = random.integers(0, 256, (12, 8, 8, 4), np.uint8)
-    for i in range(12):
-        write(tmp_path, f"stbn_scalar_2Dx1Dx1D_8x8x12x1_{i}.png", scalar[i])
-        write(tmp_path, f"stbn_vec2_2Dx1D_8x8x12_{i}.png", vectors[i])
-        write(tmp_path, f"stbn_unitvec2_2Dx1D_8x8x12_{i}.png", vectors[i])
-        write(tmp_path, "stbn_vec2_2Dx1D_8x8x12.mag.xy.png", vectors[i])
+    scalar, vectors = random.integers(0, 256, (12, 8, 8), np.uint8), random.integers(0, 256, (12, 8, 8, 4), np.uint8)
+    write(tmp_path, "stbn_scalar_2Dx1Dx1D_8x8x12x1_", scalar)
+    for name in ("vec2_2Dx1D_8x8x12_", "unitvec2_2Dx1D_8x8x12_", "vec2_2Dx1D_8x8x12.mag.xy."):
+        write(tmp_path, f"stbn_{name}", vectors)
     slices = realtime.read_pack("STBN", tmp_path)
     assert np.array_equal(slices.stack_for(1)[..., 0], (scalar + np.float32(0.5)) / 256)
     assert np.array_equal(slices.stack_for(2), (vectors[..., :2] + np.float32(0.5)) / 256)
@@ -40,11 +38,10 @@ def test_packs_are_read_in_order_with_their_channels(tmp_path):
 
 def test_other_stacks_and_invalid_packs(tmp_path):
     deep = np.arange(64, dtype=np.uint16).reshape(8, 8) * 1000
-    write(tmp_path, "mine3.png", deep)
-    write(tmp_path, "mine4.png", deep)
+    write(tmp_path, "mine", [deep, deep])
     stack = realtime.read_pack("slices", tmp_path).stack_for(1)
     assert stack.shape == (2, 8, 8, 1) and np.allclose(stack[0, ..., 0], (deep + 0.5) / 65536)
-    write(tmp_path, "mine5.png", deep[:4])
+    write(tmp_path, "mine", [deep, deep[:4]])
     for pack, said in (("FAST", "named like"), ("slices", "cannot read")):
         with pytest.raises(CommandError, match=said):
             realtime.read_pack(pack, tmp_path)

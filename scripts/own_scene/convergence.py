@@ -86,13 +86,13 @@ def part_worth_showing(reference, picture):
 def gallery(samplers, errors, previews, part):
     """For one sample count, one column per sampler: an enlarged crop, and its error before and after a blur."""
     factor = max(1, min(errors[samplers[0]].shape) // part[2])
-    rows = [[[enlarged_part(previews[s], part, factor)] for s in samplers]]
+    rows = [[enlarged_part(previews[s], part, factor) for s in samplers]]
     for sigma in (0.0, SIGMAS[-1]):
         shown = {s: blurred(errors[s], sigma) for s in samplers}
         # All samplers share one grey scale: three standard deviations of white noise, robust to lights.
         full_scale = max(3 * 1.4826 * float(np.median(np.abs(shown[samplers[0]]))), 1e-12)
         greys = {s: np.uint8(np.clip(128 + 127.5 * shown[s] / full_scale, 0, 255)) for s in samplers}
-        rows.append([[enlarged_part(grey(greys[s]), part, factor)] for s in samplers])
+        rows.append([enlarged_part(grey(greys[s]), part, factor) for s in samplers])
     return sheet(rows, ("enlarged", "error", "blurred"), samplers)
 
 
@@ -111,7 +111,7 @@ def noise_section(samplers, maps):
     if not maps:
         return []
     colours = ", ".join(f"{name} {steps:g}" for steps, (name, _) in COLOURS.items())
-    rows = [[[Image.fromarray(false_colour(noises[s]))] for s in samplers] for noises in maps.values()]
+    rows = [[Image.fromarray(false_colour(noises[s])) for s in samplers] for noises in maps.values()]
     return ["<h2>Visible noise</h2>", "<p>How much noise a viewer sees in the whole image, in steps of an 8-bit display, estimated from the two halves of its "
             f"samples. Below 1 step, noise is hard to see. Colours: {colours}. 95% of the image is below: "
             + "; ".join(f"at {n} samples, {noise_text(noises)}" for n, noises in maps.items()) + ".</p>",
