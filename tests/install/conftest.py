@@ -13,6 +13,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 VERSION = ".".join(re.findall(r"^#define BN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", (ROOT / "libbn/include/bn/bn.h").read_text(), re.M))
 CC, CXX = os.environ.get("CC", "cc"), os.environ.get("CXX", "c++")
+COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
+CPP = {"gcc": "g++", "clang": "clang++", "cc": CXX}  # the C++ compilers of the same names
 # Debian installs its 64-bit Wine outside PATH.
 WINE = next((path for name in ("wine64", "wine", "/usr/lib/wine/wine64") if (path := shutil.which(name))), None)
 # Many tests build the same library.
@@ -98,6 +100,16 @@ def shared_library(tmp_path_factory) -> Installed:
 @pytest.fixture(params=["static", "shared"])
 def installed(request) -> Installed:
     return request.getfixturevalue(f"{request.param}_library")
+
+
+@pytest.fixture(scope="session")
+def amalgamation(tmp_path_factory) -> Path:
+    """The output of scripts/amalgamate, with and without --draws."""
+    folder = tmp_path_factory.mktemp("amalgamation")
+    for options in ([], ["--draws"]):
+        run(ROOT / "scripts" / "amalgamate", *options, "--output", folder)
+    assert sorted(path.name for path in folder.iterdir()) == ["bn", "bn.c", "bn.h", "bn_draws.h"]
+    return folder
 
 
 @pytest.fixture(scope="session")

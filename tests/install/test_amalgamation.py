@@ -3,35 +3,24 @@
 beside it contains the headers that programs include as <bn/...>."""
 
 import json
-import platform
 import shlex
 import shutil
-from pathlib import Path
 
 import pytest
-from conftest import CC, CXX, ROOT, run
+from conftest import CC, COMPILERS, CPP, CXX, ROOT, run
 from test_readme import program as readmes_program
 from test_symbols import DRAWS, declared, symbols
 
 HERE = ROOT / "tests" / "install"
 STRICT = ["-std=c11", "-pedantic", "-Werror", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Wsign-conversion"]
 LOOPS = ("simd/mask_hashes", "simd/many_equals_single")  # these test each instruction set
-COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
-
-
-@pytest.fixture(scope="session")
-def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("amalgamation")
-    run(ROOT / "scripts" / "amalgamate", "--output", folder)
-    assert sorted(path.name for path in folder.iterdir()) == ["bn", "bn.c", "bn.h"]
-    return folder
 
 
 @pytest.fixture(scope="session", params=COMPILERS)
-def compiled(request, folder):
+def compiled(request, amalgamation):
     """A compiler and the object file it built from bn.c with all warnings as errors."""
-    objects = folder / f"{request.param}.o"
-    run(request.param, "-O2", "-fPIC", *STRICT, "-Wcast-qual", "-Wredundant-decls", "-c", folder / "bn.c", "-o", objects)
+    objects = amalgamation / f"{request.param}.o"
+    run(request.param, "-O2", "-fPIC", *STRICT, "-Wcast-qual", "-Wredundant-decls", "-c", amalgamation / "bn.c", "-o", objects)
     return request.param, objects
 
 
@@ -41,9 +30,9 @@ def program(folder, compiler, source, objects):
     return built
 
 
-def test_one_command_compiles_a_program(folder, static_library, tmp_path):
+def test_one_command_compiles_a_program(amalgamation, static_library, tmp_path):
     for name in ("bn.c", "bn.h"):
-        shutil.copy(folder / name, tmp_path)
+        shutil.copy(amalgamation / name, tmp_path)
     text = (HERE / "consumer.c").read_text()
     assert "<bn/bn_path.h>" in text
     text = text.replace("<bn/bn_path.h>", '"bn.h"')
@@ -53,22 +42,21 @@ def test_one_command_compiles_a_program(folder, static_library, tmp_path):
     assert run(tmp_path / "a.out") == run(tmp_path / "expected")
 
 
-def test_readme_program_compiles_unchanged(folder, compiled, tmp_path):
+def test_readme_program_compiles_unchanged(amalgamation, compiled, tmp_path):
     (tmp_path / "main.cpp").write_text(readmes_program())
-    run(CXX, "-std=c++17", "-I", folder, tmp_path / "main.cpp", compiled[1], "-lm", "-o", tmp_path / "a.out")
+    run(CXX, "-std=c++17", "-I", amalgamation, tmp_path / "main.cpp", compiled[1], "-lm", "-o", tmp_path / "a.out")
     assert len(run(tmp_path / "a.out").splitlines()) == 4
 
 
 @pytest.mark.parametrize("test", ["c/test_draw_hashes", "c/test_dither", "c/test_float_environment", "c/test_path", *LOOPS])
-def test_library_tests_pass(test, folder, compiled):
-    run(program(folder, compiled[0], ROOT / "tests" / f"{test}.c", compiled[1]))
+def test_library_tests_pass(test, amalgamation, compiled):
+    run(program(amalgamation, compiled[0], ROOT / "tests" / f"{test}.c", compiled[1]))
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
-def test_draws_only_header(compiler, tmp_path):
+def test_draws_only_header(compiler, amalgamation, tmp_path):
     """The single header contains the licences, and the hashes of its draws match the library's."""
-    run(ROOT / "scripts" / "amalgamate", "--draws", "--output", tmp_path)
-    (header,) = tmp_path.iterdir()
+    header = amalgamation / "bn_draws.h"
     assert all((ROOT / path).read_text().rstrip() in header.read_text() for path in ("LICENSE", "libbn/data/LICENSE"))
     (tmp_path / "draws.c").write_text(f'#define BN_DRAWS_IMPLEMENTATION\n#include "{header}"\n')
     run(compiler, "-O2", *STRICT, "-DBN_SHOW_WARNINGS", "-c", "draws.c", cwd=tmp_path)
@@ -80,20 +68,7 @@ def test_draws_only_header(compiler, tmp_path):
     assert "bn_sampler_init" in external and [name for name in external if not name.startswith("bn_")] == []
 
 
-@pytest.mark.skipif(platform.machine() != "x86_64", reason="requires x86-64")
-def test_avx2_results_match_and_use_no_fma(folder, compiled, tmp_path):
-    # With -O1 or -std=c11, GCC would not fuse multiplications and additions anyway.
-    run(compiled[0], "-O2", "-mavx2", "-mfma", *STRICT, "-std=gnu11", "-S", folder / "bn.c", "-o", tmp_path / "bn.s")
-    assembly = (tmp_path / "bn.s").read_text()
-    assert "ymm" in assembly and "vfm" not in assembly
-    if not {"avx2", "fma"} <= set(Path("/proc/cpuinfo").read_text().split()):
-        pytest.skip("this processor has no AVX2 or FMA")
-    run(compiled[0], "-c", tmp_path / "bn.s", "-o", tmp_path / "bn.o")
-    for test in LOOPS:
-        run(program(folder, compiled[0], ROOT / "tests" / f"{test}.c", tmp_path / "bn.o"))
-
-
-def test_symbols(folder, compiled, tmp_path):
+def test_symbols(amalgamation, compiled, tmp_path):
     external = symbols("-g", "--defined-only", compiled[1])
     wanted = {name for name in declared() if not name.startswith("bn_neural")}
     assert wanted <= external
@@ -103,24 +78,23 @@ def test_symbols(folder, compiled, tmp_path):
 
 
 @pytest.mark.parametrize(("source", "standard"), [("consumer.cpp", "c++11"), ("consumer_hpp.cpp", "c++17")])
-def test_headers_compile_as_cpp(source, standard, folder, compiled, tmp_path):
-    compiler = {"gcc": "g++", "clang": "clang++"}.get(compiled[0], "c++")
-    run(compiler, f"-std={standard}", "-pedantic", "-Werror", "-Wall", "-Wextra", "-I", folder, HERE / source, compiled[1],
+def test_headers_compile_as_cpp(source, standard, amalgamation, compiled, tmp_path):
+    run(CPP[compiled[0]], f"-std={standard}", "-pedantic", "-Werror", "-Wall", "-Wextra", "-I", amalgamation, HERE / source, compiled[1],
         "-o", tmp_path / "consumer", "-lm")
     printed = run(tmp_path / "consumer")
     assert source == "consumer.cpp" or printed.splitlines()[-1] == "0"
 
 
-def test_unused_data_is_not_linked(folder, compiled, tmp_path):
+def test_unused_data_is_not_linked(amalgamation, compiled, tmp_path):
     (tmp_path / "draws.c").write_text(DRAWS)
-    run(compiled[0], "-O0", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", "-I", folder, folder / "bn.c",
+    run(compiled[0], "-O0", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", "-I", amalgamation, amalgamation / "bn.c",
         tmp_path / "draws.c", "-o", tmp_path / "draws", "-lm")
     run(tmp_path / "draws")
     assert {name for name in symbols(tmp_path / "draws") if name.startswith("bn_data_")} == {"bn_data_mask_64"}
 
 
-def test_warns_about_fast_math(folder, compiled):
-    command = [compiled[0], "-fsyntax-only", folder / "bn.c"]
+def test_warns_about_fast_math(amalgamation, compiled):
+    command = [compiled[0], "-fsyntax-only", amalgamation / "bn.c"]
     assert run(*command) == ""
     for option in ("-ffast-math", "-Ofast"):
         assert "Add -fno-fast-math" in run(*command, option)

@@ -14,15 +14,7 @@ PAGES = {name: (ROOT / name).read_text(encoding="utf-8") for name in
          ("docs/porting.md", "docs/realtime.md", "bindings/README.md", "bindings/api.md")}
 # The parts of a renderer that the fragments use.
 RENDERER = """
-struct Ray {};
-struct Color {};
-struct Scene { struct { Ray ray(float, float) const; } camera; };
-struct Rng { explicit Rng(int); float next(); };
-struct Tile { int number, x0, y0, x1, y1; };
-struct Film { void add(int, int, Color); };
 struct Lanes { const uint32_t *pixel, *index, *depth; std::array<float, 4> *u; };
-constexpr int max_depth = 2;
-Color trace(const Scene &scene, Ray ray, Rng &rng);
 void shade(float, std::array<float, 2>);
 """
 NAMES = {"int": ("x", "y", "small_x", "small_y"), "unsigned": ("index", "depth", "frame", "n", "width"), "std::size_t": ("count",),
@@ -35,20 +27,16 @@ def fragments(page):
     return [text for name, _, text in found if not name]
 
 
-@pytest.mark.parametrize("text", fragments("docs/porting.md") + fragments("docs/realtime.md"))
-def test_fragments_compile(text, tmp_path):
-    names = dict(NAMES) if "Get1D" not in text else {"BlueSampler &": ("sampler",)}
-    parameters = ", ".join(f"[[maybe_unused]] {type} {name}" for type, group in names.items() for name in group
-                           if not re.search(rf"bn::\w+ {name}\(", text))
-    body = re.sub(r"^        // \.\.\.\n", "        (void)light, (void)direction;\n", text, flags=re.MULTILINE)
-    body = re.sub(r"^    // \.\.\.\n", "    (void)scene, (void)ray, (void)rng;\n", body, flags=re.MULTILINE)
-    if "render_tile" in text:
-        body = body.replace("direction;\n    }\n", "direction;\n    }\n    return {};\n")
-    else:
-        body = f"void fragment({parameters}) {{\n{body}}}\n"
-    (tmp_path / "fragment.cpp").write_text(listing("porting.md", "counted.hpp") + RENDERER + body)
+def test_fragments_compile(tmp_path):
+    code = listing("porting.md", "counted.hpp") + RENDERER
+    for i, text in enumerate(fragments("docs/porting.md") + fragments("docs/realtime.md")):
+        names = NAMES if "Get1D" not in text else {"BlueSampler &": ("sampler",)}
+        parameters = ", ".join(f"[[maybe_unused]] {type} {name}" for type, group in names.items() for name in group
+                               if not re.search(rf"bn::\w+ {name}\(", text))
+        code += f"void fragment{i}({parameters}) {{\n{text}}}\n"
+    (tmp_path / "fragments.cpp").write_text(code)
     run(CXX, "-std=c++17", "-Wall", "-Wextra", "-Werror", "-Wno-unused-variable", "-Wno-unused-but-set-variable",
-        "-I", ROOT / "libbn/include", "-fsyntax-only", tmp_path / "fragment.cpp")
+        "-I", ROOT / "libbn/include", "-fsyntax-only", tmp_path / "fragments.cpp")
 
 
 @pytest.mark.parametrize("text", re.findall(r"```python\n(.*?)```", PAGES["bindings/api.md"], re.DOTALL))

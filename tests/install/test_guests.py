@@ -4,14 +4,14 @@ macros and globals, and change nothing for the code after them. The C++ header c
 
 import platform
 import re
-import shutil
 import subprocess
+from pathlib import Path
 
 import pytest
-from conftest import CC, CXX, ROOT, run
+from conftest import CC, COMPILERS, CPP, CXX, ROOT, run
+from test_amalgamation import LOOPS, program
 from test_header import INCLUDE, KEPT
 
-COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 FILES = ["bn.c", "bn_draws.h"]
 AVX2 = ["-mavx2"] if platform.machine() == "x86_64" else []
 # Macros of <windows.h>, Xlib.h, Qt, Apple's and Unreal's headers, and globals with the names of our parameters.
@@ -55,14 +55,6 @@ int main(void) {
 """
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("guests")
-    run(ROOT / "scripts" / "amalgamate", "--output", folder)
-    run(ROOT / "scripts" / "amalgamate", "--draws", "--output", folder)
-    return folder
-
-
 def included(folder, name):
     return f'#define BN_DRAWS_IMPLEMENTATION\n#include "{folder / name}"\n'
 
@@ -73,9 +65,9 @@ def system_headers(text):
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_no_name_remains(name, folder, tmp_path):
+def test_no_name_remains(name, amalgamation, tmp_path):
     """A program may give each identifier of the file, other than those of libbn and the C library, another meaning."""
-    text = (folder / name).read_text()
+    text = (amalgamation / name).read_text()
     code = re.sub(r'/\*.*?\*/|"[^"\n]*"|#include [^\n]*', " ", text, flags=re.S)
     identifiers = sorted(word for word in set(re.findall(r"\b[A-Za-z_]\w*", code)) if not word.lower().startswith("bn_"))
     assert len(identifiers) > 100
@@ -92,20 +84,20 @@ def test_no_name_remains(name, folder, tmp_path):
 
     taken = refused(system_headers(text))
     assert "sizeof" in taken and "pixel" not in taken
-    assert refused(system_headers(text) + included(folder, name)) - taken == set()
+    assert refused(system_headers(text) + included(amalgamation, name)) - taken == set()
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("name", FILES)
-def test_no_macro_remains(name, compiler, folder, tmp_path):
+def test_no_macro_remains(name, compiler, amalgamation, tmp_path):
     source = tmp_path / "macros.c"
 
     def macros(text):
         source.write_text(text)
         return set(re.findall(r"^#define (\w+)", run(compiler, *AVX2, "-dM", "-E", source), re.M))
 
-    headers = system_headers((folder / name).read_text())
-    left = macros(headers + included(folder, name)) - macros(headers)
+    headers = system_headers((amalgamation / name).read_text())
+    left = macros(headers + included(amalgamation, name)) - macros(headers)
     assert [macro for macro in left if not KEPT.fullmatch(macro) and not macro.startswith("BN_DRAWS_")] == []
 
 
@@ -118,8 +110,9 @@ double mine(double a, double b, double c) { double x_ = a * b + c; { double x_ =
 @pytest.mark.skipif(not AVX2, reason="the assembly is x86-64's")
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("name", FILES)
-def test_pragmas_end_with_the_file(name, compiler, folder, tmp_path):
-    """After the file, the compiler fuses and warns as before; in it, it does neither, even if all the warnings are on."""
+def test_pragmas_end_with_the_file(name, compiler, amalgamation, tmp_path):
+    """After the file, the compiler fuses and warns as before; in it, it does neither, even if all the warnings are on. With AVX2, the
+    results of bn.c are the same."""
     def function(before):
         (tmp_path / "user.c").write_text(before + USER)
         done = subprocess.run([compiler, "-std=gnu11", "-O2", "-mavx2", "-mfma", "-Wall", "-Wextra", "-Wshadow", "-S",
@@ -128,13 +121,18 @@ def test_pragmas_end_with_the_file(name, compiler, folder, tmp_path):
         whole = re.search(r"^mine:(.*?)\bret", text, re.M | re.S)[1]
         return "vfmadd" in whole, text.count("vfm"), sorted(re.findall(r"\[-W([\w-]+)\]", done.stderr))
 
-    assert function(included(folder, name)) == function("") == (True, 1, ["shadow", "unused-function"])
+    assert function("") == function(included(amalgamation, name)) == (True, 1, ["shadow", "unused-function"])
+    if name == "bn.c" and {"avx2", "fma"} <= set(Path("/proc/cpuinfo").read_text().split()):
+        assert "ymm" in (tmp_path / "user.s").read_text()
+        run(compiler, "-c", "user.s", "-o", "user.o", cwd=tmp_path)
+        for test in LOOPS:
+            run(program(amalgamation, compiler, ROOT / "tests" / f"{test}.c", tmp_path / "user.o"))
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("name", FILES)
-def test_compiles_after_any_code(name, compiler, folder, tmp_path):
-    (tmp_path / "unity.c").write_text(HOSTILE + included(folder, name) + DRAW)
+def test_compiles_after_any_code(name, compiler, amalgamation, tmp_path):
+    (tmp_path / "unity.c").write_text(HOSTILE + included(amalgamation, name) + DRAW)
     run(compiler, *FLAGS, *AVX2, "-c", "unity.c", "-o", "unity.o", cwd=tmp_path)
     run(compiler, "unity.o", "-lm", "-o", "unity", cwd=tmp_path)
     run(tmp_path / "unity")
@@ -142,23 +140,23 @@ def test_compiles_after_any_code(name, compiler, folder, tmp_path):
 
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("standard", ["c++11", "c++14", "c++20"])
-def test_headers_compile_after_any_code(standard, compiler, folder, tmp_path):
+def test_headers_compile_after_any_code(standard, compiler, amalgamation, tmp_path):
     more = "#include <bn/bn_choose.h>\n#include <bn/bn.h>\n" + ("" if standard == "c++11" else "#include <bn/bn.hpp>\n")
     useless = ["-Wuseless-cast"] if compiler == "gcc" else []
-    for first in ("<bn/bn_path.h>", f'"{folder}/bn_draws.h"'):
+    for first in ("<bn/bn_path.h>", f'"{amalgamation}/bn_draws.h"'):
         (tmp_path / "engine.cpp").write_text(f"{STANDARD}{HOSTILE}#include {first}\n{more}{DRAW}")
-        run({"gcc": "g++", "clang": "clang++"}.get(compiler, CXX), f"-std={standard}", *CXX_FLAGS, *useless, "-I", INCLUDE,
+        run(CPP[compiler], f"-std={standard}", *CXX_FLAGS, *useless, "-I", INCLUDE,
             "-fsyntax-only", tmp_path / "engine.cpp")
 
 
-def test_implementation_after_other_inclusions(folder, tmp_path):
+def test_implementation_after_other_inclusions(amalgamation, tmp_path):
     """A header may have included bn_draws.h before, and a later one may include it again while the macro is still defined."""
-    header = f'#include "{folder}/bn_draws.h"\n'
-    (tmp_path / "one.c").write_text(header + included(folder, "bn_draws.h") + header + DRAW)
+    header = f'#include "{amalgamation}/bn_draws.h"\n'
+    (tmp_path / "one.c").write_text(header + included(amalgamation, "bn_draws.h") + header + DRAW)
     (tmp_path / "two.c").write_text(header + DRAW.replace("main", "other"))
     run(CC, "-Werror", "-Wall", "-Wextra", "one.c", "two.c", "-o", "program", cwd=tmp_path)
     run(tmp_path / "program")
-    (tmp_path / "unity.cpp").write_text(included(folder, "bn_draws.h"))
+    (tmp_path / "unity.cpp").write_text(included(amalgamation, "bn_draws.h"))
     done = subprocess.run([CXX, "-fsyntax-only", tmp_path / "unity.cpp"], capture_output=True, text=True, check=False)
     assert done.returncode != 0 and "C11 source" in done.stderr
 
@@ -181,7 +179,7 @@ int main(int argc, char **) {
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_cpp_header_without_exceptions(compiler, static_library, tmp_path):
     (tmp_path / "main.cpp").write_text(WITHOUT_EXCEPTIONS)
-    run({"gcc": "g++", "clang": "clang++"}.get(compiler, CXX), "-std=c++14", *CXX_FLAGS, *static_library.pkg_config("--cflags"),
+    run(CPP[compiler], "-std=c++14", *CXX_FLAGS, *static_library.pkg_config("--cflags"),
         tmp_path / "main.cpp", "-o", tmp_path / "main", *static_library.pkg_config("--libs"))
     run(tmp_path / "main")
     done = subprocess.run([tmp_path / "main", "fail"], capture_output=True, text=True, check=False)

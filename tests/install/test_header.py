@@ -3,23 +3,20 @@
 
 import itertools
 import re
-import shutil
 import subprocess
 
 import pytest
-from conftest import ROOT, run
+from conftest import COMPILERS, ROOT, run
 
 INCLUDE = ROOT / "libbn" / "include"
 HEADERS = sorted(path.name for path in (INCLUDE / "bn").glob("*.h"))
 STRICT = ["-pedantic", "-Werror", "-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Wundef", "-Wshadow", "-fsyntax-only",
           "-DBN_SHOW_WARNINGS"]
-COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize(("header", "standard"), [
-    *itertools.product(HEADERS, ("c99", "c11", "c17", "c++11", "c++17", "c++20")),
-    *itertools.product(["bn.hpp"], ("c++14", "c++17", "c++20"))])
+    *itertools.product(HEADERS, ("c99", "c17", "c++11", "c++20")), *itertools.product(["bn.hpp"], ("c++14", "c++20"))])
 def test_headers_compile_alone(header, standard, compiler, tmp_path):
     language = "c++" if standard.startswith("c++") else "c"
     source = tmp_path / "alone.c"

@@ -19,12 +19,11 @@ pytestmark = pytest.mark.skipif(shutil.which("cargo") is None, reason="Cargo is 
 
 
 @pytest.fixture(scope="module")
-def cargo(tmp_path_factory):
+def cargo(amalgamation, tmp_path_factory):
     """Runs Cargo offline on a copy of the crates outside the checkout."""
     folder = tmp_path_factory.mktemp("rust")
     shutil.copytree(CRATES, folder / "crates", ignore=shutil.ignore_patterns("target"))
-    run(ROOT / "scripts" / "amalgamate", "--output", folder / "amalgamation")
-    environment = {**os.environ, "CARGO_TARGET_DIR": str(folder / "target"), "BN_AMALGAMATION": str(folder / "amalgamation")}
+    environment = {**os.environ, "CARGO_TARGET_DIR": str(folder / "target"), "BN_AMALGAMATION": str(amalgamation)}
 
     def cargo(*arguments, **changes):
         return run("cargo", *arguments, "--offline", cwd=folder / "crates", env={**environment, **changes})
