@@ -18,6 +18,7 @@ from pathlib import Path
 from ..base.command import Parser
 from ..renders.judge import Cells
 from ..renders.renderer import REFERENCE_SEED, RenderError, processor_seconds
+from ..renders.views import View
 from . import other_renderer
 from .other_renderer import Task
 
@@ -95,15 +96,8 @@ SCENES = {
 }
 
 
-@dataclasses.dataclass(frozen=True)
-class View:
-    scene: str
-    name: str = "middle"
-    size: tuple = SIZE
-
-    @property
-    def label(self):
-        return self.scene
+def view_of(scene):
+    return View(scene, "middle", *SIZE)
 
 
 LIGHT = re.compile(r'<light\b([^>]*?)\btfm="([^"]*)"([^>]*)/>')
@@ -191,7 +185,7 @@ class CyclesRun(other_renderer.OtherRun):
 
     def picture(self, path, reference):
         """Writes PICTURE_SCENE as rendered by the patterns in PICTURE."""
-        pictures = {name: self.rendered(Task(View(PICTURE_SCENE), sampler), PICTURE_SPP, 1)[1] for sampler, name in PICTURE.items()}
+        pictures = {name: self.rendered(Task(view_of(PICTURE_SCENE), sampler), PICTURE_SPP, 1)[1] for sampler, name in PICTURE.items()}
         other_renderer.write_picture(path, pictures, reference.picture, PICTURE_PART)
 
 
@@ -205,10 +199,10 @@ set_aa_samples() gets getenv("BN_TOLD") ? atoi(getenv("BN_TOLD")) : params.sampl
     parser.hidden("--pictures", "docs")
     options = other_renderer.options_of(parser, "cycles", arguments, SCENES, COUNTS)
     version = subprocess.run(["git", "-C", options.cycles, "describe", "--tags", "--always"], capture_output=True, text=True, check=False).stdout
-    work, views, seeds = CyclesRun(options.program, options.cycles, options.jobs), [View(name) for name in options.scenes], range(1, options.seeds + 1)
+    work, views, seeds = CyclesRun(options.program, options.cycles, options.jobs), [view_of(name) for name in options.scenes], range(1, options.seeds + 1)
     references = work.references(dict.fromkeys(views, REFERENCE_SPP))
     tasks = [Task(view, sampler, seed, COUNTS) for view in views for sampler in SAMPLERS for seed in seeds]
     tasks += [Task(view, sampler, seed, EARLY, PREVIEW_SPP) for view in views for sampler in PREVIEW for seed in seeds]
     report, thans = other_renderer.OtherReport(options, Cells(work.results(references, tasks)), references, NAMES, {"Scenes": SCENES}, SCENES), {**NAMES, **TOLD}
     if report.write(globals(), report.summary(thans), version=version.strip() or "(unknown version)", thans=thans):
-        work.picture(options.pictures / "cycles.jpg", references[View(PICTURE_SCENE)])
+        work.picture(options.pictures / "cycles.jpg", references[view_of(PICTURE_SCENE)])

@@ -27,7 +27,7 @@ PBRT_COMMIT = "5f7a606806a4ac7b939131ded9d7a30ebd02416e"  # the commit that the 
 ROUNDED = {("zsobol", 3): 2, ("zsobol", 6): 4}
 # What --picture shows: the scene, the samplers, and the origin of a part of the image's middle.
 PICTURE, PICTURE_SPP = "docs/pbrt.jpg", 6
-PICTURE_VIEW, PICTURE_PART = pbrt_scenes.View("penumbra", "picture", 512, 302, (216, 206)), (8, 8, 200, 190)
+PICTURE_VIEW, PICTURE_PART = pbrt_scenes.view_of("penumbra", "picture", 512, 302, (216, 206)), (8, 8, 200, 190)
 PICTURE_SAMPLERS = ("independent", "zsobol", "blue")
 SCENES = {**pbrt_scenes.OWN}  # the scenes of lux_scenes.scenes() are added
 SPREAD = ("zsobol", "sobol")  # the samplers that the scene-by-scene tables compare with `blue`
@@ -37,22 +37,28 @@ SETS = {"Fixed wavelengths": tuple(name + lux_scenes.FIXED for name in lux_scene
 
 # ---- Running pbrt
 
+def bounds(view):
+    """A crop's bounds in pbrt's order."""
+    x0, y0, x1, y1 = view.crop
+    return x0, x1, y0, y1
+
+
 class PbrtRun(other_renderer.OtherRun):
     reference = "reference"
 
     def key(self, task, reference):
-        return {"scene": SCENES[task.view.scene].text(SAMPLERS[task.label]), "bounds": task.view.bounds, "seed": task.seed,
+        return {"scene": SCENES[task.view.scene].text(SAMPLERS[task.label]), "bounds": bounds(task.view), "seed": task.seed,
                 "counts": task.counts, "program": self.sha256}
 
     def render(self, task, spp, seed, out):
         with tempfile.TemporaryDirectory(prefix="libbn-pbrt-") as folder:
             path = pbrt_scenes.write_files(folder, SCENES[task.view.scene], task.sampler, LINES[task.sampler])
             command = [self.program, "--quiet", "--nthreads", "1", "--spp", str(spp), "--seed", str(seed),
-                       "--pixelbounds", ",".join(map(str, task.view.bounds)), "--outfile", out, path]
+                       "--pixelbounds", ",".join(map(str, bounds(task.view))), "--outfile", out, path]
             return processor_seconds(command, f"pbrt failed on {task.view.scene}")
 
     def reference_key(self, view, spp):
-        return {"reference": SCENES[view.scene].text(LINES["reference"]), "bounds": view.bounds, "spp": spp, "program": self.sha256}
+        return {"reference": SCENES[view.scene].text(LINES["reference"]), "bounds": bounds(view), "spp": spp, "program": self.sha256}
 
 
 class PbrtCells(Cells):

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.files import write_exr, write_text
+from ..renders.views import View
 
 WIDTH, HEIGHT = 1280, 960
 CROP = (48, 48)
@@ -111,24 +112,9 @@ OWN = {scene.name: scene for scene in (Scene("penumbra", "", "\n".join(PENUMBRA)
                                        Scene("skin", "", "\n".join(SKIN), (0, -4.6, 2.6), (0.1, -0.3, 0.45), depth=6))}
 
 
-@dataclasses.dataclass(frozen=True)
-class View:
-    """A crop of a scene's image: [x0, x1) x [y0, y1)."""
-
-    scene: str
-    name: str
-    x0: int
-    y0: int
-    size: tuple = CROP
-
-    @property
-    def bounds(self):
-        """The bounds in pbrt's order."""
-        return self.x0, self.x0 + self.size[0], self.y0, self.y0 + self.size[1]
-
-    @property
-    def label(self):
-        return f"{self.scene} {self.name}"
+def view_of(scene, name, x, y, size=CROP):
+    """A crop of a scene's image."""
+    return View(scene, name, WIDTH, HEIGHT, crop=(x, y, x + size[0], y + size[1]))
 
 
 def crops(scene):
@@ -137,7 +123,7 @@ def crops(scene):
     for k in range(CROPS):
         digest = hashlib.sha256(f"{scene.removesuffix('-fixed')} fresh {k}".encode()).digest()
         place = [int.from_bytes(digest[4 * i:4 * i + 4], "little") for i in range(2)]
-        views.append(View(scene, f"crop {k + 1}", place[0] % (WIDTH - CROP[0]), place[1] % (HEIGHT - CROP[1])))
+        views.append(view_of(scene, f"crop {k + 1}", place[0] % (WIDTH - CROP[0]), place[1] % (HEIGHT - CROP[1])))
     return views
 
 

@@ -16,7 +16,7 @@ from evidence.external_renderers import cycles, other_renderer, pbrt, pbrt_scene
 
 def test_crop_positions_are_fixed():
     """The crops were chosen before any image was rendered."""
-    assert [view.bounds[::2] for view in pbrt_scenes.crops("room")] == [(887, 210), (864, 581)]
+    assert [view.crop[:2] for view in pbrt_scenes.crops("room")] == [(887, 210), (864, 581)]
 
 
 class Made:
@@ -108,7 +108,7 @@ def cycles_program():
 
 
 def cycles_picture(program, sampler, told, spp, seed=1):
-    task = other_renderer.Task(cycles.View("penumbra"), sampler, told=told)
+    task = other_renderer.Task(cycles.view_of("penumbra"), sampler, told=told)
     return cycles.CyclesRun(program, os.environ["BN_CYCLES"], 1).rendered(task, spp, seed)[1]
 
 
