@@ -17,8 +17,9 @@ PARTS = {
     "realtime": ("realtime", "follow"),
     "films": ("films",),
     "masks": ("masks",),
-    "renders": ("renders", "headline", "filters", "times", "summary", "denoise", "picture", "stop"),
+    "renders": ("renders", "headline", "filters", "times", "denoise", "picture", "stop"),
     "external_renderers": ("mitsuba", "pbrt", "cycles", "web"),
+    "summary": ("summary",),
 }
 
 

@@ -6,8 +6,9 @@ import statistics
 from pathlib import Path
 
 from evidence.base.files import read_numbers
-from evidence.renders import summary, times
+from evidence.renders import times
 from evidence.renders.renders import HEADLINE, TO_WHITE
+from evidence.summary import summary
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "evidence" / "results"

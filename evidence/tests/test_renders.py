@@ -15,9 +15,10 @@ from evidence.__main__ import main as bench
 from evidence.base.files import read_exr, read_numbers
 from evidence.measure.image_error import MEASURES, displayed_rmse
 from evidence.measure.statistics import Estimate
-from evidence.renders import judge, models, renderer, renders, summary, views
+from evidence.renders import judge, models, renderer, renders, views
 from evidence.renders.renderer import run_pathtracer
 from evidence.samplers import heitz
+from evidence.summary import summary
 
 CORNELL = [(516, 560), (754, 107), (221, 981), (1051, 730)]
 

@@ -8,9 +8,9 @@ from ..base.files import read_numbers
 from ..base.tables import md_table, series, update_table
 from ..measure.statistics import Estimate
 from ..realtime.realtime import in_order
+from ..renders.renders import HEADLINE, NAMES, TO_WHITE
+from ..renders.times import over
 from ..samplers.samplers import PEAKS
-from .renders import HEADLINE, NAMES, TO_WHITE
-from .times import over
 
 COMMAND = "scripts/bench summary"
 COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
