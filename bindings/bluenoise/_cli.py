@@ -225,12 +225,14 @@ def _parser() -> argparse.ArgumentParser:
 
     command = add(
         _noise, "noise", "measure the visible noise of a render",
-        "Prints the visible noise of a render in steps of an 8-bit display, from the means of two halves of its samples, and "
+        "Prints the visible noise of a render in steps of an 8-bit display, from the means of two parts of its samples, and "
         "draws a map of it; see bluenoise.visible_noise.",
     )
-    command.add_argument("first", type=Path, help="the mean of one half of the samples: .exr (needs OpenEXR) or .npy, linear")
-    command.add_argument("second", type=Path, help="the mean of the other half")
+    command.add_argument("first", type=Path, help="the mean of some of the samples: .exr (needs OpenEXR) or .npy, linear")
+    command.add_argument("second", type=Path, help="the mean of the other samples")
     command.add_argument("--mean", action="store_true", help="SECOND is the mean of all samples")
+    command.add_argument("--first-share", type=float, default=0.5, metavar="FRACTION", help="fraction of all samples that are in FIRST, "
+                         "0.001 to 0.999 (default 0.5)")
     command.add_argument("--sigma", type=float, default=2.1, help="the eye's blur in pixels (default 2.1: 96 dpi at 75 cm)")
     command.add_argument("--exposure", type=float, default=1.0, metavar="FACTOR", help="white is at 1 / FACTOR (default 1)")
     command.add_argument("--window", type=_integer, default=33, metavar="N", help="side in pixels of the square that pools the noise "
@@ -532,9 +534,10 @@ def _noise(options: argparse.Namespace) -> None:
     first, second = _files.load_light(options.first), _files.load_light(options.second)
     if np.array_equal(first, second) and np.ptp(first) > 0:
         raise ValueError(f"{options.first} and {options.second} hold the same image; they must come from different samples")
+    share = arguments.real("first_share", options.first_share, 0.001, 0.999)
     if options.mean and first.shape == second.shape:
-        second = 2 * second - first
-    noise = visible_noise(first, second, sigma=options.sigma, exposure=options.exposure, window=options.window,
+        second = (second - share * first) / (1 - share)
+    noise = visible_noise(first, second, sigma=options.sigma, exposure=options.exposure, first_share=share, window=options.window,
                           progress=_progress(options.quiet))
     median, high = (float(value) for value in np.percentile(noise, (50, 95)))
     if output:

@@ -297,13 +297,6 @@ class RaySampler(_OnceOnly):
         part._start(self._path, _core.ray_child_domain(self._domain, keys))
         return part
 
-    def _again(self) -> RaySampler:
-        """A copy. The caller must not use this object again."""
-        other = RaySampler.__new__(RaySampler)
-        for name in (*RaySampler.__slots__,):
-            setattr(other, name, getattr(self, name))
-        return other
-
     def _singles(self, k: int) -> _Floats:
         """The pair that holds number k."""
         return self._draw(_core.ray_1d_domain(self._domain, k), (k & 3) >> 1)

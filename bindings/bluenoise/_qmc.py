@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One pixel of a sampler as a SciPy quasi-Monte Carlo engine; imported on first use."""
+"""One pixel of a sampler as a SciPy quasi-Monte Carlo engine. `_sampler` imports it on first use, so nothing here imports `_sampler`."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -9,13 +11,12 @@ from scipy.stats import qmc
 
 from . import _arguments as arguments
 from . import _core
-from ._sampler import Sampler
 
 
 class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
     """The samples of one pixel; see ``Sampler.qmc``. A ``seed`` replaces the sampler's seed."""
 
-    def __init__(self, sampler: Sampler, d: int, pixel: tuple[int, int] = (0, 0), *, seed: arguments.Seed = None) -> None:
+    def __init__(self, sampler: Any, d: int, pixel: tuple[int, int] = (0, 0), *, seed: arguments.Seed = None) -> None:
         d = arguments.integer("d", d, 1, 2**31 - 1)
         try:
             x, y = pixel
@@ -23,7 +24,7 @@ class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
             raise ValueError(f"pixel must be (x, y), not {arguments.said(pixel)}") from None
         super().__init__(d=d)
         if seed is not None:
-            sampler = Sampler(sampler.type, seed=seed, samples_per_pixel=sampler.samples_per_pixel, mask=sampler.mask)
+            sampler = type(sampler)(sampler.type, seed=seed, samples_per_pixel=sampler.samples_per_pixel, mask=sampler.mask)
         self._sampler = sampler
         # scipy.integrate.qmc_quad() makes engines with these arguments and with seeds derived from this engine's generator. They
         # are reproducible only if the generator is created again: before NumPy 2, a copy of a generator loses its seed.

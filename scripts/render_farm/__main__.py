@@ -105,7 +105,7 @@ def render_parts(options, program, inputs, folder, parts, found):
     tasks = {part: [*options.shared, *part.arguments(), "--threads", str(options.threads)] for part in parts if not folder.has(part)}
     total, missing = (sum(part.samples for part in some) for some in (parts, tasks))
     done, left = total - missing, len(tasks)
-    with cluster.connect(options.scheduler, options.workers or max(1, (os.cpu_count() or 1) // options.threads)) as client:
+    with cluster.connect(options.scheduler, options.workers, options.threads) as client:
         cluster.check_workers(client, program, found, inputs)
         with Progress(total, "samples", done) as progress:
             for part, data in cluster.render(client, program, found, inputs, tasks):

@@ -39,8 +39,9 @@ def _quiet():
 
 
 @contextlib.contextmanager
-def connect(address, workers):
-    """A client of the cluster at `address`, or of a local cluster with the given number of processes."""
+def connect(address, workers, threads=1):
+    """A client of the cluster at `address`, or of a local cluster with the given number of processes: by default, one for each
+    `threads` CPUs that this process may use."""
     try:
         import cloudpickle
         import dask
@@ -57,8 +58,8 @@ def connect(address, workers):
             before = signal.signal(signal.SIGINT, signal.SIG_IGN)
             try:
                 address = stack.enter_context(distributed.LocalCluster(
-                    n_workers=workers, threads_per_worker=1, dashboard_address=None, security=True,
-                    silence_logs=logging.CRITICAL + 1))
+                    n_workers=workers or max(1, dask.system.CPU_COUNT // threads), threads_per_worker=1,
+                    dashboard_address=None, security=True, silence_logs=logging.CRITICAL + 1))
             finally:
                 signal.signal(signal.SIGINT, before)
         try:

@@ -76,6 +76,14 @@ def test_command(tmp_path, capsys, monkeypatch):
     assert main("noise first.npy mean.npy --mean -o map.png --exposure 0.7 --window 9".split()) == 0
     printed = capsys.readouterr().out
     assert f"median {np.median(right):.2f}, 95% of the image below {np.percentile(right, 95):.2f} steps" in printed and "green 1" in printed
+    quarter = bluenoise.visible_noise(first, second, first_share=0.25)
+    np.save("mean.npy", 0.25 * first + 0.75 * second)
+    for options in ("second.npy", "mean.npy --mean"):
+        assert main(f"noise first.npy {options} --first-share 0.25 -o map.npy".split()) == 0
+        np.testing.assert_allclose(np.load("map.npy"), quarter, rtol=1e-4)
+    capsys.readouterr()
+    assert main("noise first.npy mean.npy --mean --first-share 1".split()) == 1
+    assert capsys.readouterr().err == "bluenoise: first_share must be in [0.001, 0.999], not 1.0\n"
     for name in ("first.npy", "missing.npy"):
         assert main(["noise", "first.npy", name, "-o", "first.npy"]) == 1
     assert main("noise first.npy first.npy".split()) == 1 and "different samples" in capsys.readouterr().err
