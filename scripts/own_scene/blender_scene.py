@@ -175,8 +175,35 @@ def colour_of(light, lost):
     return light.energy * 2**light.exposure * colour
 
 
+def replace_light(item, mesh, area, lost):
+    """Replaces a light of power P by the front of a mesh with this area A, in world space, and the radiance P / (pi A)."""
+    colour = colour_of(item.data, lost) / (math.pi * max(area, 1e-30))
+    strength = max(*colour, 1e-30)
+    material, shader = new_material(item.data.name)
+    material.use_backface_culling = True
+    shader.inputs["Emission Color"].default_value = [*(colour / strength), 1]
+    shader.inputs["Emission Strength"].default_value = strength
+    mesh.materials.append(material)
+    new = bpy.data.objects.new(item.name, mesh)
+    new.matrix_world = item.matrix_world
+    bpy.context.scene.collection.objects.link(new)
+    bpy.data.objects.remove(item)
+
+
+def emissive_sphere(item, lost):
+    """Replaces a point light by a sphere. Blender does not scale its radius. With Blender's "soft falloff", a light of radius r is a disc that
+    faces each point, so at distance d it gives d^2 / (d^2 + r^2) of the sphere's light."""
+    import bmesh  # bpy makes it importable
+
+    mesh, sphere = bpy.data.meshes.new(item.data.name), bmesh.new()
+    bmesh.ops.create_uvsphere(sphere, u_segments=24, v_segments=12, radius=item.data.shadow_soft_size)
+    sphere.to_mesh(mesh)
+    item.matrix_world = Matrix.Translation(item.matrix_world.translation)
+    replace_light(item, mesh, sum(face.area for face in mesh.polygons), lost)
+
+
 def emissive_rectangle(item, lost):
-    """Replaces an area light, of power P and area A, by a surface of radiance P / (pi A) that shines to the light's -z."""
+    """Replaces an area light by a surface that shines to the light's -z."""
     light, size = item.data, Vector((item.data.size, item.data.size))
     if light.shape in ("RECTANGLE", "ELLIPSE"):
         size.y = light.size_y
@@ -193,35 +220,30 @@ def emissive_rectangle(item, lost):
     mesh.from_pydata([(x * size.x, y * size.y, 0) for x, y in corners], [], [range(len(corners))])
     x, y = (item.matrix_world.to_3x3() @ Vector(v) for v in ((size.x, 0, 0), (0, size.y, 0)))
     area = x.cross(y).length * (math.pi / 4 if len(corners) > 4 else 1)
-    colour = colour_of(light, lost) / (math.pi * max(area, 1e-30))
-    strength = max(*colour, 1e-30)
-    material, shader = new_material(light.name)
-    material.use_backface_culling = True
-    shader.inputs["Emission Color"].default_value = [*(colour / strength), 1]
-    shader.inputs["Emission Strength"].default_value = strength
-    mesh.materials.append(material)
-    new = bpy.data.objects.new(item.name, mesh)
-    new.matrix_world = item.matrix_world
-    bpy.context.scene.collection.objects.link(new)
-    bpy.data.objects.remove(item)
+    replace_light(item, mesh, area, lost)
 
 
-def in_view(scene, matrix):
-    """Whether the camera sees the centre of an area light from the side that shines."""
+def in_view(scene, item):
+    """Whether the camera sees the middle of a light, or an edge of a point light, from a side that shines."""
     if not scene.camera:
         return False
-    centre, eye = matrix.translation, scene.camera.matrix_world.translation
-    x, y, depth = world_to_camera_view(scene, scene.camera, centre)
-    return depth > 0 and 0 <= x <= 1 and 0 <= y <= 1 and (matrix.to_3x3() @ Vector((0, 0, -1))).dot(eye - centre) > 0
+    place, eye = item.matrix_world, scene.camera.matrix_world
+    radius, ways = 0, ((0, 0, 0), (1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0))
+    if item.data.type == "POINT":
+        radius = item.data.shadow_soft_size
+    elif (place.to_3x3() @ Vector((0, 0, -1))).dot(eye.translation - place.translation) <= 0:
+        return False
+    seen = [world_to_camera_view(scene, scene.camera, place.translation + radius * (eye.to_3x3() @ Vector(way))) for way in ways]
+    return any(depth > 0 and 0 <= x <= 1 and 0 <= y <= 1 for x, y, depth in seen)
 
 
 def convert_lights(scene, lost):
     for item in [item for item in scene.objects if item.type == "LIGHT" and not hidden(item)]:
         light = item.data
-        if light.type == "AREA":
-            if in_view(scene, item.matrix_world):
-                lost.add(f"the invisibility of area light {item.name}")
-            emissive_rectangle(item, lost)
+        if light.type == "AREA" or light.type == "POINT" and light.shadow_soft_size > 0:
+            if in_view(scene, item):
+                lost.add(f"the invisibility of light {item.name}")
+            (emissive_rectangle if light.type == "AREA" else emissive_sphere)(item, lost)
             continue
         light = item.data = light.copy()  # others may have shared it
         colour = colour_of(light, lost)
@@ -232,8 +254,8 @@ def convert_lights(scene, lost):
             # glTF's edge is a squared ramp, Blender's is a smooth step: with three quarters of the width, the power is the same.
             outer = math.cos(light.spot_size / 2)
             light.spot_blend = 1 - math.acos(min(outer + 0.75 * light.spot_blend * (1 - outer), 1)) / (light.spot_size / 2)
-        if light.type == "SUN" and light.angle > 0 or light.type != "SUN" and light.shadow_soft_size > 0:
-            lost.add("the size of sun, point and spot lights, so their shadows are sharp")
+        if light.type == "SUN" and light.angle > 0 or light.type == "SPOT" and light.shadow_soft_size > 0:
+            lost.add("the size of sun and spot lights, so their shadows are sharp")
 
 
 def hidden(item):

@@ -98,6 +98,45 @@ def test_every_format_is_read(pathtracer, in_blender):
         np.testing.assert_allclose(found, np.broadcast_to(expected, (4, 3)), atol=4e-3, err_msg=name)
 
 
+# A point light of radius 0.4 over a cube, whose shadow on the floor is soft
+POINT = """
+import bpy
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.mesh.primitive_plane_add(size=6)
+bpy.ops.mesh.primitive_cube_add(size=1, location=(0, 0, 0.5))
+bpy.ops.object.light_add(type="POINT", location=(0.8, 0.5, 2.2))
+bpy.context.object.scale = 3, 1, 0.5  # does not change the light
+light = bpy.context.object.data
+light.energy, light.color, light.shadow_soft_size, light.use_soft_falloff = 300, (1, 0.5, 0.2), 0.4, False
+bpy.ops.object.camera_add(location=(0, -5, 5), rotation=(0.8, 0, 0))
+bpy.context.scene.camera = bpy.context.object
+bpy.context.object.data.lens = 85
+bpy.context.scene.render.resolution_x = bpy.context.scene.render.resolution_y = 64
+bpy.ops.wm.save_as_mainfile(filepath="s.blend")
+"""
+
+
+def in_cycles(pathtracer):
+    """s.blend, rendered in Cycles with 64x64 pixels."""
+    files = {"file": str(pathtracer.folder / "s.blend"), "output": str(pathtracer.folder / "cycles.exr")}
+    (pathtracer.folder / "request.json").write_text(json.dumps([{**files, "size": 64, "spp": 256, "bounces": 16}]))
+    command = [to_gltf.blender("test"), Path(__file__).with_name("referee.py"), pathtracer.folder / "request.json"]
+    subprocess.run(command, check=True, capture_output=True)
+    return read_exr(pathtracer.folder / "cycles.exr")[0]
+
+
+def test_point_lights_keep_their_size(pathtracer, in_blender):
+    in_blender(POINT)
+    lost, options, _ = to_gltf.convert(pathtracer.folder / "s.blend", pathtracer.folder / "s.glb")
+    assert lost == [] and options == ["--env", "none"]
+    image = pathtracer.image("--scene", "s.glb", *options, "--size", "64x64", "--spp", 256, "--max-depth", 16)
+    wanted = in_cycles(pathtracer)
+    print("a point light with a radius:", image.mean((0, 1)) / wanted.mean((0, 1)), "times Cycles' mean")
+    np.testing.assert_allclose(image.mean((0, 1)), wanted.mean((0, 1)), rtol=0.03)
+    blocks = lambda picture: picture.reshape(8, 8, 8, 8, 3).mean((1, 3))
+    np.testing.assert_allclose(blocks(image), blocks(wanted), rtol=0.05, atol=0.02 * wanted.mean())  # also where it is half in shadow
+
+
 SCENE = (Path(__file__).with_name("make_scene.py")).read_text()
 
 
@@ -107,12 +146,8 @@ def test_a_scene_made_in_blender_looks_as_in_cycles(pathtracer, in_blender):
     lost, options, _ = to_gltf.convert(pathtracer.folder / "s.blend", pathtracer.folder / "s.glb")
     assert lost == ["Noise Texture in Base Color of material unseen"] and options[2:4] == ["--env", str(pathtracer.folder / "s.world.exr")]
     assert options[:2] == ["--camera", "1"] and options[4:] == ["--lens", "0.05625", "--focus", "5.5"]
-    files = {"file": str(pathtracer.folder / "s.blend"), "output": str(pathtracer.folder / "cycles.exr")}
-    (pathtracer.folder / "request.json").write_text(json.dumps([{**files, "size": 64, "spp": 256, "bounces": 16}]))
-    command = [to_gltf.blender("test"), Path(__file__).with_name("referee.py"), pathtracer.folder / "request.json"]
-    subprocess.run(command, check=True, capture_output=True)
     image = pathtracer.image("--scene", "s.glb", *options, "--size", "64x64", "--spp", 256, "--max-depth", 16)
-    wanted = read_exr(pathtracer.folder / "cycles.exr")[0]
+    wanted = in_cycles(pathtracer)
     ratio = image.mean((0, 1)) / wanted.mean((0, 1))
     said = ", ".join(f"{value:.3f}" for value in ratio)
     print(f"a scene made in Blender: {said} times Cycles' mean; all channels: {image.mean() / wanted.mean():.3f}")
