@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The second stage of bn_bake_sampler: assigns 16 labels to each block of 4 x 4 pixels. All members of a
- * family share the assignment.
+ * The second stage of bn_bake_sampler: assigns the upper bits of the labels, one value per block. All members
+ * of a family share the assignment.
  *
  * Annealing exchanges children of the quadtree's nodes, which preserves every net. The energy is the same
- * as in bake_labels.c, but uses a block's mean features, which do not depend on the arrangement inside it:
+ * as in bake_places.c, but uses a block's mean features, which do not depend on the arrangement inside it:
  * half-planes and products in all members, products over two members, and steps in the pixel pair. Takes
  * half a minute, most of which is spent on features. */
 #include "bake_tile.h"
@@ -126,21 +126,19 @@ static void anneal(block_tile *t, const bake_options *options, double hot) {
 
 void bake_blocks(bake_table *table, const bake_options *options) {
     block_tile *t = bake_allocate(1, sizeof *t);
-    bake_features f;
     make_kernel(t, 0, 3, 0);
     make_kernel(t, 1, 2, 0);
     make_kernel(t, 2, 1, 0);
     for (int a = 0; a < MEMBERS; ++a) {
-        bake_features_of_label(&f, table, options, a, FEATURES_OWN);
-        add_products(t, 0, f, 16, a == 0 ? 1.5 : 1);
+        add_products(t, 0, bake_features_of_label(table, options, a, FEATURES_OWN), 16,
+                     a == 0 ? 1.5 : 1);
         for (int b = 0; b < a; ++b) {
-            bake_features_of_two(&f, table, options, b, a);
-            add_products(t, 0, f, 256, 1);
+            add_products(t, 0, bake_features_of_two(table, options, b, a), 256, 1);
         }
     }
     for (int axis = 0; axis < 2; ++axis) {
-        bake_features_of_label(&f, table, options, 0, FEATURES_STEP_X + axis);
-        add_products(t, 1 + axis, f, 16, 2);
+        add_products(t, 1 + axis, bake_features_of_label(table, options, 0, FEATURES_STEP_X + axis),
+                     16, 2);
     }
     for (int b = 0; b < BLOCKS; ++b) {
         t->upper[b] = table->label[0][bake_pixel_of(b, 0)] >> 4;

@@ -357,15 +357,15 @@ static int fewer(const bake_options *options, int full, int unit) {
 }
 
 /* Projects `count` rows, and frees them. */
-static void make_features(bake_features *f, error_matrix *m, int count, int step, int width) {
-    f->width = width;
-    f->rows = bake_allocate((size_t)count * width, sizeof *f->rows);
-    project(m->rows, count, step, m->stride, width, f->rows);
+static bake_features make_features(error_matrix *m, int count, int step, int width) {
+    bake_features f = {width, bake_allocate((size_t)count * width, sizeof *f.rows)};
+    project(m->rows, count, step, m->stride, width, f.rows);
     free(m->rows);
+    return f;
 }
 
-void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
-                            int member, int what) {
+bake_features bake_features_of_label(const bake_table *table, const bake_options *options,
+                                     int member, int what) {
     /* At 1, 2, 4 ... 256 samples, then at the counts in between. */
     static const double plane_weight[] = {1.9, 1.5, 1.4, 1.5, 1.3, 1.3, 1.3, .6, .5,
                                           .8,  .7,  .7,  .5,  .6,  .5,  .6,  .4, .5};
@@ -426,13 +426,13 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
         }
     }
     const int most = what == FEATURES_OWN ? 336 : 80;
-    make_features(f, &m, PIXELS, 1, fewer(options, most, LANES));
+    return make_features(&m, PIXELS, 1, fewer(options, most, LANES));
 }
 
 enum { PLACES = BLOCKS * 16 * 16 };
 
-void bake_features_of_two(bake_features *f, const bake_table *table, const bake_options *options,
-                          int first, int second) {
+bake_features bake_features_of_two(const bake_table *table, const bake_options *options, int first,
+                                   int second) {
     /* Uses only the first few counts between powers of two. */
     enum { FEW_LEVELS = 7, FEW_PARTIALS = 7, MOST = 40 };
     enum { COLUMNS = FEW_LEVELS + FEW_PARTIALS };
@@ -477,7 +477,7 @@ void bake_features_of_two(bake_features *f, const bake_table *table, const bake_
         }
     }
     weigh(&m, PLACES, 0, COLUMNS, weight);
-    make_features(f, &m, PLACES, 5, fewer(options, 112, LANES));
     free(bits[0]);
     free(bits[1]);
+    return make_features(&m, PLACES, 5, fewer(options, 112, LANES));
 }

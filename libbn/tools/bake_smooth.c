@@ -116,12 +116,15 @@ static void make_functions(bake_smooth_judge *j, bake_random *r) {
 
 /* ---- Errors ---- */
 
-/* Adds squared errors of a function at 1, 2, 4 ... points, `stride` words apart. */
+static int levels_of(const smooth_function *f) {
+    return f->dimensions == 1 ? LEVELS : FEW_LEVELS;
+}
+
+/* Adds squared errors of a function at 1, 2, 4 ... shifted points. */
 static void add_errors(const bake_smooth_judge *j, const smooth_function *f,
-                       const uint32_t (*point)[4], const uint32_t *shift, int levels,
-                       double *square) {
+                       const uint32_t (*point)[4], const uint32_t *shift, double *square) {
     float sum = 0;
-    for (int i = 0, l = 0; l < levels; ++i) {
+    for (int i = 0, l = 0; l < levels_of(f); ++i) {
         float v = 1;
         for (int k = 0; k < f->dimensions; ++k) {
             int d = f->dimension[k];
@@ -133,10 +136,6 @@ static void add_errors(const bake_smooth_judge *j, const smooth_function *f,
             square[l++] += error * error;
         }
     }
-}
-
-static int levels_of(const smooth_function *f) {
-    return f->dimensions == 1 ? LEVELS : FEW_LEVELS;
 }
 
 /* The root-mean-square errors of Owen-scrambled Sobol' pixels. */
@@ -156,23 +155,11 @@ static void measure_sobol(bake_smooth_judge *j) {
             }
         }
         for (int f = 0; f < j->count; ++f) {
-            add_errors(j, &j->f[f], point, none, levels_of(&j->f[f]), square[f]);
+            add_errors(j, &j->f[f], point, none, square[f]);
         }
     }
     for (int f = 0; f < j->count; ++f) {
         for (int l = 0; l < LEVELS; ++l) j->f[f].sobol[l] = sqrt(square[f][l] / RUNS) + 1e-7;
-    }
-}
-
-/* Ratios of the errors of a member's first samples to those of Sobol', [functions][LEVELS]. */
-static void measure_ratios(const bake_smooth_judge *j, const uint32_t point[POINTS][4],
-                           double ratio[SUMS][LEVELS]) {
-    for (int f = 0; f < j->count; ++f) {
-        double square[LEVELS] = {0};
-        for (int s = 0; s < SHIFTS; ++s) {
-            add_errors(j, &j->f[f], point, j->shift[s], levels_of(&j->f[f]), square);
-        }
-        for (int l = 0; l < LEVELS; ++l) ratio[f][l] = sqrt(square[l] / SHIFTS) / j->f[f].sobol[l];
     }
 }
 
@@ -191,20 +178,21 @@ double bake_smooth_energy(const bake_smooth_judge *j, const pole_vectors *v) {
     static const double weight[LEVELS] = {0, .3, .7, 1, 1, 1, 1, .4, .3};
     static const double group_weight[GROUPS] = {.3, .3, .3, .3, 1.8, 1.8, .3, .3, .3, .3, 1, 1.5};
     static uint32_t point[POINTS][4];
-    double ratio[SUMS][LEVELS], logs[GROUPS][LEVELS] = {{0}}, energy = 0;
+    double logs[GROUPS][LEVELS] = {{0}}, energy = 0;
     int members[GROUPS] = {0};
     for (uint32_t i = 0; i < POINTS; ++i) pole_index_point(v, i, point[i]);
-    measure_ratios(j, (const uint32_t(*)[4])point, ratio);
-    for (int f = 0; f < j->count; ++f) {
-        const smooth_function *function = &j->f[f];
-        ++members[function->group];
-        for (int l = 1; l < levels_of(function); ++l) {
-            double q = ratio[f][l];
+    for (const smooth_function *f = j->f; f < j->f + j->count; ++f) {
+        const int single = f->dimensions == 1;
+        double square[LEVELS] = {0};
+        ++members[f->group];
+        for (int s = 0; s < SHIFTS; ++s) {
+            add_errors(j, f, (const uint32_t(*)[4])point, j->shift[s], square);
+        }
+        for (int l = 1; l < levels_of(f); ++l) {
+            const double ratio = sqrt(square[l] / SHIFTS) / f->sobol[l];
             /* Single dimensions soon become good enough. */
-            logs[function->group][l] += log(fmax(q, function->dimensions == 1 ? 0.4 : 0.05));
-            if (function->dimensions == 1 && l > 1 && q > 1.05) {
-                energy += 3 * (q - 1.05);
-            }
+            logs[f->group][l] += log(fmax(ratio, single ? 0.4 : 0.05));
+            if (single && l > 1 && ratio > 1.05) energy += 3 * (ratio - 1.05);
         }
     }
     for (int g = 0; g < GROUPS; ++g) {

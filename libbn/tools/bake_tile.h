@@ -6,13 +6,16 @@
 
 #include "pole_order.h"
 #include <bn/bn_draw.h>
-#include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
 
 enum {
     SIDE = 64,            /* tile side, in pixels */
     PIXELS = SIDE * SIDE, /* also the number of labels */
-    BLOCKS = PIXELS / 16, /* blocks of 4 x 4 pixels, whose labels share their upper bits */
+    BLOCKS =
+        PIXELS /
+        16, /* of 4 x 4 pixels: a label's upper bits lead to one, the others to a place in it */
     MEMBERS = 4,
     POINTS = 256,
     LEVELS = 9 /* 1, 2, 4 ... 256 samples */
@@ -23,7 +26,7 @@ static const double SIGMA = 2.1; /* sigma of the blur through which an image is 
 
 typedef struct {
     pole_vectors member[MEMBERS];
-    uint16_t label[MEMBERS][PIXELS]; /* label >> 4 is the same for all members */
+    uint16_t label[MEMBERS][PIXELS]; /* block << 4 | place; members share the blocks */
 } bake_table;
 
 typedef struct {
@@ -34,28 +37,73 @@ typedef struct {
 /* ---- Memory and random numbers ---- */
 
 /* Allocates zeroed memory; ends the program if memory runs out. */
-void *bake_allocate(size_t count, size_t size);
+static inline void *bake_allocate(size_t count, size_t size) {
+    void *memory = calloc(count, size);
+    if (memory == NULL) {
+        fprintf(stderr, "bn_bake_sampler: no memory for %zu bytes; close other programs\n",
+                count * size);
+        exit(1);
+    }
+    return memory;
+}
 
+/* Counters hashed by splitmix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators",
+ * 2014). */
 typedef struct {
     uint64_t key, counter;
 } bake_random;
 
-uint64_t bake_mix(uint64_t v);
-bake_random bake_random_make(uint64_t seed, uint64_t what, uint64_t which);
-uint64_t bake_random_bits(bake_random *r);
-double bake_random_double(bake_random *r);                  /* in [0, 1) */
-uint32_t bake_random_below(bake_random *r, uint32_t limit); /* limit < 2^16 */
+static inline uint64_t bake_mix(uint64_t v) {
+    v += 0x9e3779b97f4a7c15u;
+    v = (v ^ (v >> 30)) * 0xbf58476d1ce4e5b9u;
+    v = (v ^ (v >> 27)) * 0x94d049bb133111ebu;
+    return v ^ (v >> 31);
+}
+
+static inline bake_random bake_random_make(uint64_t seed, uint64_t what, uint64_t which) {
+    bake_random r = {bake_mix(bake_mix(bake_mix(seed) + what) + which), 0};
+    return r;
+}
+
+static inline uint64_t bake_random_bits(bake_random *r) {
+    return bake_mix(r->key ^ bake_mix(r->counter++));
+}
+
+/* In [0, 1). */
+static inline double bake_random_double(bake_random *r) {
+    return (double)(bake_random_bits(r) >> 11) * (1.0 / 9007199254740992.0);
+}
+
+/* Below a limit of at most 2^16. */
+static inline uint32_t bake_random_below(bake_random *r, uint32_t limit) {
+    return (uint32_t)((bake_random_bits(r) >> 32) * limit >> 32);
+}
 
 /* effort * count, at least `least`. */
-int bake_count(const bake_options *options, double count, int least);
-
-/* Pixel `place` of a block, counted row by row. */
-int bake_pixel_of(int block, int place);
+static inline int bake_count(const bake_options *options, double count, int least) {
+    const double scaled = options->effort * count;
+    return scaled > least ? (int)scaled : least;
+}
 
 /* ---- Images ---- */
 
-/* Adds the squares of `count` numbers, a multiple of 16, to `sum`. In the header so that callers can
- * vectorise it. */
+/* Pixel i, from 0 to 15, of a block, row by row. */
+static inline int bake_pixel_of(int block, int i) {
+    return (block / 16 * 4 + i / 4) * SIDE + block % 16 * 4 + i % 4;
+}
+
+/* Sums of `count` products, a multiple of 16. Their fixed inner stride lets compilers vectorise them in a
+ * fixed order. */
+static inline float bake_inner_product(const float *a, const float *b, int count) {
+    float lane[16] = {0}, sum = 0;
+    for (int i = 0; i < count; i += 16) {
+        for (int k = 0; k < 16; ++k) lane[k] += a[i + k] * b[i + k];
+    }
+    for (int k = 0; k < 16; ++k) sum += lane[k];
+    return sum;
+}
+
+/* The same with squares, added to `sum` in double. */
 static inline double bake_add_squares(double sum, const float *v, int count) {
     float lane[16] = {0};
     for (int i = 0; i < count; i += 16) {
@@ -64,7 +112,6 @@ static inline double bake_add_squares(double sum, const float *v, int count) {
     for (int k = 0; k < 16; ++k) sum += lane[k];
     return sum;
 }
-float bake_inner_product(const float *a, const float *b, int count);
 
 /* The weight of two pixels' errors in the energy, as a function of their distance: the autocorrelation of
  * the blur along rows (1), columns (2) or both (3), scaled to 1 for the same pixel and mixed with that of
@@ -81,10 +128,10 @@ void bake_kernel_add(bake_kernel *kernel, int axes, double narrow, double weight
 
 /* Finds a member's vectors. `again` repeats the search with all other members fixed. */
 void bake_vectors(bake_table *table, const bake_options *options, int member, int again);
-/* Finds the quadtree down to blocks of 4 x 4 pixels, for all members. */
+/* Finds the quadtree down to the blocks, for all members. */
 void bake_blocks(bake_table *table, const bake_options *options);
-/* Finds a member's quadtree inside these blocks. */
-void bake_labels(bake_table *table, const bake_options *options, int member);
+/* Finds a member's quadtree inside the blocks: the places. */
+void bake_places(bake_table *table, const bake_options *options, int member);
 
 /* Errors of smooth functions in single pixels: the mean logarithm of the ratios to Sobol', plus a penalty
  * for ratios above 1. */
@@ -111,11 +158,11 @@ enum {
 
 /* Label features, one row for each of PIXELS: half-planes and products, steps in dimension 0 or 1 of the
  * pair (0, 1), steps in the pairs whose axes must be equally good, or steps in all four dimensions. */
-void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
-                            int member, int what);
+bake_features bake_features_of_label(const bake_table *table, const bake_options *options,
+                                     int member, int what);
 /* Features of products over two members, one row for each block and two places in it; the first member's
  * place is the outer index. */
-void bake_features_of_two(bake_features *f, const bake_table *table, const bake_options *options,
-                          int first, int second);
+bake_features bake_features_of_two(const bake_table *table, const bake_options *options, int first,
+                                   int second);
 
 #endif

@@ -38,7 +38,7 @@ typedef struct {
     int third;                   /* the dimension that chooses */
     int16_t below;               /* its limit */
     int earlier, earlier_pair, pair;
-    int8_t *inside; /* for the earlier member: [SAMPLES][PIXELS] */
+    int16_t inside[SAMPLES][PIXELS]; /* marks of the earlier member's half-plane */
 } integrand;
 
 typedef struct {
@@ -92,6 +92,12 @@ static double half_space_mean(const double n[3], double d) {
     return fmin(fmax(sum / product, 0), 1);
 }
 
+/* Sets an edge at one pixel to n . u < d. */
+static void edge_set(edge *e, int pixel, const double n[3], double d) {
+    e->limit[pixel] = (int16_t)lround(fmin(fmax(d, -1.9), 1.9) * 16384);
+    e->mean[pixel] = (float)half_space_mean(n, d);
+}
+
 /* Makes an edge through a point near the middle. With a period, it moves back and forth across the screen. */
 static void edge_make(edge *e, bake_random *r, int dimensions, int period) {
     double n[3] = {0}, length = 0, through = 0, waves[2] = {0};
@@ -113,9 +119,7 @@ static void edge_make(edge *e, bake_random *r, int dimensions, int period) {
     }
     for (int p = 0; p < PIXELS; ++p) {
         double along = (waves[0] * (p % SIDE) + waves[1] * (p / SIDE)) / SIDE + phase;
-        double d = through + (period > 0 ? 0.35 * sin(TURN * along) : 0);
-        e->limit[p] = (int16_t)lround(fmin(fmax(d, -1.9), 1.9) * 16384);
-        e->mean[p] = (float)half_space_mean(n, d);
+        edge_set(e, p, n, through + (period > 0 ? 0.35 * sin(TURN * along) : 0));
     }
 }
 
@@ -128,13 +132,11 @@ static void moving_edge_make(edge *e, bake_random *r) {
     const double through = n[0] * SIDE * (0.3 + 0.4 * bake_random_double(r)) +
                            n[1] * SIDE * (0.3 + 0.4 * bake_random_double(r)) + speed / 2;
     const double scale = 1 / fmax(fabs(n[0]) + fabs(n[1]) + fabs(n[2]), 1);
+    const double scaled[3] = {scale * n[0], scale * n[1], scale * n[2]};
     for (int p = 0; p < PIXELS; ++p) {
-        const double d = scale * (through - n[0] * (p % SIDE) - n[1] * (p / SIDE));
-        const double scaled[3] = {scale * n[0], scale * n[1], scale * n[2]};
-        e->limit[p] = (int16_t)lround(fmin(fmax(d, -1.9), 1.9) * 16384);
-        e->mean[p] = (float)half_space_mean(scaled, d);
+        edge_set(e, p, scaled, scale * (through - n[0] * (p % SIDE) - n[1] * (p / SIDE)));
     }
-    for (int k = 0; k < 3; ++k) e->factor[k] = (int16_t)lround(scale * n[k] * 32767);
+    for (int k = 0; k < 3; ++k) e->factor[k] = (int16_t)lround(scaled[k] * 32767);
 }
 
 static const int PERIODS[EACH] = {0, 64, 0, 32, 0, 64, 0, 21};
@@ -193,61 +195,41 @@ static inline int16_t below(int16_t value, int16_t limit) {
     return (int16_t) - (value < limit);
 }
 
-BAKE_WIDE static void mark_inside(int8_t *out, const edge *e, const uint16_t *x, const uint16_t *y,
-                                  const uint16_t sample[2]) {
-    const int16_t a = e->factor[0], b = e->factor[1];
+/* Marks the pixels whose sample lies inside an edge in the dimensions x, y and, for half-spaces, z. */
+BAKE_WIDE static void mark_edge(int16_t *mark, const edge *e, const coordinates at,
+                                const uint16_t sample[4], int x, int y, int z) {
+    const int16_t a = e->factor[0], b = e->factor[1], c = e->factor[2];
     for (int p = 0; p < PIXELS; ++p) {
-        const int16_t at = (int16_t)(times(a, coordinate(x[p], sample[0])) +
-                                     times(b, coordinate(y[p], sample[1])));
-        out[p] = (int8_t)below(at, e->limit[p]);
+        const int16_t u = coordinate(at[x][p], sample[x]), v = coordinate(at[y][p], sample[y]);
+        const int16_t w = coordinate(at[z][p], sample[z]);
+        mark[p] = below((int16_t)(times(a, u) + times(b, v) + times(c, w)), e->limit[p]);
     }
+}
+
+/* Marks the pixels whose sample is below a limit in one dimension. */
+BAKE_WIDE static void mark_step(int16_t *mark, const uint16_t *x, uint16_t sample, int16_t limit) {
+    for (int p = 0; p < PIXELS; ++p) mark[p] = below(coordinate(x[p], sample), limit);
 }
 
 /* Takes one sample in every pixel, and adds those inside to the counts. */
-BAKE_WIDE static void count_sample(int16_t count[MEMBER][PIXELS], const integrand *f,
-                                   const coordinates at, const uint16_t sample[4]) {
-    const int16_t *c0 = f->plane[0].limit, *c1 = f->plane[1].limit, *c2 = f->other.limit,
-                  *c3 = f->space.limit;
-    const int16_t a0 = f->plane[0].factor[0], b0 = f->plane[0].factor[1];
-    const int16_t a1 = f->plane[1].factor[0], b1 = f->plane[1].factor[1];
-    const int16_t a2 = f->other.factor[0], b2 = f->other.factor[1];
-    const int16_t a3 = f->space.factor[0], b3 = f->space.factor[1], e3 = f->space.factor[2];
-    const uint16_t *x = at[0], *y = at[1], *z = at[2], *w = at[3], *t = at[f->third];
-    const uint16_t sx = sample[0], sy = sample[1], sz = sample[2], sw = sample[3],
-                   st = sample[f->third];
-    const int16_t chosen = f->below;
+BAKE_WIDE static void count_sample(int16_t count[STEP][PIXELS], const integrand *f,
+                                   const coordinates at, const uint16_t sample[4],
+                                   const int16_t *inside) {
+    static int16_t first[PIXELS], second[PIXELS], other[PIXELS], space[PIXELS], choice[PIXELS];
+    const int16_t *own = f->pair == 0 ? first : second;
+    mark_edge(first, &f->plane[0], at, sample, 0, 1, 0);
+    mark_edge(second, &f->plane[1], at, sample, 2, 3, 2);
+    mark_edge(other, &f->other, at, sample, 0, 1, 0);
+    mark_edge(space, &f->space, at, sample, 0, 1, f->third);
+    mark_step(choice, at[f->third], sample[f->third], f->below);
     for (int p = 0; p < PIXELS; ++p) {
-        const int16_t u = coordinate(x[p], sx), v = coordinate(y[p], sy);
-        const int16_t s = coordinate(z[p], sz), q = coordinate(w[p], sw);
-        const int16_t k = coordinate(t[p], st);
-        const int16_t first = below((int16_t)(times(a0, u) + times(b0, v)), c0[p]);
-        const int16_t second = below((int16_t)(times(a1, s) + times(b1, q)), c1[p]);
-        const int16_t other = below((int16_t)(times(a2, u) + times(b2, v)), c2[p]);
-        const int16_t space = below((int16_t)(times(a3, u) + times(b3, v) + times(e3, k)), c3[p]);
-        const int16_t choice = below(k, chosen);
-        count[FIRST][p] = (int16_t)(count[FIRST][p] - first);
-        count[SECOND][p] = (int16_t)(count[SECOND][p] - second);
-        count[BOTH][p] = (int16_t)(count[BOTH][p] - (first & second));
-        count[CHOICE][p] = (int16_t)(count[CHOICE][p] - ((first & choice) | (other & ~choice)));
-        count[SPACE][p] = (int16_t)(count[SPACE][p] - space);
-    }
-}
-
-BAKE_WIDE static void count_products(int16_t *count, const edge *e, const uint16_t *x,
-                                     const uint16_t *y, const uint16_t sample[2],
-                                     const int8_t *earlier) {
-    const int16_t a = e->factor[0], b = e->factor[1];
-    for (int p = 0; p < PIXELS; ++p) {
-        const int16_t at = (int16_t)(times(a, coordinate(x[p], sample[0])) +
-                                     times(b, coordinate(y[p], sample[1])));
-        count[p] = (int16_t)(count[p] - (below(at, e->limit[p]) & earlier[p]));
-    }
-}
-
-BAKE_WIDE static void count_step(int16_t *count, const uint16_t *x, uint16_t sample,
-                                 int16_t limit) {
-    for (int p = 0; p < PIXELS; ++p) {
-        count[p] = (int16_t)(count[p] - below(coordinate(x[p], sample), limit));
+        count[FIRST][p] = (int16_t)(count[FIRST][p] - first[p]);
+        count[SECOND][p] = (int16_t)(count[SECOND][p] - second[p]);
+        count[BOTH][p] = (int16_t)(count[BOTH][p] - (first[p] & second[p]));
+        count[CHOICE][p] =
+            (int16_t)(count[CHOICE][p] - ((first[p] & choice[p]) | (other[p] & ~choice[p])));
+        count[SPACE][p] = (int16_t)(count[SPACE][p] - space[p]);
+        count[MEMBER][p] = (int16_t)(count[MEMBER][p] - (own[p] & inside[p]));
     }
 }
 
@@ -255,11 +237,24 @@ BAKE_WIDE static void count_step(int16_t *count, const uint16_t *x, uint16_t sam
 
 enum { RADIUS = 7, HALF = SIDE / 2 };
 
+/* Row y of an image after a blur along columns, with RADIUS repeated values at both ends. */
+BAKE_WIDE static void blur_columns(float line[SIDE + 2 * RADIUS], const float *image, int y,
+                                   const float *kernel, int radius) {
+    float *middle = line + RADIUS;
+    memset(middle, 0, SIDE * sizeof *middle);
+    for (int d = -radius; d <= radius; ++d) {
+        const float *from = image + ((y + d) & (SIDE - 1)) * SIDE, w = kernel[d + radius];
+        for (int x = 0; x < SIDE; ++x) middle[x] += w * from[x];
+    }
+    memcpy(line, middle + SIDE - RADIUS, RADIUS * sizeof *line);
+    memcpy(middle + SIDE, middle, RADIUS * sizeof *line);
+}
+
 /* The mean square after a blur of 2.1 pixels along rows (1), columns (2) or both (3). Evaluates every
  * second pixel each way, because the blur removes all frequencies this loses. */
 BAKE_WIDE static double wide_square(const float *image, int axes) {
     static float kernel[2 * RADIUS + 1];
-    float sum[SIDE];
+    static const float none = 1;
     if (kernel[0] == 0.0f) {
         double k[2 * RADIUS + 1], all = 0;
         for (int d = -RADIUS; d <= RADIUS; ++d) {
@@ -267,36 +262,22 @@ BAKE_WIDE static double wide_square(const float *image, int axes) {
         }
         for (int d = 0; d <= 2 * RADIUS; ++d) kernel[d] = (float)(k[d] / all);
     }
-    const int rows = (axes & 2) != 0 ? HALF : SIDE;
+    const int columns = (axes & 2) != 0, step = columns ? 2 : 1;
     double square = 0;
-    for (int y = 0; y < rows; ++y) {
-        const float *line = image + y * SIDE;
-        if ((axes & 2) != 0) {
-            memset(sum, 0, sizeof sum);
-            for (int d = 0; d <= 2 * RADIUS; ++d) {
-                const float *from = image + ((2 * y + d - RADIUS) & (SIDE - 1)) * SIDE,
-                            w = kernel[d];
-                for (int x = 0; x < SIDE; ++x) sum[x] += w * from[x];
-            }
-            line = sum;
-        }
+    for (int y = 0; y < SIDE; y += step) {
+        float line[SIDE + 2 * RADIUS], out[HALF] = {0};
+        blur_columns(line, image, y, columns ? kernel : &none, columns ? RADIUS : 0);
         if (axes == 2) {
-            square = bake_add_squares(square, line, SIDE);
+            square = bake_add_squares(square, line + RADIUS, SIDE);
             continue;
         }
-        /* Even and odd columns are separate, with a margin, so that a step of two becomes a step of one. */
-        float part[2][HALF + RADIUS + 2], out[HALF] = {0};
-        for (int i = 0; i < HALF + RADIUS + 1; ++i) {
-            part[0][i] = line[(2 * i - RADIUS - 1) & (SIDE - 1)];
-            part[1][i] = line[(2 * i - RADIUS) & (SIDE - 1)];
-        }
         for (int d = 0; d <= 2 * RADIUS; ++d) {
-            const float *from = &part[(d + 1) & 1][(d + 1) / 2], w = kernel[d];
-            for (int x = 0; x < HALF; ++x) out[x] += w * from[x];
+            const float *from = line + d, w = kernel[d];
+            for (int x = 0; x < HALF; ++x) out[x] += w * from[2 * x];
         }
         square = bake_add_squares(square, out, HALF);
     }
-    return square / ((axes & 1) != 0 ? rows * HALF : rows * SIDE);
+    return square / (SIDE / step * (axes == 2 ? SIDE : HALF));
 }
 
 /* The mean square after a blur of one pixel, with binomial weights 1 4 6 4 1 each way. */
@@ -304,18 +285,10 @@ BAKE_WIDE static double narrow_square(const float *image) {
     static const float w[5] = {0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f};
     double square = 0;
     for (int y = 0; y < SIDE; ++y) {
-        float sum[SIDE] = {0}, line[SIDE + 4], out[SIDE];
-        for (int d = 0; d < 5; ++d) {
-            const float *from = image + ((y + d - 2) & (SIDE - 1)) * SIDE;
-            for (int x = 0; x < SIDE; ++x) sum[x] += w[d] * from[x];
-        }
-        memcpy(line + 2, sum, sizeof sum);
-        line[0] = sum[SIDE - 2];
-        line[1] = sum[SIDE - 1];
-        line[SIDE + 2] = sum[0];
-        line[SIDE + 3] = sum[1];
+        float line[SIDE + 2 * RADIUS], out[SIDE];
+        blur_columns(line, image, y, w, 2);
         for (int x = 0; x < SIDE; ++x) {
-            const float *at = line + x;
+            const float *at = line + RADIUS - 2 + x;
             out[x] = w[0] * (at[0] + at[4]) + w[1] * (at[1] + at[3]) + w[2] * at[2];
         }
         square = bake_add_squares(square, out, SIDE);
@@ -349,13 +322,9 @@ static void judge_integrand(vector_judge *j, const integrand *f, const coordinat
         mean[MEMBER][p] = f->plane[f->pair].mean[p] * f->plane[!f->pair].mean[p];
     }
     for (int i = 0, level = 0; i < SAMPLES; ++i) {
-        count_sample(count, f, at, sample[i]);
-        if (f->inside != NULL) {
-            count_products(count[MEMBER], &f->plane[f->pair], at[2 * f->pair], at[2 * f->pair + 1],
-                           sample[i] + 2 * f->pair, f->inside + (size_t)i * PIXELS);
-        }
+        count_sample(count, f, at, sample[i], f->inside[i]);
         if ((i & (i + 1)) != 0) continue;
-        for (int kind = 0; kind < (f->inside != NULL ? STEP : MEMBER); ++kind) {
+        for (int kind = 0; kind < (j->others > 0 ? STEP : MEMBER); ++kind) {
             image_of(image, count[kind], 1.0f / (float)(i + 1), mean[kind]);
             add_errors(j, kind, level, image);
         }
@@ -366,14 +335,15 @@ static void judge_integrand(vector_judge *j, const integrand *f, const coordinat
 /* Judges steps in single numbers. Member 0 also blurs steps in x along columns, and steps in y along rows. */
 static void judge_steps(vector_judge *j, const integrand_set *s, const coordinates at,
                         const uint16_t sample[SAMPLES][4]) {
-    static int16_t count[PIXELS];
+    static int16_t count[PIXELS], mark[PIXELS];
     static float image[PIXELS], mean[PIXELS];
     for (int d = 0; d < 4; ++d) {
         for (int k = 0; k < STEPS; ++k) {
             memset(count, 0, sizeof count);
             for (int p = 0; p < PIXELS; ++p) mean[p] = (float)s->step[d][k] / 32768;
             for (int i = 0, level = 0; i < SAMPLES; ++i) {
-                count_step(count, at[d], sample[i][d], s->step[d][k]);
+                mark_step(mark, at[d], sample[i][d], s->step[d][k]);
+                for (int p = 0; p < PIXELS; ++p) count[p] = (int16_t)(count[p] - mark[p]);
                 if ((i & (i + 1)) != 0) continue;
                 image_of(image, count, 1.0f / (float)(i + 1), mean);
                 j->blurred[SINGLE][level] += wide_square(image, 3) / (SETS * 4 * STEPS);
@@ -476,23 +446,14 @@ static void judge_begin(vector_judge *j, const bake_table *table, int member, in
             for (int d = 0; d < 4; ++d) key[d] = (uint16_t)bake_random_bits(r);
             label_coordinates(at, v, table->label[f->earlier], key);
             sample_words(sample, v);
-            f->inside = bake_allocate((size_t)SAMPLES * PIXELS, 1);
             for (int i = 0; i < SAMPLES; ++i) {
                 const int d = 2 * f->earlier_pair;
-                mark_inside(f->inside + (size_t)i * PIXELS, &f->plane[!f->pair], at[d], at[d + 1],
-                            sample[i] + d);
+                mark_edge(f->inside[i], &f->plane[!f->pair], (const uint16_t(*)[PIXELS])at,
+                          sample[i], d, d + 1, d);
             }
         }
     }
     j->smooth = bake_smooth_begin(r);
-}
-
-static void judge_end(vector_judge *j) {
-    for (int s = 0; s < SETS; ++s) {
-        for (int k = 0; k < EACH; ++k) free(j->set[s].f[k].inside);
-    }
-    free(j->smooth);
-    free(j);
 }
 
 void bake_vectors(bake_table *table, const bake_options *options, int member, int again) {
@@ -534,5 +495,6 @@ void bake_vectors(bake_table *table, const bake_options *options, int member, in
         /* The last part ends with the best state, the others with the current state. */
         table->member[member] = part + 1 == end ? best : now;
     }
-    judge_end(j);
+    free(j->smooth);
+    free(j);
 }

@@ -3,17 +3,14 @@
  *
  * Samples and pixels are in pole order (pole_order.h). Three stages choose the remaining degrees of freedom
  * so that errors of neighbouring pixels cancel: the vectors of each member of a family (bake_vectors.c), the
- * quadtree down to blocks of 4 x 4 pixels (bake_blocks.c), and the quadtree inside the blocks
- * (bake_labels.c). All moves preserve the nets. Takes half an hour on one core. The vectors determine nearly
- * all of the error; the quadtree determines how visible its own pattern is.
+ * quadtree down to the blocks (bake_blocks.c), and the quadtree inside the blocks (bake_places.c). All moves
+ * preserve the nets. Takes half an hour on one core. The vectors determine nearly all of the error; the
+ * quadtree determines how visible its own pattern is. docs/blue.md lists the terms.
  *
  * The table depends only on the effort. Cosines, logarithms and exponentials come from the C library, so
- * another library may give a different table of the same quality.
- */
+ * another library may give a different table of the same quality. */
 #include "bake_tile.h"
 #include <errno.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* The seeds of the vectors and of the quadtree; the latter has the lowest spectral peaks of three seeds. */
@@ -113,7 +110,7 @@ static void make_table(bake_table *table, double effort) {
     options.seed = TREE_SEED;
     make_trees(table, TREE_SEED);
     bake_blocks(table, &options);
-    for (int member = 0; member < MEMBERS; ++member) bake_labels(table, &options, member);
+    for (int member = 0; member < MEMBERS; ++member) bake_places(table, &options, member);
     scramble_lower_digits(table, TREE_SEED);
 }
 
@@ -156,13 +153,8 @@ static void pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]) {
     }
 }
 
-static int fail(const char *path) {
-    fprintf(stderr, "bn_bake_sampler: cannot write %s: %s\n", path, strerror(errno));
-    return 1;
-}
-
-/* Writes little-endian words. */
-static int write_table(const bake_table *table, FILE *file) {
+/* Writes little-endian words to the open file `part`, and renames it. */
+static int write_table(const bake_table *table, FILE *file, const char *part, const char *path) {
     static uint32_t words[BN_WORD_COUNT];
     static unsigned char bytes[sizeof words];
     pack(table, words);
@@ -170,29 +162,29 @@ static int write_table(const bake_table *table, FILE *file) {
         bytes[i] = (unsigned char)(words[i / 4] >> (8 * (i % 4)));
     }
     const int whole = fwrite(bytes, sizeof bytes, 1, file) == 1;
-    return (fclose(file) == 0) & whole;
+    return (fclose(file) == 0) & whole && rename(part, path) == 0;
 }
 
 int main(int argc, char **argv) {
     static bake_table table;
-    char beside[PATH_SIZE], *end = NULL;
+    static char part[PATH_SIZE];
+    char *end = NULL;
     const double effort = argc == 3 ? strtod(argv[1], &end) : -1;
-    if (!(effort >= 0 && effort <= 100) || end == argv[1] || *end != '\0') {
+    if (!(effort >= 0 && effort <= 100) || end == argv[1] || *end != '\0' ||
+        strlen(argv[2]) > PATH_SIZE - sizeof ".part") {
         fputs(
             "Usage: bn_bake_sampler EFFORT OUTPUT.u32\n"
             "EFFORT of the search is 0 to 100; 1 made the table of the library, in half an hour\n",
             stderr);
         return 2;
     }
-    if (snprintf(beside, PATH_SIZE, "%s.part", argv[2]) >= PATH_SIZE) {
-        errno = ENAMETOOLONG;
-        return fail(argv[2]);
+    strcat(strcpy(part, argv[2]), ".part");
+    FILE *file = fopen(part, "wb"); /* opened before all the work */
+    if (file != NULL) {
+        make_table(&table, effort);
+        if (write_table(&table, file, part, argv[2])) return 0;
     }
-    FILE *file = fopen(beside, "wb"); /* opened before all the work */
-    if (file == NULL) return fail(argv[2]);
-    make_table(&table, effort);
-    if (write_table(&table, file) && rename(beside, argv[2]) == 0) return 0;
-    fail(argv[2]);
-    remove(beside);
+    fprintf(stderr, "bn_bake_sampler: cannot write %s: %s\n", argv[2], strerror(errno));
+    remove(part);
     return 1;
 }

@@ -27,6 +27,15 @@ static uint32_t series_product(uint32_t a, uint32_t b) {
     return product;
 }
 
+/* Exchanges the coordinates of a pair. */
+static void exchange(pole_vectors *v, int pair) {
+    for (int k = 0; k < POLE_VECTORS; ++k) {
+        const uint32_t first = v->all[k][2 * pair];
+        v->all[k][2 * pair] = v->all[k][2 * pair + 1];
+        v->all[k][2 * pair + 1] = first;
+    }
+}
+
 void pole_vectors_make(pole_vectors *v, int form) {
     for (uint32_t j = 0; j < POLE_INDEX_BITS; ++j) {
         const uint32_t digits = bn_reverse_bits(1u << j);
@@ -51,8 +60,8 @@ void pole_vectors_make(pole_vectors *v, int form) {
      * 3. */
     uint32_t first[4];
     for (int d = 0; d < 4; ++d) first[d] = pole_first_digit(v, d) & 7u;
-    if (first[2] == first[0] || first[2] == first[1]) pole_exchange(v, 1);
-    if ((form & 2) != 0) pole_exchange(v, 0);
+    if (first[2] == first[0] || first[2] == first[1]) exchange(v, 1);
+    if ((form & 2) != 0) exchange(v, 0);
 }
 
 static void add_chosen(const uint32_t vectors[][4], uint32_t bits, uint32_t out[4]) {
@@ -73,23 +82,13 @@ void pole_index_point(const pole_vectors *v, uint32_t index, uint32_t out[4]) {
 void pole_add_digit(pole_vectors *v, int d, int from, int to) {
     assert(from < to);
     for (int k = 0; k < POLE_VECTORS; ++k) {
-        uint32_t *digits = pole_vector(v, k) + d;
-        *digits ^= (*digits >> (31 - from) & 1u) << (31 - to);
+        v->all[k][d] ^= (v->all[k][d] >> (31 - from) & 1u) << (31 - to);
     }
 }
 
 void pole_add_index(pole_vectors *v, int from, int to) {
     assert(from < to);
     for (int d = 0; d < 4; ++d) v->index[to][d] ^= v->index[from][d];
-}
-
-void pole_exchange(pole_vectors *v, int pair) {
-    for (int k = 0; k < POLE_VECTORS; ++k) {
-        uint32_t *u = pole_vector(v, k) + 2 * pair;
-        const uint32_t first = u[0];
-        u[0] = u[1];
-        u[1] = first;
-    }
 }
 
 void pole_mix_labels(pole_vectors *v, int pair, uint64_t random) {

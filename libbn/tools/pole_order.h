@@ -14,23 +14,25 @@
 
 #include <stdint.h>
 
-enum { POLE_INDEX_BITS = 32, POLE_LABEL_BITS = 12, POLE_VECTORS = 44 };
+enum {
+    POLE_INDEX_BITS = 32,
+    POLE_LABEL_BITS = 12,
+    POLE_VECTORS = POLE_INDEX_BITS + POLE_LABEL_BITS
+};
 
-/* The vectors the bits add to the four coordinates, lowest bit first. */
-typedef struct {
-    uint32_t index[POLE_INDEX_BITS][4];
-    uint32_t label[POLE_LABEL_BITS][4];
+/* The vectors that the bits of an index and of a label add to the four coordinates, lowest bit first. */
+typedef union {
+    struct {
+        uint32_t index[POLE_INDEX_BITS][4], label[POLE_LABEL_BITS][4];
+    };
+    uint32_t all[POLE_VECTORS][4];
 } pole_vectors;
-
-/* Vector k, from 0 to POLE_VECTORS - 1: the index's vectors come first, then the label's. */
-static inline uint32_t *pole_vector(pole_vectors *v, int k) {
-    return k < POLE_INDEX_BITS ? v->index[k] : v->label[k - POLE_INDEX_BITS];
-}
 
 /* `form` is 0 to 3: bit 0 renames the second pair's base-4 digits, bit 1 exchanges the first pair's
  * coordinates. */
 void pole_vectors_make(pole_vectors *v, int form);
 
+/* The sums of the vectors of a label's or an index's bits. */
 void pole_label_shift(const pole_vectors *v, uint32_t label, uint32_t out[4]);
 void pole_index_point(const pole_vectors *v, uint32_t index, uint32_t out[4]);
 
@@ -43,9 +45,6 @@ void pole_add_digit(pole_vectors *v, int d, int from, int to);
 /* Changes the order of the samples: adds the vector of bit `from` to the vector of the higher bit `to`, so
  * that every power-of-two prefix stays the same set. */
 void pole_add_index(pole_vectors *v, int from, int to);
-
-/* Exchanges the coordinates of a pair. */
-void pole_exchange(pole_vectors *v, int pair);
 
 /* Uses random bits to map a pair's label within one level, or to add a finer level's vector to a
  * coarser level's. Preserves every net. */

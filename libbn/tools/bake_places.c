@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The third stage of bn_bake_sampler: assigns the 16 labels of each block of 4 x 4 pixels to its pixels.
+ * The third stage of bn_bake_sampler: assigns the 16 places of each block to its pixels, for one member.
  *
  * Annealing permutes the four pixels of a quarter of a block, or the quarters, which also preserves the
  * nets of 2 x 2 pixels. It minimises the sum over pairs of pixels of the inner product of their features
  * times a kernel, which is the square of the blurred error (Georgiev and Fajardo, "Blue-noise Dithered
  * Sampling", 2016). Each pixel stores the field of all others. A visit to a block computes the products of
- * its fields with all its labels once, proposes many swaps at one table lookup each, and then adds the
+ * its fields with all its places once, proposes many swaps at one table lookup each, and then adds the
  * changes to the fields. A visit with 120 proposals takes about 100 us. */
 #include "bake_tile.h"
 #include <math.h>
@@ -27,7 +27,8 @@ typedef struct {
     feature_set set[MEMBERS];
     bake_kernel kernel;
     int crossed;
-    float *gram; /* by block and labels, [BLOCKS][16][16], or by places and labels, [256][256] */
+    float *
+        gram; /* by block and places, [BLOCKS][16][16], or by pixels and places, [BLOCKS][256][256] */
 } feature_group;
 
 typedef struct {
@@ -36,34 +37,7 @@ typedef struct {
     uint16_t label[PIXELS];
 } arrangement;
 
-/* ---- Terms, kernels and products ---- */
-
-/* A term of the energy of a member's labels: inner products of features, times a weight and the sum of
- * kernels along two axes (one kernel if the second is 0). Terms of two members use the kernel of the term
- * before them. */
-typedef struct {
-    int what, other; /* the other member of FEATURES_OF_TWO */
-    double weight;
-    int axes[2];
-    double narrow;
-} bake_term;
-
-enum { MOST_TERMS = 6 };
-
-static int make_terms(int member, bake_term terms[MOST_TERMS]) {
-    int n = 0;
-    terms[n++] = (bake_term){FEATURES_OWN, 0, 1, {3, 0}, 0.25};
-    for (int a = 0; a < member; ++a) {
-        terms[n++] = (bake_term){FEATURES_OF_TWO, a, 2.0 / member, {3, 0}, 0.25};
-    }
-    terms[n++] = (bake_term){FEATURES_SINGLES, 0, 0.5, {3, 0}, 0.25};
-    terms[n++] = (bake_term){FEATURES_AXES, 0, member == 0 ? 0.4 : 0.12, {1, 2}, 0};
-    /* Steps in dimension 0 lie along columns, steps in dimension 1 along rows. */
-    for (int axis = 0; axis < 2 && member == 0; ++axis) {
-        terms[n++] = (bake_term){FEATURES_STEP_X + axis, 0, 1.1, {2 - axis, 0}, 0.2};
-    }
-    return n;
-}
+/* ---- Kernels and products ---- */
 
 void bake_kernel_add(bake_kernel *kernel, int axes, double narrow, double weight) {
     for (int dy = -REACH; dy <= REACH; ++dy) {
@@ -155,10 +129,9 @@ static void make_fields(arrangement *t) {
 /* ---- Annealing ---- */
 
 typedef struct {
-    uint32_t label[16];    /* lower bits */
-    float product[16][16]; /* field of a place times features of a label there */
+    uint32_t place[16];    /* of the block's pixels */
+    float product[16][16]; /* a pixel's field times the features of a place there */
     const float *gram[MOST_GROUPS];
-    float kernel[MOST_GROUPS][7][7]; /* between places */
 } block_state;
 
 static void enter_block(const arrangement *t, int block, block_state *b) {
@@ -166,15 +139,15 @@ static void enter_block(const arrangement *t, int block, block_state *b) {
     for (int i = 0; i < t->groups; ++i) {
         const feature_group *g = &t->group[i];
         b->gram[i] = g->gram + (size_t)block * (g->crossed ? 65536 : 256);
-        for (int place = 0; place < 16; ++place) {
-            int p = bake_pixel_of(block, place);
-            uint32_t upper = t->label[p] & ~15u;
-            b->label[place] = t->label[p] & 15u;
+        for (int k = 0; k < 16; ++k) {
+            const int p = bake_pixel_of(block, k);
+            const uint32_t upper = t->label[p] & ~15u;
+            b->place[k] = t->label[p] & 15u;
             for (int s = 0; s < g->sets; ++s) {
                 const feature_set *set = &g->set[s];
                 const float *field = set->field + (size_t)p * set->f.width;
                 for (uint32_t l = 0; l < 16; ++l) {
-                    b->product[place][l] +=
+                    b->product[k][l] +=
                         bake_inner_product(field, features_at(set, p, upper | l), set->f.width);
                 }
             }
@@ -182,14 +155,19 @@ static void enter_block(const arrangement *t, int block, block_state *b) {
     }
 }
 
-/* The row of a group's Gram matrix for label i at place p. */
+/* A group's kernel between two pixels of a block. */
+static float kernel_at(const feature_group *g, int p, int q) {
+    return g->kernel.tap[REACH + q / 4 - p / 4][REACH + q % 4 - p % 4];
+}
+
+/* The row of a group's Gram matrix for place i at pixel p. */
 static const float *gram_row(const feature_group *g, const block_state *b, int group, int p,
                              uint32_t i) {
     return b->gram[group] + (g->crossed ? ((uint32_t)p * 16 + i) * 256 : i * 16);
 }
 
 static float swap_cost(const arrangement *t, const block_state *b, int p, int q) {
-    uint32_t i = b->label[p], j = b->label[q];
+    uint32_t i = b->place[p], j = b->place[q];
     float cost = 2 * (b->product[p][j] - b->product[p][i] + b->product[q][i] - b->product[q][j]);
     for (int n = 0; n < t->groups; ++n) {
         const feature_group *g = &t->group[n];
@@ -199,29 +177,27 @@ static float swap_cost(const arrangement *t, const block_state *b, int p, int q)
         float here = pi[at_p + i] + pj[at_p + j] - 2 * pi[at_p + j] + qi[at_q + i] + qj[at_q + j] -
                      2 * qi[at_q + j];
         float between = pj[at_q + i] - pj[at_q + j] - pi[at_q + i] + pi[at_q + j];
-        cost += g->kernel.tap[REACH][REACH] * here +
-                2 * b->kernel[n][q / 4 - p / 4 + 3][q % 4 - p % 4 + 3] * between;
+        cost += kernel_at(g, p, p) * here + 2 * kernel_at(g, p, q) * between;
     }
     return cost;
 }
 
 static void swap(const arrangement *t, block_state *b, int p, int q) {
-    uint32_t i = b->label[p], j = b->label[q];
+    uint32_t i = b->place[p], j = b->place[q];
     for (int n = 0; n < t->groups; ++n) {
         const feature_group *g = &t->group[n];
         const float *pi = gram_row(g, b, n, p, i), *pj = gram_row(g, b, n, p, j);
         const float *qi = gram_row(g, b, n, q, i), *qj = gram_row(g, b, n, q, j);
         for (int r = 0; r < 16; ++r) {
-            float kp = b->kernel[n][r / 4 - p / 4 + 3][r % 4 - p % 4 + 3];
-            float kq = b->kernel[n][r / 4 - q / 4 + 3][r % 4 - q % 4 + 3];
+            const float kp = kernel_at(g, p, r), kq = kernel_at(g, q, r);
             int at = g->crossed ? r * 16 : 0;
             for (int l = 0; l < 16; ++l) {
                 b->product[r][l] += kp * (pj[at + l] - pi[at + l]) + kq * (qi[at + l] - qj[at + l]);
             }
         }
     }
-    b->label[p] = j;
-    b->label[q] = i;
+    b->place[p] = j;
+    b->place[q] = i;
 }
 
 /* The pixels a move exchanges: two pixels, or the four of one quarter with the four of another. */
@@ -243,12 +219,6 @@ static int make_move(uint64_t bits, int from[4], int to[4]) {
 static void visit(arrangement *t, int block, double temperature, bake_random *r) {
     static block_state b;
     enter_block(t, block, &b);
-    for (int n = 0; n < t->groups; ++n) {
-        for (int dy = -3; dy <= 3; ++dy) {
-            memcpy(b.kernel[n][dy + 3], &t->group[n].kernel.tap[dy + REACH][REACH - 3],
-                   sizeof b.kernel[n][0]);
-        }
-    }
     for (int i = 0; i < PROPOSALS; ++i) {
         const uint64_t bits = bake_random_bits(r);
         int from[4], to[4];
@@ -264,70 +234,73 @@ static void visit(arrangement *t, int block, double temperature, bake_random *r)
         if (moved == 1 && taken) swap(t, &b, from[0], to[0]);
         for (int k = moved - 1; k >= 0 && moved > 1 && !taken; --k) swap(t, &b, from[k], to[k]);
     }
-    for (int place = 0; place < 16; ++place) {
-        int p = bake_pixel_of(block, place);
-        uint16_t old = t->label[p];
-        uint16_t label = (uint16_t)((old & ~15u) | b.label[place]);
+    for (int k = 0; k < 16; ++k) {
+        const int p = bake_pixel_of(block, k);
+        const uint16_t old = t->label[p], label = (uint16_t)((old & ~15u) | b.place[k]);
         if (label == old) continue;
         t->label[p] = label;
         for (int n = 0; n < t->groups; ++n) spread(&t->group[n], p, label, old);
     }
 }
 
-/* ---- Set-up, kept from one part to the next ---- */
-
-static feature_group *add_group(arrangement *t) {
-    return memset(&t->group[t->groups++], 0, sizeof(feature_group));
-}
+/* ---- The stage ---- */
 
 static void add_set(feature_group *g, bake_features f, const uint16_t *other) {
-    feature_set set = {f, other, bake_allocate((size_t)PIXELS * f.width, sizeof(float))};
-    g->set[g->sets++] = set;
+    g->set[g->sets++] =
+        (feature_set){f, other, bake_allocate((size_t)PIXELS * f.width, sizeof(float))};
 }
 
-static arrangement *prepare(const bake_table *table, const bake_options *options, int member) {
-    static arrangement t;
-    for (int i = 0; i < t.groups; ++i) {
-        for (int s = 0; s < t.group[i].sets; ++s) {
-            free(t.group[i].set[s].f.rows);
-            free(t.group[i].set[s].field);
-        }
-        free(t.group[i].gram);
-    }
-    t.groups = 0;
-    bake_term terms[MOST_TERMS];
-    int count = make_terms(member, terms);
-    feature_group *g = NULL;
-    for (const bake_term *term = terms; term < terms + count; ++term) {
-        bake_features f;
-        if (term->what == FEATURES_OF_TWO) {
-            bake_features_of_two(&f, table, options, term->other, member);
-            float w = (float)sqrt(term->weight);
-            for (size_t i = 0; i < (size_t)BLOCKS * 256 * f.width; ++i) f.rows[i] *= w;
-            add_set(g, f, table->label[term->other]);
-            g->crossed = 1;
-            continue;
-        }
-        bake_features_of_label(&f, table, options, member, term->what);
-        g = add_group(&t);
-        for (int k = 0; k < 2 && term->axes[k] != 0; ++k) {
-            bake_kernel_add(&g->kernel, term->axes[k], term->narrow, term->weight);
-        }
-        add_set(g, f, NULL);
-    }
-    return &t;
+/* Adds features of one type, weighted by the sum of kernels along two axes (one if the second is 0). */
+static feature_group *add_group(arrangement *t, bake_features f, double weight, int axes,
+                                int more_axes, double narrow) {
+    feature_group *g = &t->group[t->groups++];
+    bake_kernel_add(&g->kernel, axes, narrow, weight);
+    if (more_axes != 0) bake_kernel_add(&g->kernel, more_axes, narrow, weight);
+    add_set(g, f, NULL);
+    return g;
 }
 
-void bake_labels(bake_table *table, const bake_options *options, int member) {
-    enum { PARTS = 6 };
-    uint16_t *label = table->label[member];
-    arrangement *t = prepare(table, options, member);
-    memcpy(t->label, label, sizeof t->label);
+static arrangement *begin(const bake_table *table, const bake_options *options, int member) {
+    arrangement *t = bake_allocate(1, sizeof *t);
+#define OF(what) bake_features_of_label(table, options, member, FEATURES_##what)
+    feature_group *own = add_group(t, OF(OWN), 1, 3, 0, 0.25);
+    for (int a = 0; a < member; ++a) { /* products over two members share the kernel */
+        bake_features f = bake_features_of_two(table, options, a, member);
+        const float w = (float)sqrt(2.0 / member);
+        for (size_t i = 0; i < (size_t)BLOCKS * 256 * f.width; ++i) f.rows[i] *= w;
+        add_set(own, f, table->label[a]);
+        own->crossed = 1;
+    }
+    add_group(t, OF(SINGLES), 0.5, 3, 0, 0.25);
+    add_group(t, OF(AXES), member == 0 ? 0.4 : 0.12, 1, 2, 0);
+    if (member == 0) { /* steps in dimension 0 lie along columns, steps in dimension 1 along rows */
+        add_group(t, OF(STEP_X), 1.1, 2, 0, 0.2);
+        add_group(t, OF(STEP_Y), 1.1, 1, 0, 0.2);
+    }
+#undef OF
+    memcpy(t->label, table->label[member], sizeof t->label);
     for (int i = 0; i < t->groups; ++i) {
         feature_group *g = &t->group[i];
         g->gram = bake_allocate((size_t)BLOCKS * (g->crossed ? 65536 : 256), sizeof *g->gram);
         for (int block = 0; block < BLOCKS; ++block) gram_of_block(g, t, block);
     }
+    return t;
+}
+
+static void end(arrangement *t) {
+    for (int i = 0; i < t->groups; ++i) {
+        for (int s = 0; s < t->group[i].sets; ++s) {
+            free(t->group[i].set[s].f.rows);
+            free(t->group[i].set[s].field);
+        }
+        free(t->group[i].gram);
+    }
+    free(t);
+}
+
+void bake_places(bake_table *table, const bake_options *options, int member) {
+    enum { PARTS = 6 };
+    arrangement *t = begin(table, options, member);
     const double hot = member == 0 ? 9 : 14, cold = 0.1 * hot;
     const int sweeps = bake_count(options, 90, 1);
     for (int part = 0; part < PARTS; ++part) {
@@ -341,5 +314,6 @@ void bake_labels(bake_table *table, const bake_options *options, int member) {
             }
         }
     }
-    memcpy(label, t->label, sizeof t->label);
+    memcpy(table->label[member], t->label, sizeof t->label);
+    end(t);
 }
