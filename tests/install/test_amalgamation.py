@@ -77,12 +77,10 @@ def test_symbols(amalgamation, compiled, tmp_path):
     assert symbols("-D", "--defined-only", tmp_path / "plugin.so") - {"_init", "_fini"} == wanted
 
 
-@pytest.mark.parametrize(("source", "standard"), [("consumer.cpp", "c++11"), ("consumer_hpp.cpp", "c++17")])
-def test_headers_compile_as_cpp(source, standard, amalgamation, compiled, tmp_path):
-    run(CPP[compiled[0]], f"-std={standard}", "-pedantic", "-Werror", "-Wall", "-Wextra", "-I", amalgamation, HERE / source, compiled[1],
-        "-o", tmp_path / "consumer", "-lm")
-    printed = run(tmp_path / "consumer")
-    assert source == "consumer.cpp" or printed.splitlines()[-1] == "0"
+def test_headers_compile_as_cpp(amalgamation, compiled, tmp_path):
+    run(CPP[compiled[0]], "-std=c++17", "-pedantic", "-Werror", "-Wall", "-Wextra", "-I", amalgamation, HERE / "consumer_hpp.cpp",
+        compiled[1], "-o", tmp_path / "consumer", "-lm")
+    assert run(tmp_path / "consumer").splitlines()[-1] == "0"
 
 
 def test_unused_data_is_not_linked(amalgamation, compiled, tmp_path):

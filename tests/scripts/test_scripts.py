@@ -36,30 +36,34 @@ def run(folder, name, *arguments):
                           capture_output=True, text=True, timeout=60, check=False)
 
 
+@pytest.fixture(scope="module")
+def fresh(tmp_path_factory):
+    return clone(tmp_path_factory.mktemp("fresh") / "a clone")
+
+
 @pytest.mark.parametrize("command", HELP, ids=" ".join)
-def test_help_creates_no_files(command, tmp_path):
-    folder = clone(tmp_path / "a clone")
-    before = sorted(folder.rglob("*"))
-    done = run(folder, *command)
+def test_help_creates_no_files(command, fresh):
+    before = sorted(fresh.rglob("*"))
+    done = run(fresh, *command)
     assert done.returncode == 0 and done.stderr == "" and "usage" in done.stdout.lower(), done
-    assert sorted(folder.rglob("*")) == before
+    assert sorted(fresh.rglob("*")) == before
 
 
 @pytest.mark.parametrize("options", [[], ["--spp", "4"]], ids=" ".join)
-def test_farm_without_an_output_is_refused_before_set_up(options, tmp_path):
-    folder = clone(tmp_path / "clone")
-    done = run(folder, "farm", *options)
+def test_farm_without_an_output_is_refused_before_set_up(options, fresh):
+    done = run(fresh, "farm", *options)
     assert (done.returncode, done.stdout) == (1, "") and done.stderr.count("\n") == 1 and "required: -o" in done.stderr
-    assert not (folder / "set-up-was-run").exists()
+    assert not (fresh / "set-up-was-run").exists()
 
 
-@pytest.mark.parametrize("name", ["a#b", 'a"b', "a;b", "a\\b", "a:b", "a[b]", "a|b", "a<b", "a>b", "$(b)", "a\tb"])
-def test_unusable_folder_names_are_refused_at_once(name, tmp_path):
-    folder = clone(tmp_path / name)
-    for script in ("demo", "real_setup", "farm"):
-        done = run(folder, script)
-        assert done.returncode == 1 and done.stdout == "" and done.stderr.count("\n") == 1, done
-        assert "cannot work in the folder" in done.stderr
+def test_unusable_folder_names_are_refused_at_once(tmp_path):
+    folder = clone(tmp_path / "clone")
+    for name in ("a#b", 'a"b', "a;b", "a\\b", "a:b", "a[b]", "a|b", "a<b", "a>b", "$(b)", "a\tb"):
+        folder = folder.rename(tmp_path / name)
+        for script in ("demo", "real_setup", "farm"):
+            done = run(folder, script)
+            assert done.returncode == 1 and done.stdout == "" and done.stderr.count("\n") == 1, done
+            assert "cannot work in the folder" in done.stderr
 
 
 @pytest.mark.slow
