@@ -275,7 +275,6 @@ void main() {
 }
 `;
 
-/* A program that runs the fragment shader over the whole canvas. */
 /* Sets the state that uploads of numbers depend on, in case the context was used for images before. */
 function setUnpackState(gl) {
   gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, null);
@@ -284,6 +283,7 @@ function setUnpackState(gl) {
   gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
 }
 
+/* A program that runs the fragment shader over the whole canvas. */
 function compile(gl, fragment) {
   const program = gl.createProgram();
   for (const [type, text] of [[gl.VERTEX_SHADER, WHOLE_VERTEX], [gl.FRAGMENT_SHADER, fragment]]) {

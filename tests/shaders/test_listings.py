@@ -8,7 +8,7 @@ from conftest import GLSLANG, HERE, INCLUDE, ROOT, compile_text, need, need_wgpu
 from test_device_code import compile_with_nvrtc
 from test_shaders import with_texts
 
-GUIDE = "".join((ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("shaders.md", "realtime.md", "quickstart.md"))
+GUIDE = "".join((ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("shaders.md", "realtime.md"))
 
 
 def listing(name):
@@ -53,8 +53,7 @@ def test_glsl(tmp_path, name):
     run(GLSLANG, "-V", "-o", tmp_path / "a.spv", tmp_path / "a.comp")
 
 
-@pytest.mark.parametrize("name, define", [("example.hlsl", ""), ("shadow.hlsl", ""), ("realtime.hlsl", ""),
-                                          ("realtime.hlsl", "#define TABLE_IS_A_TEXTURE\n")])
+@pytest.mark.parametrize("name, define", [("example.hlsl", ""), ("realtime.hlsl", ""), ("realtime.hlsl", "#define TABLE_IS_A_TEXTURE\n")])
 def test_hlsl(tmp_path, name, define):
     compile_hlsl(tmp_path, define + listing(name))
 
