@@ -163,19 +163,22 @@ class Report:
         rows = [self.stopped(rule, level, scene, label) for scene in self.scenes for label in labels]
         return [row["noise_95"] for row in rows if row["capped"] <= 0.05] or [math.nan]
 
-    def below_cap(self, level, labels):
+    def below_cap(self, level, labels, rule="--visible-noise"):
         """The scenes in which no sampler gave more than 5% of the pixels the most samples."""
-        return [scene for scene in self.scenes if all(self.stopped("--visible-noise", level, scene, label)["capped"] <= 0.05 for label in labels)]
+        return [scene for scene in self.scenes if all(self.stopped(rule, level, scene, label)["capped"] <= 0.05 for label in labels)]
+
+    def samples(self, label, level, scenes, rule="--visible-noise"):
+        """The geometric mean of a sampler's samples over scenes."""
+        return statistics.geometric_mean([self.stopped(rule, level, scene, label)["samples"] for scene in scenes] or [math.nan])
 
     def time_over(self, label, base):
         """CPU time per sample over the base's (times.py)."""
         return self.times[label] / self.times[base]
 
-    def over(self, label, base, level):
-        """(a sampler's samples over the base's, number of scenes): geometric mean over the scenes in which neither reached the cap."""
-        scenes = self.below_cap(level, (label, base))
-        found = [self.stopped("--visible-noise", level, scene, label)["samples"] / self.stopped("--visible-noise", level, scene, base)["samples"] for scene in scenes]
-        return (statistics.geometric_mean(found) if found else math.nan), len(scenes)
+    def over(self, label, base, level, rule="--visible-noise"):
+        """(a sampler's samples over the base's, number of scenes): over the scenes in which neither reached the cap."""
+        scenes = self.below_cap(level, (label, base), rule)
+        return self.samples(label, level, scenes, rule) / self.samples(base, level, scenes, rule), len(scenes)
 
     def stop_table(self, level):
         lines = []
@@ -193,25 +196,17 @@ class Report:
         lines = []
         for level in STEPS:
             scenes = self.below_cap(level, variants.ALWAYS)
+            base = self.samples("sobol", level, scenes)
             for label in variants.ALWAYS:
-                rows, base = ([self.stopped("--visible-noise", level, scene, name) for scene in scenes] for name in (label, "sobol"))
-                samples, others = (statistics.geometric_mean([row["samples"] for row in part]) for part in (rows, base))
-                left = [row["noise_95"] for row in rows]
-                lines.append([f"{level:g} step{'s' * (level != 1)} ({len(scenes)} scenes), {NAMES[label]}", f"{samples:.1f}", f"{samples / others * self.time_over(label, 'sobol'):.2f}", f"{np.median(left):.2f}", f"{max(left):.2f}"])
+                samples, left = self.samples(label, level, scenes), [self.stopped("--visible-noise", level, scene, label)["noise_95"] for scene in scenes]
+                lines.append([f"{level:g} step{'s' * (level != 1)} ({len(scenes)} scenes), {NAMES[label]}", f"{samples:.1f}",
+                              f"{samples / base * self.time_over(label, 'sobol'):.2f}", f"{np.median(left):.2f}", f"{max(left):.2f}"])
         return md_table(["each block stops below", "samples per pixel", "CPU time over padded Sobol'",
                          "noise left: median scene", "worst scene"], lines)
 
     def best_level(self, label):
         """The threshold of --noise that leaves one step in the median of the scenes."""
-        def distance(level):
-            return abs(math.log(np.median([self.stopped("--noise", level, scene, label)["noise_95"] for scene in self.scenes])))
-
-        return min(LEVELS, key=distance)
-
-    def seen_by(self, rule, level):
-        """Samples of `blue` over padded Sobol's with one threshold, geometric mean over the scenes in which neither reached the cap."""
-        pairs = [[self.stopped(rule, level, scene, label) for label in ("blue", "sobol")] for scene in self.scenes]
-        return statistics.geometric_mean([own["samples"] / other["samples"] for own, other in pairs if max(own["capped"], other["capped"]) <= 0.05] or [math.nan])
+        return min(LEVELS, key=lambda level: abs(math.log(np.median([self.stopped("--noise", level, scene, label)["noise_95"] for scene in self.scenes]))))
 
     def rules_table(self):
         lines = []
