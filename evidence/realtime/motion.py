@@ -299,24 +299,22 @@ def wanted(options):
     return [(scene, motion, speed) for motion, own in {"rest": (0,), **dict.fromkeys(options.motions, options.speeds)}.items() for speed in own for scene in SCENES]
 
 
-def rows_of(found, ways):
+def rows_of(found):
     """CSV rows from {(scene, motion, speed): rows of measure()}, with geometric means over the scenes in the rows of scene "all"."""
-    setting = ("resampling", "clamped", "weight", "sigma")
-    base = {(scene, *(row[name] for name in setting)): row["noise"]
-            for (scene, motion, _), rows in found.items() if motion == "rest" for row in rows if row["way"] == BASE}
-    logs = {}
-    for (scene, motion, speed), rows in found.items():
-        for row in rows:
-            own = base[scene, *(row[name] for name in setting)]
-            key = motion, speed, row["way"], *(row[name] for name in setting)
-            logs.setdefault(key, {})[scene] = [0.5 * math.log(row[kind] / own) for kind in ("noise", "total")]
+    def setting(row):
+        return tuple(row[name] for name in FIELDS[4:8])
 
-    def row_for(key, scene, means):
-        motion, speed, way, resampling, clamped, weight, sigma = key
-        return dict(zip(FIELDS, (motion, f"{speed:g}", scene, way, resampling, int(clamped), weight, sigma, *(f"{math.exp(value):.3f}" for value in means))))
-
-    return [row_for(key, scene, means) for key, scenes in logs.items() if key[2] in ways
-            for scene, means in (("all", np.mean(list(scenes.values()), 0)), *(scenes.items() if (*key[3:6], key[6]) == (*MAIN, 1.0) else ()))]
+    base = {(scene, *setting(row)): row["noise"] for (scene, motion, _), rows in found.items() if motion == "rest" for row in rows if row["way"] == BASE}
+    logs, rows = {}, []
+    for (scene, motion, speed), own in found.items():
+        for row in own:
+            logs.setdefault((motion, speed, row["way"], *setting(row)), {})[scene] = [
+                0.5 * math.log(row[kind] / base[scene, *setting(row)]) for kind in ("noise", "total")]
+    for (motion, speed, way, resampling, clamped, weight, sigma), scenes in logs.items():
+        alone = scenes if (resampling, clamped, weight, sigma) == (*MAIN, 1.0) else {}
+        rows += [dict(zip(FIELDS, (motion, f"{speed:g}", scene, way, resampling, int(clamped), weight, sigma, *(f"{math.exp(value):.3f}" for value in means))))
+                 for scene, means in {"all": np.mean(list(scenes.values()), 0), **alone}.items()]
+    return rows
 
 
 def in_order(rows):
@@ -359,17 +357,15 @@ def main_table(errors):
     return winners_table("pixels per frame", columns, errors)
 
 
-def summary(errors, motion, own):
-    """The largest noise of `blue` at 1 pixel per frame or more, relative to its noise at rest."""
-    own = [speed for speed in own if speed >= 1]
-    most = [max(errors[way][at(motion, speed)][0] for speed in own) / errors["`blue`"][at("rest", 0)][0] for way in ("`blue`, following", "`blue`")]
-    return (f"{PLURALS[motion]} of {' to '.join(dict.fromkeys(f'{end:g}' for end in (own[0], own[-1])))} pixels per frame: at most {most[0]:.2f} times if its draws follow "
-            f"the image, and {most[1]:.2f} times if they are fixed to the screen")
-
-
 def summaries(errors):
-    return "\n".join(["The noise of `blue`, relative to its noise at rest:", "",
-                      *(f"- {summary(errors, motion, own)}." for motion, own in measured(errors).items() if own[-1] >= 1)])
+    """The largest noise of `blue` at 1 pixel per frame or more, relative to its noise at rest, for each motion."""
+    lines = []
+    for motion, own in measured(errors).items():
+        if own := [speed for speed in own if speed >= 1]:
+            most = [max(errors[way][at(motion, speed)][0] for speed in own) / errors["`blue`"][at("rest", 0)][0] for way in ("`blue`, following", "`blue`")]
+            lines.append(f"- {PLURALS[motion]} of {' to '.join(dict.fromkeys(f'{end:g}' for end in (own[0], own[-1])))} pixels per frame: at most {most[0]:.2f} times if its "
+                         f"draws follow the image, and {most[1]:.2f} times if they are fixed to the screen.")
+    return "\n".join(["The noise of `blue`, relative to its noise at rest:", "", *lines])
 
 
 def settings_table(errors, motion):
@@ -392,29 +388,22 @@ FILM_SIZE, FILM_CORNER, FILM_FRAMES, FILM_SPEED, GAMMA = (208, 160), (420, 480),
 
 def film(frames, scene):
     """Pillow images of a crop at rest on the screen, in which the image pans: blue fixed to the screen on the left, following on the right."""
-    eye, target, fov = CAMERAS[scene]
-    start = Camera(eye, target, fov)
-    amount = -FILM_SPEED * start.pixel
-    cameras = [moved(start, "pan", amount * t) for t in range(FILM_FRAMES)]
-    x, y = (at + 0.5 for at in np.meshgrid(FILM_CORNER[0] + np.arange(FILM_SIZE[0]), FILM_CORNER[1] + np.arange(FILM_SIZE[1])))
-    wanted, before = [], [None]
-    for now, last in zip(cameras[1:], cameras):
-        depth = frames.depth(now, FILM_CORNER, FILM_SIZE)
-        was = last.project(now.points(x, y, np.where(depth > 0, depth, FAR)))[:2]
+    start, ways = Camera(*CAMERAS[scene]), (Way("blue"), Way("blue", follows=True))
+    cameras = [moved(start, "pan", -FILM_SPEED * start.pixel * t) for t in range(FILM_FRAMES)]
+    here = [at + corner + 0.5 for at, corner in zip(np.meshgrid(*map(np.arange, FILM_SIZE)), FILM_CORNER)]
+    pan, before, wanted = bluenoise.Pan(), [None], [[way.frame(0, 0, FILM_CORNER, (0, 0), start) for way in ways]]
+    for t in range(1, FILM_FRAMES):
+        depth = frames.depth(cameras[t], FILM_CORNER, FILM_SIZE)
+        was = cameras[t - 1].project(cameras[t].points(*here, np.where(depth > 0, depth, FAR)))[:2]
         before.append([own - corner - 0.5 for own, corner in zip(was, FILM_CORNER)])
-    for way in (Way("blue"), Way("blue", follows=True)):
-        pan = bluenoise.Pan()
-        for t, camera in enumerate(cameras):
-            if t:
-                pan.follow(*(np.median(here - corner - 0.5 - was) for here, corner, was in zip((x, y), FILM_CORNER, before[t])))
-            wanted.append(way.frame(0, t, FILM_CORNER, (int(pan.x), int(pan.y)), camera))
-    images = np.moveaxis(frames.render(wanted, FILM_SIZE).reshape(2, FILM_FRAMES, *FILM_SIZE[::-1]), 0, -1)
+        pan.follow(*(np.median(at - own) for at, own in zip(here, was)))
+        wanted.append([way.frame(0, t, FILM_CORNER, (int(pan.x), int(pan.y)), cameras[t]) for way in ways])
+    images = frames.render(sum(wanted, []), FILM_SIZE).reshape(FILM_FRAMES, 2, *FILM_SIZE[::-1])
     averages, shown = Averages("bilinear"), []
-    for t in range(FILM_FRAMES):
-        averages.add(images[t], before[t], before[t] and is_inside(*before[t], FILM_SIZE))
+    for image, was in zip(np.moveaxis(images, 1, -1), before):
+        averages.add(image, was, was and is_inside(*was, FILM_SIZE))
         own = displayed(averages.histories[:, :, COMBINATIONS.index(MAIN[1:])], EXPOSURES.get(scene, 0)) ** (1 / GAMMA)
-        gap = np.ones((FILM_SIZE[1], 8))
-        shown.append(Image.fromarray(np.uint8(255 * np.hstack([own[..., 0], gap, own[..., 1]]) + 0.5)))
+        shown.append(Image.fromarray(np.uint8(255 * np.hstack([own[..., 0], np.ones((FILM_SIZE[1], 8)), own[..., 1]]) + 0.5)))
     return shown
 
 
@@ -445,7 +434,7 @@ def run(options, packs, heitz, earlier):
         _, shown = store.get({**key, "film": FILM_SIZE}, lambda: (
             [], {f"frame{i:03d}": np.asarray(picture) for i, picture in enumerate(film(Frames(program, "penumbra", folder), "penumbra"))}))
         shown = [Image.fromarray(shown[name]) for name in sorted(shown)]
-    rows = rows_of(found, ways)
+    rows = rows_of(found)
     own = {(row["motion"], float(row["speed"]), row["way"]) for row in rows}
     rows += [row for row in earlier if (row["motion"], float(row["speed"]), row["way"]) not in own]
     write_rows(options.out / "motion.csv", FIELDS, rows)
