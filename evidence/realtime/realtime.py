@@ -6,7 +6,6 @@ four numbers. Single numbers are drawn with bn_ray_next_1d(). Published space-ti
 them; otherwise, figures from an earlier run are kept. Writes evidence/results/realtime.*.
 """
 
-import dataclasses
 import functools
 import re
 from pathlib import Path
@@ -238,26 +237,18 @@ def errors(frames, integrand):
     return np.array(outcomes), alone
 
 
-@dataclasses.dataclass
-class Errors:
-    outcomes: np.ndarray  # (OUTCOMES, FILTERS)
-    alone: np.ndarray     # (frames, FILTERS)
-
-
 def measure(ways, seeds, count, kinds=tuple(INTEGRANDS), size=SIZE):
-    """{(integrand, way): Errors}: root mean squares over seeds and `count` integrands of each type."""
+    """{(integrand, way): the two results of errors()}: root mean squares over seeds and `count` integrands of each type."""
     result = {}
-    for dimensions in sorted({INTEGRANDS[kind][0] for kind in kinds}):
-        sets = {kind: [INTEGRANDS[kind][1](np.random.default_rng([7, i])) for i in range(count)]
-                for kind in kinds if INTEGRANDS[kind][0] == dimensions}
+    for kind in kinds:
+        dimensions, make = INTEGRANDS[kind]
+        integrands = [make(np.random.default_rng([7, i])) for i in range(count)]
         for way, source in ways.items():
-            found = {kind: [] for kind in sets}
+            found = []
             for seed in range(seeds):
                 frames = np.stack([source.frame(frame, dimensions, seed, size) for frame in range(FRAMES)])
-                for kind, integrands in sets.items():
-                    found[kind] += [errors(frames, integrand) for integrand in integrands]
-            for kind, each in found.items():
-                result[kind, way] = Errors(*(np.sqrt(np.mean([own[i] for own in each], 0)) for i in range(2)))
+                found += [errors(frames, integrand) for integrand in integrands]
+            result[kind, way] = [np.sqrt(np.mean(own, 0)) for own in zip(*found)]
     return result
 
 
@@ -297,13 +288,12 @@ FIELDS = ("integrand", "way", "outcome", "filter", "error")
 SHOWN = (("one frame", "sigma 1.0"), ("one frame", "sigma 2.1"), ("average, 0.1", "sigma 0.0"), ("average, 0.1", "sigma 1.0"),
          ("average, 0.1", "sigma 2.1"), ("average, 0.1", "box 5x5"))
 HEADS = {"half-plane": "pairs (half-planes)", "product": "four numbers (products)", "step": "single numbers (steps)"}
-WINNERS = (("a single frame", "one frame"), ("averaged frames", "average, 0.1"))
 
 
 def rows_of(result, ways):
     """Errors relative to white noise."""
     return [{"integrand": kind, "way": way, "outcome": outcome, "filter": name,
-             "error": f"{result[kind, way].outcomes[i, j] / result[kind, 'white'].outcomes[i, j]:.4f}"}
+             "error": f"{result[kind, way][0][i, j] / result[kind, 'white'][0][i, j]:.4f}"}
             for kind in INTEGRANDS for way in ways for i, outcome in enumerate(OUTCOMES) for j, name in enumerate(FILTERS)]
 
 
@@ -322,13 +312,12 @@ def short_table(errors, kind):
 
 def winners_table(errors):
     """The method with the lowest error after a 1.0-pixel blur, and every method with at most 3% more."""
-    def winner(kind, outcome):
-        values = {way: own[kind, outcome, "sigma 1.0"] for way, own in errors.items()}
-        least = min(values.values())
-        return ", ".join(f"{way} {value:.2f}" for way, value in sorted(values.items(), key=lambda item: item[1]) if value <= 1.03 * least)
+    def winners(kind, outcome):
+        values = sorted((own[kind, outcome, "sigma 1.0"], way) for way, own in errors.items())
+        return ", ".join(f"{way} {value:.2f}" for value, way in values if value <= 1.03 * values[0][0])
 
-    return md_table(["numbers per effect", *(name for name, _ in WINNERS)], [
-        [number, *(winner(kind, outcome) for _, outcome in WINNERS)] for number, kind in (("1", "step"), ("2", "half-plane"), ("4", "product"))], 2)
+    return md_table(["numbers per effect", "a single frame", "averaged frames"], [
+        [str(dimensions), winners(kind, "one frame"), winners(kind, "average, 0.1")] for kind, (dimensions, _) in INTEGRANDS.items()], 2)
 
 
 def parts_table(result):
@@ -344,7 +333,7 @@ def draw_plot(result, ways, path):
     figure, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
     for axis, kind in zip(axes, ("half-plane", "step")):
         for way in names:
-            own = result[kind, way].alone[:, 1] / result[kind, "sobol"].outcomes[0, 1]
+            own = result[kind, way][1][:, 1] / result[kind, "sobol"][0][0, 1]
             axis.plot(own, **{**style(way, names), "marker": "", "linewidth": 1.2})
         axis.set(title=f"{kind}, after sigma 1.0", xlabel="frame", ylim=(0, 1.75))
         axis.grid(True, alpha=.25)

@@ -71,7 +71,7 @@ def result():
 
 
 def test_averaged_white_noise_matches_theory(result):
-    unfiltered = dict(zip(realtime.OUTCOMES, result["half-plane", "white"].outcomes[:, 0]))
+    unfiltered = dict(zip(realtime.OUTCOMES, result["half-plane", "white"][0][:, 0]))
     assert unfiltered["mean of 8"] / unfiltered["one frame"] == pytest.approx(8**-0.5, rel=0.1)
     assert unfiltered["average, 0.1"] / unfiltered["one frame"] == pytest.approx((0.1 / 1.9) ** 0.5, rel=0.1)
 
@@ -80,14 +80,14 @@ def test_samplers_rank_as_the_guide_states(result):
     one, average, blur = realtime.OUTCOMES.index("one frame"), realtime.OUTCOMES.index("average, 0.1"), 1
 
     def error(kind, way, outcome):
-        return result[kind, way].outcomes[outcome, blur] / result[kind, "white"].outcomes[outcome, blur]
+        return result[kind, way][0][outcome, blur] / result[kind, "white"][0][outcome, blur]
 
     for kind in ("half-plane", "step"):
         assert error(kind, "blue", average) < 0.75 * error(kind, "blue, a new stream every frame", average)
         assert error(kind, "mask + golden ratio, R2", one) < error(kind, "blue", one) < 0.8 * error(kind, "sobol", one)
     assert error("half-plane", "blue", average) < error("half-plane", "mask + golden ratio, R2", average)
     # The noise of every frame is blue, whatever its index.
-    alone = result["half-plane", "blue"].alone[:, blur]
+    alone = result["half-plane", "blue"][1][:, blur]
     assert alone.max() < 1.2 * alone.min()
 
 
@@ -105,7 +105,7 @@ def test_sparse_frames_should_count_samples_per_pixel():
 def test_page_keeps_earlier_rows_that_were_not_measured(tmp_path, monkeypatch):
     monkeypatch.setattr(realtime, "SIZE", 32)
     ways = {**realtime.WAYS, "FAST": realtime.WAYS["sobol"]}
-    result = {(kind, way): realtime.Errors(np.full((6, 5), 2.0 if way == "white" else 1.0), np.ones((1, 5))) for kind in realtime.INTEGRANDS for way in ways}
+    result = {(kind, way): (np.full((6, 5), 2.0 if way == "white" else 1.0), np.ones((1, 5))) for kind in realtime.INTEGRANDS for way in ways}
     monkeypatch.setattr(realtime, "measure", lambda *_: result)
     monkeypatch.setattr(realtime, "measure_parts", lambda *_: {("checkerboard", "x"): np.ones((2, 5))})
     earlier = [row for row in realtime.rows_of(result, ways) if row["way"] == "FAST"]
