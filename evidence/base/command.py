@@ -66,13 +66,6 @@ def names_of(what, known):
     return parse
 
 
-def split_more(arguments):
-    """(arguments before --, arguments after it). The latter go to the path tracer."""
-    arguments = list(arguments)
-    end = arguments.index("--") if "--" in arguments else len(arguments)
-    return arguments[:end], tuple(arguments[end + 1:])
-
-
 # ---- Options
 
 class Parser(argparse.ArgumentParser):

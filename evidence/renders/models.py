@@ -5,7 +5,6 @@ The models come from the gradio pip package and the sweethome3d-furniture and as
 and unpacked into ~/.cache/libbn/models. The packages contain their licences.
 """
 
-import json
 import sys
 import zipfile
 
@@ -67,39 +66,40 @@ def surroundings(in_room):
 
 def stage(data, bounds, in_room):
     """The bytes of a GLB, with the model's bounding box moved to the floor and its longest side scaled to 1."""
-    length = int.from_bytes(data[12:16], "little")
-    tree, blob = json.loads(data[20:20 + length]), bytearray(data[28 + length:])
-    low, high = np.array(bounds)
+    from own_scene import to_gltf
+
+    tree, rest = to_gltf.parts_of(data)
+    blob, (low, high) = bytearray(rest[8:]), np.array(bounds)
     scale = 1 / max(high - low)
-    tops = tree["scenes"][tree.get("scene", 0)]["nodes"]
-    tree["nodes"].append({"children": tops, "scale": [scale] * 3,
-                          "translation": [-scale * (low[0] + high[0]) / 2, -scale * low[1], -scale * (low[2] + high[2]) / 2]})
-    roots = [len(tree["nodes"]) - 1]
-    for positions, colour, emission in surroundings(in_room):
-        accessors = []
-        for values, kind, component, target in ((positions.astype("<f4"), "VEC3", 5126, 34962), (np.array([0, 1, 2, 0, 2, 3], "<u2"), "SCALAR", 5123, 34963)):
-            blob.extend(b"\0" * (-len(blob) % 4))
-            tree["bufferViews"].append({"buffer": 0, "byteOffset": len(blob), "byteLength": values.nbytes, "target": target})
-            tree["accessors"].append({"bufferView": len(tree["bufferViews"]) - 1, "componentType": component, "count": len(values), "type": kind,
-                                      **({"min": values.min(0).tolist(), "max": values.max(0).tolist()} if kind == "VEC3" else {})})
-            blob.extend(values.tobytes())
-            accessors.append(len(tree["accessors"]) - 1)
+
+    def add(name, value):
+        tree.setdefault(name, []).append(value)
+        return len(tree[name]) - 1
+
+    def accessor(values, kind, component, target, **more):
+        blob.extend(b"\0" * (-len(blob) % 4))
+        view = add("bufferViews", {"buffer": 0, "byteOffset": len(blob), "byteLength": values.nbytes, "target": target})
+        blob.extend(values.tobytes())
+        return add("accessors", {"bufferView": view, "componentType": component, "count": len(values), "type": kind, **more})
+
+    roots = [add("nodes", {"children": tree["scenes"][tree.get("scene", 0)]["nodes"], "scale": [scale] * 3,
+                           "translation": [-scale * (low[0] + high[0]) / 2, -scale * low[1], -scale * (low[2] + high[2]) / 2]})]
+    for corners, colour, emission in surroundings(in_room):
+        corners = corners.astype("<f4")
+        positions = accessor(corners, "VEC3", 5126, 34962, min=corners.min(0).tolist(), max=corners.max(0).tolist())
+        indices = accessor(np.array([0, 1, 2, 0, 2, 3], "<u2"), "SCALAR", 5123, 34963)
         extensions = {"KHR_materials_specular": {"specularFactor": 0.0}}
         if emission:
             extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": emission}
-        tree.setdefault("materials", []).append({"pbrMetallicRoughness": {"baseColorFactor": [*colour, 1], "metallicFactor": 0}, "extensions": extensions,
-                                                 "emissiveFactor": [1, 1, 1] if emission else [0, 0, 0]})
-        tree["meshes"].append({"primitives": [{"attributes": {"POSITION": accessors[0]}, "indices": accessors[1], "material": len(tree["materials"]) - 1}]})
-        tree["nodes"].append({"mesh": len(tree["meshes"]) - 1})
-        roots.append(len(tree["nodes"]) - 1)
+        material = add("materials", {"pbrMetallicRoughness": {"baseColorFactor": [*colour, 1], "metallicFactor": 0}, "extensions": extensions,
+                                     "emissiveFactor": [1, 1, 1] if emission else [0, 0, 0]})
+        mesh = add("meshes", {"primitives": [{"attributes": {"POSITION": positions}, "indices": indices, "material": material}]})
+        roots.append(add("nodes", {"mesh": mesh}))
     tree["scenes"], tree["scene"] = [{"nodes": roots}], 0
     tree["extensionsUsed"] = sorted({*tree.get("extensionsUsed", []), "KHR_materials_specular", "KHR_materials_emissive_strength"})
     blob.extend(b"\0" * (-len(blob) % 4))
     tree["buffers"] = [{"byteLength": len(blob)}]
-    text = json.dumps(tree).encode()
-    text += b" " * (-len(text) % 4)
-    parts = [len(text).to_bytes(4, "little"), b"JSON", text, len(blob).to_bytes(4, "little"), b"BIN\0", blob]
-    return b"glTF" + (2).to_bytes(4, "little") + (12 + sum(map(len, parts))).to_bytes(4, "little") + b"".join(parts)
+    return to_gltf.glb_of(tree, len(blob).to_bytes(4, "little") + b"BIN\0" + blob)
 
 
 def scene(name):

@@ -25,7 +25,7 @@ from scipy import ndimage
 
 import bluenoise
 from bluenoise._noise import COLOURS, false_colour
-from evidence.base.command import Parser, names_of, parse_size, run_or_say_why, split_more
+from evidence.base.command import Parser, names_of, parse_size, run_or_say_why
 from evidence.base.contact_sheet import enlarged_part, grey, preview, sheet
 from evidence.base.files import write_exr, write_image, write_rows, write_text
 from evidence.base.plots import plain_numbers, style
@@ -254,8 +254,8 @@ def parse_options(arguments):
     parser.number("--jobs", 2, "number of single-threaded runs in parallel")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default out/demo or out/demo/SCENE)")
     parser.hidden("--pathtracer", "build/examples/pathtracer/pathtracer")
-    arguments, more = split_more(arguments)
-    options = parser.parse_args(arguments)
+    end = arguments.index("--") if "--" in arguments else len(arguments)
+    options, more = parser.parse_args(arguments[:end]), tuple(arguments[end + 1:])
     settings = {} if options.scene else DEMO
     options.out = options.out or Path("out/demo") / (scene_label(options.scene) if options.scene else "")
     options.scene = options.scene or "cornell"
