@@ -14,7 +14,6 @@ REFERENCE_MARGIN = 3.0
 # and where one sample of white noise differs from the reference by this much, as displayed. This excludes an empty sky.
 VISIBLE = 1e-3
 FIELDS = ("measure", "scene", "sampler", "spp", "error", "low", "high", "scenes", "crops", "left_out")
-MARKED = "Bold values have a 95% interval that excludes 1."
 
 
 class Comparison:

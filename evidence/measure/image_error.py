@@ -4,7 +4,7 @@
 Blue noise does not reduce the error of individual pixels; it moves the error to high frequencies, where the eye and any
 later filter average it away. The error is therefore measured without a blur and after Gaussian blurs of sigma 1.0 and
 2.1 pixels, which model a near and a distant viewer. Images are float arrays (height, width) or (height, width, channels) of
-linear radiance. MEASURES names the measures, and WHAT_FOR describes them.
+linear radiance. MEASURES names the measures.
 """
 
 import numpy as np
@@ -17,13 +17,6 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 KINDS = {"rmse": "RMSE", "displayed": "RMSE as displayed"}
 MEASURES = tuple(f"{kind}_{sigma}" if sigma else kind for kind in KINDS for sigma in SIGMAS)
-WHAT_FOR = {
-    "rmse": "*RMSE* of linear radiance is the error that Monte Carlo theory describes. It matters if the image is composited or filtered later. "
-            "A single light source or firefly can dominate it.",
-    "displayed": "*RMSE as displayed* measures the noise a viewer sees. The image is multiplied by the exposure, clipped to 0..1 "
-                 "as on a screen, and then blurred. Values above white therefore count as white. The blur acts on linear light, without "
-                 "a tone curve, because the eye adds light linearly.",
-}
 
 
 def _difference(image, reference):
