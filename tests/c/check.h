@@ -3,6 +3,7 @@
 #ifndef BN_TESTS_CHECK_H
 #define BN_TESTS_CHECK_H
 
+#include <stdint.h>
 #include <stdio.h>
 
 static int check_failures;
@@ -15,6 +16,13 @@ static int check_count;
             if (++check_failures <= 50) printf("%s:%d: %s\n", __FILE__, __LINE__, #condition);     \
         }                                                                                          \
     } while (0)
+
+/* A small generator for test data (Marsaglia, "Xorshift RNGs", 2003). The state must not be 0. */
+static inline uint32_t next_random(uint32_t *state) {
+    *state ^= *state << 13;
+    *state ^= *state >> 17;
+    return *state ^= *state << 5;
+}
 
 /* Returns the program's exit status: 0 if there was at least one check and none failed. */
 static inline int check_result(void) {

@@ -9,13 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A small generator for test data (Marsaglia, "Xorshift RNGs", 2003). */
-static inline uint32_t next_random(uint32_t *state) {
-    *state ^= *state << 13;
-    *state ^= *state >> 17;
-    return *state ^= *state << 5;
-}
-
 static inline int is_permutation(const uint32_t *ranks, size_t count) {
     unsigned char *seen = calloc(count, 1);
     size_t good = 0;

@@ -43,8 +43,8 @@ static void test_probabilities(void) {
     CHECK(wrong == 0);
     uint32_t random = 1;
     for (uint32_t i = 0; i <= 100000; ++i) {
-        random = random * 1664525u + 1013904223u;
-        const uint32_t limit = i < 300 ? i : i < 600 ? STEPS - (i - 300) : random >> 8;
+        const uint32_t some = next_random(&random) >> 8;
+        const uint32_t limit = i < 300 ? i : i < 600 ? STEPS - (i - 300) : some;
         check_limit(limit, draw(limit));
         /* Only probabilities below 1/2 can lie between multiples of 2^-24. They are rounded up. */
         if (limit > 0 && limit < STEPS / 2) check_limit(limit + 1, nextafterf(draw(limit), 1.0f));
@@ -148,7 +148,7 @@ static void test_bad_arguments(void) {
     int wrong = 0;
     for (int i = 0; i < 200000; ++i) {
         for (int k = 0; k < 9; ++k) {
-            random = random * 1664525u + 1013904223u;
+            next_random(&random);
             table[k] = random >> 28 == 0 ? NAN : (float)(int32_t)random / (float)(1u << 30);
         }
         u = draw(random >> 8);

@@ -8,14 +8,6 @@
 
 enum { ONE_PIXEL = 1 << 24 };
 
-static uint32_t random_state = 1;
-
-static uint32_t random_u32(void) {
-    random_state = random_state * 747796405u + 2891336453u;
-    uint32_t v = (random_state >> ((random_state >> 28) + 4u) ^ random_state) * 277803737u;
-    return v >> 22 ^ v;
-}
-
 static float float_of(uint32_t bits) {
     float v;
     memcpy(&v, &bits, sizeof v);
@@ -83,10 +75,11 @@ static void useless_motions_count_as_zero(void) {
 static void sums_are_exact(void) {
     int64_t x = 0, y = 0;
     bn_pan pan = {0, 0, 0, 0};
+    uint32_t state = 1;
     for (int i = 0; i < 1000000; ++i) {
-        const float dx =
-            float_of((random_u32() & 0x80ffffffu) + ((96u + random_u32() % 48u) << 23));
-        const float dy = (float)(int32_t)random_u32() / (1 << 28);
+        const float dx = float_of((next_random(&state) & 0x80ffffffu) +
+                                  ((96u + next_random(&state) % 48u) << 23));
+        const float dy = (float)(int32_t)next_random(&state) / (1 << 28);
         const bn_pan before = pan;
         pan = bn_follow(pan, dx, dy);
         x += (int64_t)((double)dx * ONE_PIXEL);

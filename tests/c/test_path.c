@@ -14,9 +14,7 @@ enum { PLACES = 4, MOST_NUMBERS = 4096, MOST_RAYS = 40, DEPTH = 2 };
 static uint32_t random_state = 1;
 
 static uint32_t random_below(uint32_t limit) {
-    random_state = random_state * 747796405u + 2891336453u;
-    uint32_t v = (random_state >> ((random_state >> 28) + 4u) ^ random_state) * 277803737u;
-    return (v >> 22 ^ v) % limit;
+    return next_random(&random_state) % limit;
 }
 
 /* One path's numbers in the order of its decisions, for each of PLACES pixels. */

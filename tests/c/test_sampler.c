@@ -8,10 +8,7 @@
 
 static uint32_t points[MOST_POINTS][4];
 
-static uint32_t random_u32(void) {
-    static uint32_t counter;
-    return bn_hash32(bn_hash32(++counter) + 77u);
-}
+static uint32_t random_state = 1;
 
 static int equal(const bn_sampler *a, const bn_sampler *b) {
     uint32_t u[4], v[4];
@@ -120,8 +117,9 @@ static void test_nets(void) {
     for (int k = 0; k < 4; ++k) {
         const bn_sampler s = make_sampler(types[k], 64, 3);
         for (int pixel = 0; pixel < 24; ++pixel) {
-            int32_t x = (int32_t)random_u32(), y = (int32_t)random_u32();
-            uint32_t domain = random_u32();
+            int32_t x = (int32_t)next_random(&random_state),
+                    y = (int32_t)next_random(&random_state);
+            uint32_t domain = next_random(&random_state);
             for (int m = 0; m <= 12; ++m) {
                 for (uint32_t block = 0; block <= 5; block += 5) {
                     draw_points(points, &s, x, y, 0, m, block << m, domain);
@@ -157,9 +155,10 @@ static void test_nets_of_zorder_squares(void) {
             const uint32_t align = ~((1u << log4_side) - 1u);
             const bn_sampler s = make_sampler(BN_SAMPLER_ZORDER, 1u << 2 * log4_block, 12);
             for (uint32_t square = 0; square < 12; ++square) {
-                const int32_t x = (int32_t)(random_u32() & align);
-                const int32_t y = (int32_t)(random_u32() & align);
-                draw_points(points, &s, x, y, log4_side, 2 * log4_block, 0, random_u32());
+                const int32_t x = (int32_t)(next_random(&random_state) & align);
+                const int32_t y = (int32_t)(next_random(&random_state) & align);
+                draw_points(points, &s, x, y, log4_side, 2 * log4_block, 0,
+                            next_random(&random_state));
                 CHECK(are_net_in_four(points, log4_side + log4_block));
             }
         }

@@ -10,18 +10,13 @@
 
 enum { OFFSETS = 4, MOST = 67, GUARD = 64 };
 
-static uint32_t noise(void) {
-    static uint32_t state = 1;
-    state = state * 747796405u + 2891336453u;
-    return (state >> ((state >> 28) + 4u)) ^ state;
-}
-
 /* Numbers below 256, numbers at the limits of ranges, or arbitrary bits. */
 enum { SMALL, ENDS, ANY, RANGES };
 static uint32_t number(int range) {
     static const uint32_t ends[] = {0,   1,   2,           3,           255,
                                     256, 257, 0x7fffffffu, 0x80000000u, 0xffffffffu};
-    const uint32_t v = noise();
+    static uint32_t state = 1;
+    const uint32_t v = next_random(&state);
     if (range == SMALL) return v % 256u;
     return range == ENDS ? ends[v % (sizeof ends / sizeof *ends)] : v;
 }
