@@ -66,6 +66,13 @@ def names_of(what, known):
     return parse
 
 
+def name_and_file(text):
+    """An argument type: NAME=FILE as a pair."""
+    if not (match := re.fullmatch(r"([A-Za-z0-9][\w.+-]*)=(.+)", text)):
+        raise argparse.ArgumentTypeError(f"must be NAME=FILE, such as mine=./mine.so, not '{text}'")
+    return match[1], match[2]
+
+
 # ---- Options
 
 class Parser(argparse.ArgumentParser):
@@ -87,9 +94,14 @@ class Parser(argparse.ArgumentParser):
 
     def pathtracer(self):
         self.hidden("--pathtracer", "build/examples/pathtracer/pathtracer")
+        self.sampler()
         self.add_argument("--openqmc", metavar="DIR", help="build with the OpenQMC checkout in DIR and include its samplers")
         self.add_argument("--heitz", type=Path, metavar="FOLDER",
                           help="include the sampler of Heitz et al. 2019, whose tables are in FOLDER: ..._1spp.cpp or spp1.rs, and so on")
+
+    def sampler(self):
+        self.add_argument("--sampler", type=name_and_file, action="append", default=[], metavar="NAME=FILE",
+                          help="include a sampler of your own: a shared library (docs/bench.md); repeatable")
 
     def table(self, guide):
         """The options that tables.write_or_print() needs."""
@@ -111,7 +123,9 @@ def command_shown(command, arguments):
         name, equals, _ = word.partition("=")
         if name in (*PLACES, *FOLDERS) and not equals:
             next(words, None)
-        if name in FOLDERS:
+        if name == "--sampler":
+            result += [name, (equals and word.partition("=")[2] or next(words)).partition("=")[0] + "=FILE"]
+        elif name in FOLDERS:
             result += [name, "FILE" if name == "--program" else "DIR"]
         elif name not in (*PLACES, "--again"):
             result.append(word)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenQMC in the benchmarks, used as in its README: one sampler for each pixel and index,
+// The time of OpenQMC's draws, inlined and used as in its README: one sampler for each pixel and index,
 // newDomain() for each decision, and drawSample(). The first draw fills its tables and is not timed.
 #include "bench_openqmc.h"
 
@@ -41,23 +41,8 @@ float draw(int32_t y0, int32_t width, int32_t height, uint32_t indices, uint32_t
 }
 
 template <typename Sampler>
-void read_row(uint32_t seed, uint32_t parent, uint32_t key, int32_t y, int32_t width,
-              uint32_t count, float *out) {
-    // The frame number re-randomises the sampler, as in the path tracer's adapter.
-    const int frame = static_cast<int>((seed * 0x9e3779b9u) >> 2);
-    for (int32_t x = 0; x < width; ++x) {
-        for (uint32_t index = 0; index < count; ++index, out += 4) {
-            const Sampler root(x, y, frame, static_cast<int>(index), cache<Sampler>());
-            root.newDomain(static_cast<int>(parent))
-                .newDomain(static_cast<int>(key))
-                .template drawSample<4>(out);
-        }
-    }
-}
-
-template <typename Sampler>
 constexpr bench_peer peer(const char *name) {
-    return {name, draw<Sampler>, read_row<Sampler>};
+    return {name, draw<Sampler>};
 }
 
 } // namespace

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * OpenQMC's samplers for the benchmarks, which are in C. Needs a build with -DBN_OPENQMC=DIR. */
+ * OpenQMC's samplers for bench_draws.c. Needs a build with -DBN_OPENQMC=DIR. */
 #ifndef BENCH_OPENQMC_H
 #define BENCH_OPENQMC_H
 
@@ -14,9 +14,6 @@ typedef struct bench_peer {
     /* Makes 4-D draws as a path does: `domains` draws for each index of each pixel in the rows from
      * y0 on. Returns the sum of all numbers, so that the compiler removes none. */
     float (*draw)(int32_t y0, int32_t width, int32_t height, uint32_t indices, uint32_t domains);
-    /* Draws a row of pixels in child `key` of the root's child `parent`: out[width][count][4]. */
-    void (*read_row)(uint32_t seed, uint32_t parent, uint32_t key, int32_t y, int32_t width,
-                     uint32_t count, float *out);
 } bench_peer;
 
 enum { BENCH_PEERS = 3 };

@@ -8,26 +8,27 @@
 
 namespace {
 
-// Returns independent numbers for each pixel, index, key and dimension. `changed` replaces some of
-// them in every pixel; `drawn` counts the draws of each key.
-class KnownNumbers : public PeerSampler {
-  public:
-    KnownNumbers() : PeerSampler(0) {}
+// A plug-in that returns independent numbers for each pixel, index, decision and dimension. `changed` replaces some of
+// them in every pixel; `drawn` counts the draws of each decision.
+struct KnownNumbers {
+    std::map<std::pair<uint32_t, uint32_t>, float> changed; // by decision and dimension
+    std::map<uint32_t, int> drawn;
 
-    std::map<std::pair<uint32_t, int>, float> changed; // by key and dimension
-    mutable std::map<uint32_t, int> drawn;
-
-    void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
-              float *u) const override {
-        ++drawn[key];
-        for (int d = 0; d < dimensions; ++d) {
-            uint64_t state = 0;
-            for (const uint32_t part : {static_cast<uint32_t>(x), static_cast<uint32_t>(y), index,
-                                        key, static_cast<uint32_t>(d)})
-                state = state * 1000003 + part;
-            const auto found = changed.find({key, d});
-            u[d] = found != changed.end() ? found->second : Random{state}();
+    static void draw(const void *state, uint64_t, int32_t x, int32_t y, uint32_t index,
+                     uint32_t decision, uint32_t dimensions, float *u) {
+        auto *const own = const_cast<KnownNumbers *>(static_cast<const KnownNumbers *>(state));
+        ++own->drawn[decision];
+        for (uint32_t d = 0; d < dimensions; ++d) {
+            uint64_t number = 0;
+            for (const uint32_t part :
+                 {static_cast<uint32_t>(x), static_cast<uint32_t>(y), index, decision, d})
+                number = number * 1000003 + part;
+            const auto found = own->changed.find({decision, d});
+            u[d] = found != own->changed.end() ? found->second : Random{number}();
         }
+    }
+    Sampler sampler() {
+        return {{}, Plugin{"known", 0, draw, nullptr, {this, [](void *) {}}, {}}};
     }
 };
 
@@ -48,18 +49,18 @@ struct Change {
     float depth = 0, radiance = 0;
 };
 
-Change change_by(const Scene &scene, const Geometry &geometry, bool of_camera, int dimension) {
-    auto *const numbers = new KnownNumbers;
-    const Sampler sampler{{}, PeerPointer(numbers)};
+Change change_by(const Scene &scene, const Geometry &geometry, bool of_camera, uint32_t dimension) {
+    KnownNumbers numbers;
+    const Sampler sampler = numbers.sampler();
     const Integrator integrator{&scene, &geometry, &sampler, 1};
-    const uint32_t key = of_camera ? PeerPath::CAMERA_KEY : PeerPath::ray_key(0);
+    const uint32_t decision = of_camera ? PluginPath::CAMERA : PluginPath::ray_decision(0);
     Change most;
     PathCounters counters;
     for (int pixel = 0; pixel < 64; ++pixel) {
         const int x = 8 + pixel % 8, y = 8 + pixel / 8;
         PathSample seen[2];
         for (int i = 0; i < 2; ++i) {
-            numbers->changed = {{{key, dimension}, i == 0 ? 0.1f : 0.8f}};
+            numbers.changed = {{{decision, dimension}, i == 0 ? 0.1f : 0.8f}};
             seen[i] = trace_path(integrator, x, y, 0, counters);
         }
         const float depth = std::abs(seen[1].depth / seen[0].depth - 1);
@@ -78,19 +79,19 @@ void test_no_domain_is_drawn_twice() {
         scene_finish(scene);
         camera_fit(scene.camera, SIDE, SIDE);
         const GeometryPointer geometry = geometry_build(scene);
-        auto *const numbers = new KnownNumbers;
-        const Sampler sampler{{}, PeerPointer(numbers)};
+        KnownNumbers numbers;
+        const Sampler sampler = numbers.sampler();
         const Integrator integrator{&scene, geometry.get(), &sampler, 20};
         const int of_camera = static_cast<int>(scene.light_samples) + !scene.motions.empty();
         PathCounters counters;
         size_t most = 0;
         for (int i = 0; i < SIDE * SIDE; ++i) {
-            numbers->drawn.clear();
+            numbers.drawn.clear();
             trace_path(integrator, i % SIDE, i / SIDE, 3, counters);
-            for (const auto &[key, count] : numbers->drawn)
-                CHECK(count <= (key == PeerPath::CAMERA_KEY ? of_camera : 1),
-                      "%s: domain %u is drawn %d times", entry.name, key, count);
-            most = std::max(most, numbers->drawn.size());
+            for (const auto &[decision, count] : numbers.drawn)
+                CHECK(count <= (decision == PluginPath::CAMERA ? of_camera : 1),
+                      "%s: domain %u is drawn %d times", entry.name, decision, count);
+            most = std::max(most, numbers.drawn.size());
         }
         CHECK(most > 5, "%s: no path draws more than %zu domains", entry.name, most);
     }
@@ -129,11 +130,11 @@ void test_lens_light_and_time_use_separate_numbers() {
     };
     for (const auto &[name, scene, depth, radiance] : rows) {
         const GeometryPointer geometry = geometry_build(scene);
-        for (int n = 0; n < 8; ++n) {
+        for (uint32_t n = 0; n < 8; ++n) {
             const Change seen = change_by(scene, *geometry, n >= 4, n % 4);
             const auto check = [&, n](char follows, float by, const char *what) {
                 CHECK(follows == '.' || (follows == '+' ? by > 3e-3f : by < 1e-3f),
-                      "%s: number %d of the %s changes %s by %g", name, n % 4,
+                      "%s: number %u of the %s changes %s by %g", name, n % 4,
                       n < 4 ? "ray" : "camera", what, by);
             };
             check(depth[n], seen.depth, "depth");

@@ -26,6 +26,7 @@ from ..base.progress import Progress
 from ..base.tables import md_table, update_table
 from ..measure.image_error import blurred, displayed
 from ..renders.views import CAMERAS, EXPOSURES
+from ..samplers import plugins
 
 COMMAND = "scripts/bench realtime --motion"
 WIDTH, HEIGHT, DEPTH = 1280, 960, 2  # of the whole image; bounces
@@ -146,8 +147,8 @@ class Way:
 
 
 def ways_of(files):
-    """{name: Way}. files: {name: the path tracer's name of a sampler that reads tables}."""
-    both = {"padded Sobol'": "sobol", "`blue`": "blue", "interleaved gradient noise": "gradient-noise", **files}
+    """{name: Way}. files: {name: the path tracer's name of a plug-in}."""
+    both = {"padded Sobol'": "sobol", "`blue`": "blue", **files}
     ways = {f"{name}{', following' * follows}": Way(sampler, follows) for name, sampler in both.items() for follows in (False, True)}
     return {**ways, "`blue`, a stream per frame": Way("blue", new_stream=True)}
 
@@ -409,16 +410,25 @@ def film(frames, scene):
 
 # ---- The command
 
-def run(options, packs, heitz, earlier):
-    """packs: {name: realtime.Slices, or another source of frames}; earlier: rows of the last run, which are kept if they are not measured now."""
+def run(options, packs, heitz, guests, earlier):
+    """packs: {name: realtime.Slices, or another source of frames}; guests: {name: plugins.Plugin}; earlier: rows of the last run, which are kept if they are not measured now."""
     program = options.frames
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
-        files = {name: f"slices:{write_slices(source, Path(folder), f'slices-{i}.bin')}" for i, (name, source) in enumerate(packs.items())}
+        for plugin in plugins.FOLDER.glob("*.so"):
+            (Path(folder) / plugin.name).symlink_to(plugin)
+        files = {"interleaved gradient noise": "./gradient_noise.so"}
+        files |= {name: f"./slices.so:{write_slices(source, Path(folder), f'slices-{i}.bin')}" for i, (name, source) in enumerate(packs.items())}
         if heitz:
-            files["Heitz et al. 2019"] = f"heitz:{heitz.file(256, folder).name}"
+            files["Heitz et al. 2019"] = f"./heitz.so:{heitz.write(folder).name}"
+        for name, plugin in guests.items():
+            if plugin.function:
+                raise CommandError(f"--sampler {name}=...: a moving camera needs a shared library")
+            path, colon, argument = plugin.file.partition(":")
+            (Path(folder) / f"{name}.so").symlink_to(path)
+            files[name] = f"./{name}.so{colon}{argument}"
         ways, store = ways_of(files), Store(cache_folder() / "motion")
         try:
-            key = {"program": hashlib.sha256(program.read_bytes()).hexdigest(), "files": {name: hashlib.sha256((Path(folder) / file.split(":")[1]).read_bytes()).hexdigest() for name, file in files.items()},
+            key = {"program": hashlib.sha256(program.read_bytes()).hexdigest(), "files": {name: plugins.key_of(file, folder) for name, file in files.items()},
                    "source": hashlib.sha256(Path(__file__).read_bytes().split(b"# ---- Errors over")[0]).hexdigest()}
         except OSError as error:
             raise CommandError(f"cannot read {program} ({error.strerror}); build it with scripts/setup") from None

@@ -23,7 +23,7 @@ from ..base.plots import plt, save, style
 from ..base.tables import md_table
 from ..measure.image_error import blurred
 from ..renders.views import golden_powers
-from ..samplers import heitz
+from ..samplers import heitz, plugins
 from . import motion
 
 
@@ -364,18 +364,23 @@ def run(arguments):
     parser.add_argument("--samplers", type=lambda text: tuple(text.split(",")), metavar="A,B,...",
                         help="with --motion: measure a moving camera only with these samplers, named by their first words: padded, blue, interleaved, mask, stbn, fast, heitz")
     parser.hidden("--frames", "build/evidence/programs/render_frames")
+    parser.sampler()
     parser.out()
     parser.table("docs/realtime.md")
     options = parser.parse_args(arguments)
     options.command = command_shown("realtime", arguments)
     packs = {name: read_pack(name, folder) for name in PACKS if (folder := getattr(options, name.lower()))}
     tables = heitz.Tables(options.heitz) if options.heitz else None
+    guests = {name: plugins.load(file) for name, file in options.sampler}
+    before = options.out  # with the rows of the last run
+    if guests and options.out == Path("evidence/results"):
+        options.out, options.print = Path("out/realtime"), True
     if options.motion:
-        earlier = read_numbers(path) if (path := options.out / "motion.csv").is_file() else []
-        return motion.run(options, {"mask + R2": MovedMask(), **packs}, tables, earlier)
-    ways, path = {**WAYS, **packs, **({"Heitz et al. 2019": HeitzTables(tables)} if tables else {})}, options.out / "realtime.csv"
+        earlier = read_numbers(path) if (path := before / "motion.csv").is_file() else []
+        return motion.run(options, {"mask + R2": MovedMask(), **packs}, tables, guests, earlier)
+    ways, path = {**WAYS, **packs, **({"Heitz et al. 2019": HeitzTables(tables)} if tables else {}), **guests}, options.out / "realtime.csv"
     result = measure(ways, options.seeds, options.integrands)
-    earlier = [row for row in read_numbers(path) if row["way"] not in ways] if path.is_file() else []
+    earlier = [row for row in read_numbers(before / path.name) if row["way"] not in ways] if (before / path.name).is_file() else []
     rows = [*rows_of(result, ways), *earlier]
     draw_plot(result, ways, options.out / "realtime.png")
     write_rows(path, FIELDS, rows)

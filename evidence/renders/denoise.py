@@ -194,7 +194,7 @@ class Report:
         for axis, way in zip(axes, DENOISED):
             for label in (label for label in self.labels if label != "sobol"):
                 found = {spp: own.value for spp in self.counts if (own := self.over(label, way, "displayed")(spp))}
-                axis.plot(list(found), list(found.values()), **{**style(label, self.labels), "label": NAMES[label].replace("`", "")})
+                axis.plot(list(found), list(found.values()), **{**style(label, self.labels), "label": NAMES.get(label, label).replace("`", "")})
             axis.axhline(1, color="0.5", linewidth=.8)
             finish(axis, way, "samples per pixel")
         axes[0].set_ylabel("error over padded Sobol'")

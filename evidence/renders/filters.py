@@ -19,7 +19,7 @@ MEASURED = {"displayed_2.1": "after a 2.1-pixel blur", "displayed": "without a b
 def table(reports, measure, counts):
     others = next(iter(reports.values())).others
     return compare.table("error over padded Sobol'", counts, {
-        f"{renders.NAMES[label]}, {name}": report.over(label, measure) for label in others for name, report in reports.items()})
+        f"{renders.NAMES.get(label, label)}, {name}": report.over(label, measure) for label in others for name, report in reports.items()})
 
 
 def run(arguments):

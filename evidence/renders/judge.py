@@ -52,7 +52,7 @@ class Task:
     @property
     def cost(self):
         """The number of samples to render."""
-        return self.view.pixels * (sum(self.counts) if self.label in variants.TUNED else max(self.counts))
+        return self.view.pixels * (sum(self.counts) if variants.is_tuned(self.label) else max(self.counts))
 
 
 def plan(views, labels, counts, seeds):
@@ -81,7 +81,7 @@ def render_references(program, views, spp):
 
 def pictures_of(program, task, read=read_exr):
     """Yields (spp, picture, attributes) for each sample count of a task."""
-    for counts in ([n] for n in task.counts) if task.label in variants.TUNED else [task.counts]:
+    for counts in ([n] for n in task.counts) if variants.is_tuned(task.label) else [task.counts]:
         yield from progressive(program, task.view.request(task.label, counts[-1], task.seed), counts, 1, read)
 
 
@@ -107,7 +107,8 @@ class Run:
 
     def key(self, task, reference):
         return {"view": task.view.key, "files": files_beside(task.view.file), "sampler": task.label, "program": self.sha256, "seed": task.seed,
-                "counts": task.counts, "exposure": reference.exposure, "pictures": task.keep_pictures}
+                "counts": task.counts, "exposure": reference.exposure, "pictures": task.keep_pictures,
+                **({"plugin": variants.PLUGINS[task.label].key()} if task.label in variants.PLUGINS else {})}
 
     def measure(self, task, reference):
         """(rows, pictures) of a task. A subclass that measures differently also extends key()."""

@@ -47,7 +47,7 @@ class Report:
 
     def scenes_table(self, label):
         scenes = self.compared.by_scene()
-        return compare.table(f"{NAMES[label]} over padded Sobol'", self.counts, {scene: self.over(label, HEADLINE, views) for scene, views in scenes.items()})
+        return compare.table(f"{NAMES.get(label, label)} over padded Sobol'", self.counts, {scene: self.over(label, HEADLINE, views) for scene, views in scenes.items()})
 
     def groups(self):
         """{name: views}: the built-in scenes and the third-party models."""

@@ -6,6 +6,7 @@ Medians of interleaved single-threaded runs, excluding program start-up. `script
 
 import statistics
 import tempfile
+from pathlib import Path
 
 from ..base.command import Parser
 from ..base.files import write_rows
@@ -40,13 +41,14 @@ def over(rows, base):
 
 def run(arguments):
     parser = Parser("times", __doc__)
-    parser.out()
+    parser.add_argument("--out", type=Path, help="folder for times.csv (default evidence/results; out/times with --sampler)")
     parser.pathtracer()
     options = parser.parse_args(arguments)
     labels = variants.chosen(variants.OWN, options)
     chosen = views.crops(scenes=views.BUILT_IN)[::4]  # one of each scene
     rows = [{"scene": scene, "sampler": label, "microseconds": f"{value:.4f}"}
             for (scene, label), value in of_a_sample(options.pathtracer, chosen, labels).items()]
-    write_rows(options.out / "times.csv", list(rows[0]), rows)
+    folder = options.out or Path("out/times" if options.sampler else "evidence/results")
+    write_rows(folder / "times.csv", list(rows[0]), rows)
     found = over([{**row, "microseconds": float(row["microseconds"])} for row in rows], "sobol")
     print(md_table(["sampler", "CPU time per sample over padded Sobol'"], [[label, f"{value:.2f}"] for label, value in found.items()]))

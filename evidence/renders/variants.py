@@ -1,38 +1,30 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The samplers to compare, each used as intended. `scripts/bench PART --openqmc DIR` adds OpenQMC's to a build and its tables, and
---heitz FOLDER adds the tables of Heitz et al. 2019."""
+"""The samplers to compare, each used as intended: libbn's, and plug-ins (plugins.py). `scripts/bench PART --sampler NAME=FILE` adds anyone's,
+--openqmc DIR OpenQMC's, and --heitz FOLDER the one with the tables of Heitz et al. 2019."""
 
 import subprocess
-import sys
 
 from ..base.cache import cache_folder
-from ..samplers import heitz
+from ..base.command import CommandError
+from ..samplers import heitz, plugins
 
 # OpenQMC's blue-noise samplers.
 PEERS = ("openqmc-pmjbn", "openqmc-sobolbn", "openqmc-latticebn")
-# Only builds with Boost include sobol-global.
+# sobol-global is a plug-in, which needs Boost.
 SAMPLERS = ("white", "sobol", "zorder", "mask", "sobol-global", "heitz", *PEERS, "blue")
 OWN = tuple(name for name in SAMPLERS if name not in (*PEERS, "heitz"))
 ALWAYS = ("white", "sobol", "blue")  # the headline figures compare blue with the others
-DECLARED = ("zorder",)  # are told the sample count
-TUNED = (*DECLARED, "heitz")  # differ for each sample count, so each takes a separate run
-_tables = []  # heitz.Tables, of chosen()
+PLUGINS = {}  # {name: plugins.Plugin} of chosen()
 
 
-def program_name(label, count):
+def is_tuned(label):
+    """Whether a sampler differs for each sample count, so that each takes a separate run."""
+    return label == "zorder" or (label in PLUGINS and PLUGINS[label].tuned)
+
+
+def program_name(label):
     """The path tracer's name of a sampler."""
-    if label != "heitz":
-        return label
-    return f"heitz:{_tables[-1].file(count, cache_folder() / 'heitz')}"
-
-
-def built(program):
-    """The samplers that the path tracer lists with --list; none if it cannot be run."""
-    try:
-        listing = subprocess.run([program, "--list"], check=False, capture_output=True, text=True).stdout
-    except OSError:
-        return set()
-    return {line.split()[0] for line in listing.splitlines() if line.startswith("  ")}
+    return PLUGINS[label].file if label in PLUGINS else label
 
 
 def commit(openqmc):
@@ -43,17 +35,29 @@ def commit(openqmc):
     return done.stdout.strip() or "unknown"
 
 
-def peers(options):
-    """The peers to compare with: all of them with --openqmc, otherwise none. Exits with a one-line message if the build lacks them."""
-    if options.openqmc and not built(options.pathtracer).issuperset(PEERS):
-        sys.exit(f"bench: {options.pathtracer} was built without OpenQMC; build it with scripts/setup -DBN_OPENQMC={options.openqmc}")
-    return PEERS if options.openqmc else ()
+def files_of(options):
+    """{name: file of a plug-in} for the options: those of --sampler, --openqmc and --heitz."""
+    found = dict(options.sampler)
+    if taken := set(found) & set(SAMPLERS):
+        raise CommandError(f"--sampler {taken.pop()}=...: the name is taken; choose another one")
+    if options.openqmc:
+        found.update({name: f"{plugins.FOLDER}/openqmc.so:{name.partition('-')[2]}" for name in PEERS})
+    if options.heitz:
+        found["heitz"] = f"{plugins.FOLDER}/heitz.so:{heitz.Tables(options.heitz).write(cache_folder() / 'heitz')}"
+    return found
 
 
 def chosen(labels, options):
-    """Labels in the order of SAMPLERS, including the samplers that ratios need and the peers."""
-    wanted = {*labels, *ALWAYS, *peers(options)}
-    if options.heitz:
-        _tables.append(heitz.Tables(options.heitz))
-        wanted.add("heitz")
-    return tuple(label for label in SAMPLERS if label in wanted)
+    """Labels in the order of SAMPLERS, including the samplers that ratios need; plug-ins of others come before blue. Fills PLUGINS."""
+    files = files_of(options)
+    if "sobol-global" in labels:
+        files["sobol-global"] = plugins.FOLDER / "sobol_global.so"
+        if not files["sobol-global"].is_file():
+            raise CommandError("sobol-global needs Boost (Debian: libboost-dev) when scripts/setup builds; install it, or leave it out of --samplers")
+    PLUGINS.clear()
+    PLUGINS.update({name: plugins.load(file) for name, file in files.items()})
+    for name, plugin in PLUGINS.items():
+        if plugin.function:
+            raise CommandError(f"--sampler {name}=...: the path tracer needs a shared library; Python functions are for samplers and realtime")
+    wanted = {*labels, *ALWAYS, *files}
+    return tuple(label for label in (*SAMPLERS[:-1], *dict(options.sampler), "blue") if label in wanted)

@@ -89,8 +89,8 @@ class View:
         return [self.file, (self.width, self.height), self.options]
 
     def request(self, sampler, spp, seed=0):
-        return Request(variants.program_name(sampler, spp), spp, seed, self.file, self.width, self.height, more=self.options,
-                       declared=spp if sampler in variants.DECLARED else 0)
+        return Request(variants.program_name(sampler), spp, seed, self.file, self.width, self.height, more=self.options,
+                       declared=spp if variants.is_tuned(sampler) else 0)
 
 
 def golden_powers(count):
@@ -183,10 +183,8 @@ def parse_options(command, text, arguments, counts, choose=True, **defaults):
         options.chosen = crops(options.views, options.scenes, options.size, options.crop or (QUICK_CROP if options.quick else CROP))
     except ValueError as error:
         parser.error(str(error))
-    options.out = options.out or Path(f"out/{command}" if options.quick or options.views != SHOWN else "evidence/results")
+    options.out = options.out or Path(f"out/{command}" if options.quick or options.sampler or options.views != SHOWN else "evidence/results")
     options.labels = variants.chosen(options.samplers, options)
-    if "sobol-global" in options.labels and "sobol-global" not in variants.built(options.pathtracer):
-        parser.error("sobol-global needs Boost (Debian: libboost-dev) when the path tracer is built; install it, or remove it from --samplers")
     options.counts = tuple(spp for spp in counts if spp <= options.spp)
     options.command = command_shown(command, arguments)
     return options

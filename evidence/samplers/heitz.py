@@ -47,15 +47,15 @@ class Tables:
         """The power of two whose tables suit `count` samples: the next one, or the largest there is."""
         return min(self.paths, key=lambda spp: (spp < count, spp if spp >= count else -spp))
 
-    def file(self, count, folder):
-        """A file for the path tracer's sampler heitz:FILE, written to `folder` unless it is there."""
-        spp = self.for_count(count)
-        data = b"".join(self.read(spp)[kind].tobytes() for kind in SIZES)
-        path = Path(folder) / f"heitz-{spp}-{zlib.crc32(data):08x}.bin"
-        if not path.is_file():
-            with written_beside(path) as beside:
-                beside.write_bytes(data)
-        return path
+    def write(self, folder):
+        """A folder in `folder` with the tables for the plug-in (plugins/heitz.cpp), written unless it is there."""
+        digest = zlib.crc32("".join(path.read_text(errors="replace") for path in self.paths.values()).encode())
+        folder = Path(folder) / f"{digest:08x}"
+        for spp in self.paths:
+            if not (path := folder / f"{spp}.bin").is_file():
+                with written_beside(path) as beside:
+                    beside.write_bytes(b"".join(self.read(spp)[kind].tobytes() for kind in SIZES))
+        return folder
 
     def numbers(self, x, y, indices, dimensions, spp, seed=0):
         """float32 [...pixels][indices][dimensions] from the tables for `spp`. Seeds shift the tile."""

@@ -6,28 +6,26 @@ bench_draws times draws, and samplers.csv lists all errors and peaks.
 """
 
 import csv
-import functools
+import shutil
 import sys
 from pathlib import Path
 
-import numpy as np
-
 from ..base.command import Parser, command_shown, names_of, output_of
-from ..base.files import kept, read_numbers, write_image, write_rows, write_text
+from ..base.files import kept, read_numbers, write_image, write_rows, write_text, written_beside
 from ..base.page import render
 from ..base.plots import finish, plt, save, style
 from ..base.progress import in_parallel
 from ..base.tables import md_table
 from ..renders import variants
 from ..renders.renders import NAMES
-from . import heitz, integrands
+from . import heitz, integrands, plugins
 from .integrands import COUNTS, EVERY_COUNT, SIDE
 
 EVERY, RUNS_OF_EVERY = ("white", "sobol", "zorder", "sobol-global", "blue"), 4  # the samplers measured at every count
 OWN = ("white", "sobol", "zorder", "mask", "blue")
 ALL = (*OWN, "sobol-global", "heitz", *variants.PEERS)
-TUNED = ("zorder", "heitz")  # for each count, so each is a run of its own
-PAIRED = ("white", "zorder", "mask", "sobol-global", "heitz", *variants.PEERS, "blue")  # the samplers in the table of pairs
+TUNED = {"zorder", "heitz"}  # for each count, so each is a run of its own
+PAIRED = ("white", "zorder", "mask", "sobol-global", "heitz", *variants.PEERS)  # the samplers in the table of pairs, before others and blue
 PAIR_COUNTS = (1, 4, 16, 64)
 # Heitz et al. optimise the eight dimensions of one pair of domains, so there is no second family.
 LEFT_OUT = ("heitz", "products of two members")
@@ -48,16 +46,6 @@ SHOWN_COUNTS = (1, 2, 3, 5, 7, 11, 16, 24, 32, 64, 256, 1024, 4096)
 PLOTTED = ("half-planes", "products of both pairs", "products of two members")
 
 
-def of_openqmc(program, name):
-    """A draw() function for integrands.py that runs the program bench_samplers."""
-    @functools.lru_cache(2)
-    def members(run, count):
-        data = output_of([program, name, str(count), str(run)], "run scripts/setup -DBN_OPENQMC=DIR")
-        return np.frombuffer(data, np.float32).reshape(4, SIDE, SIDE, count, 4)
-
-    return lambda run, count, member: members(run, count)[member]
-
-
 def measure_all(ways, runs, counts=COUNTS, images_of=integrands.images_of_run):
     """Rows by integrand and sample count with each sampler's error relative to BASE, or its peaks."""
     def run(name):
@@ -76,7 +64,7 @@ def with_earlier(path, make):
     measured = {row["sampler"] for row in rows}
     rows += [row for row in read_numbers(path) if row["sampler"] not in measured] if path.is_file() else []
     order = list(dict.fromkeys(row["row"] for row in rows))
-    rows.sort(key=lambda row: (order.index(row["row"]), ALL.index(row["sampler"])))
+    rows.sort(key=lambda row: (order.index(row["row"]), (*ALL, row["sampler"]).index(row["sampler"])))
     write_rows(path, list(rows[0]), rows)
     return read_numbers(path)
 
@@ -144,7 +132,7 @@ def pairs_table(found):
     errors = {(row["sampler"], row["spp"], row["row"]): row["value"] for row in found}
     return md_table(["sampler, samples", *(f"`{name}`" for name in names)], [
         [f"{NAMES.get(label, label).removesuffix(' (SZ)')}, {spp}", *(f"{errors[label, spp, name]:.2f}" for name in names)]
-        for label in PAIRED for spp in PAIR_COUNTS if (label, spp, names[0]) in errors])
+        for label in (*PAIRED, *(name for name in dict.fromkeys(row["sampler"] for row in found) if name not in ALL), "blue") for spp in PAIR_COUNTS if (label, spp, names[0]) in errors])
 
 
 def domains_table(found, count=16):
@@ -161,7 +149,6 @@ def report_text(rows, times, every, paired, options):
 
 def run(arguments):
     parser = Parser("samplers", __doc__)
-    parser.hidden("--program", "build/evidence/programs/bench_samplers")
     parser.hidden("--draws", "build/evidence/programs/bench_draws")
     parser.pathtracer()
     parser.number("--runs", 8, "number of seeds")
@@ -169,28 +156,38 @@ def run(arguments):
     parser.add_argument("--samplers", type=names_of("sampler", ALL), metavar="A,B,...",
                         help=f"measure only these of {', '.join(ALL)}, and keep the previous run's results and times of the others")
     parser.add_argument("--pairs", action="store_true", help="measure only the pairs of a domain, and keep the previous run's other results")
-    parser.out()
+    parser.add_argument("--out", type=Path, help="folder for the report (default evidence/results; out/samplers with --sampler)")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="only draw constant and drifting half-planes with each sampler")
     options = parser.parse_args(arguments)
     if options.picture:
         return write_image(options.picture, integrands.patterns())
-    others = variants.peers(options)
+    others = {name: plugins.load(f"{file}-4d" if name in variants.PEERS else file) for name, file in variants.files_of(options).items()}
+    TUNED.update(name for name, plugin in others.items() if plugin.tuned)
+    guests = dict(options.sampler)
+    if guests and not options.out:  # beside the results of the last complete run
+        options.out = Path("out/samplers")
+        for path in Path("evidence/results").glob("samplers*.csv"):
+            with written_beside(options.out / path.name) as beside:
+                shutil.copy(path, beside)
+    options.out = options.out or Path("evidence/results")
     # As a whole: partial runs only update a page.
     options.command = command_shown("samplers", [word for word in arguments if word not in ("--pairs", "--samplers", ",".join(options.samplers or ()))])
-    ways = {**{name: integrands.of_library(name) for name in OWN}, "sobol-global": integrands.global_sobol, **{name: of_openqmc(options.program, name) for name in others}}
+    ways = {**{name: integrands.of_library(name) for name in OWN}, "sobol-global": integrands.global_sobol, **{name: plugin.way(SIDE) for name, plugin in others.items()}}
     if options.heitz:
         ways["heitz"] = integrands.of_heitz(heitz.Tables(options.heitz))
-    if options.samplers:
-        ways = {name: draw for name, draw in ways.items() if name in (*options.samplers, BASE)}
-    save = with_earlier if options.samplers else lambda path, make: kept(path, options.again, make)
+    if options.samplers or guests:
+        ways = {name: draw for name, draw in ways.items() if name in (*(options.samplers or ()), *guests, BASE)}
+    save = with_earlier if options.samplers or guests else lambda path, make: kept(path, options.again, make)
     again = options.again or options.samplers or options.pairs
-    times = kept(options.out / "samplers_draws.csv", again, lambda: [
-        row for row in csv.DictReader(output_of([options.draws], "build it with scripts/setup", text=True).splitlines())
-        if row["form"] != "peer" or row["sampler"] in others])
+    times = kept(options.out / "samplers_draws.csv", again and not guests, lambda: [
+        *(row for row in csv.DictReader(output_of([options.draws], "build it with scripts/setup", text=True).splitlines())
+          if row["form"] != "peer" or row["sampler"] in others),
+        *({"sampler": name, "form": "single", "nanoseconds": output_of([plugins.PROGRAM, plugin.file], "see docs/bench.md", text=True).strip()}
+          for name, plugin in others.items() if name in guests and not plugin.function)])
     main = options.out / "samplers.csv"
     rows = read_numbers(main) if options.pairs and main.is_file() else save(main, lambda: measure_all(ways, options.runs))
-    some = {name: draw for name, draw in ways.items() if name in EVERY}
-    every = kept(options.out / "samplers_counts.csv", again, lambda: measure_all(
+    some = {name: draw for name, draw in ways.items() if name in EVERY or (name in guests and name not in TUNED)}
+    every = (save if guests else lambda path, make: kept(path, again, make))(options.out / "samplers_counts.csv", lambda: measure_all(
         some, RUNS_OF_EVERY, EVERY_COUNT, integrands.images_at_every_count))
     paired = save(options.out / "samplers_pairs.csv", lambda: measure_all(ways, options.runs, COUNTS, integrands.images_of_pairs))
     plot(rows, options.out / "samplers.png")

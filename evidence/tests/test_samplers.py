@@ -9,15 +9,7 @@ from conftest import ROOT
 
 from evidence.base.command import CommandError
 from evidence.renders import variants
-from evidence.samplers import heitz, integrands, samplers
-
-
-@pytest.fixture
-def program(pathtracer):
-    folder = pathtracer.parents[2] / "evidence" / "programs"
-    if not (folder / "bench_samplers").is_file():
-        pytest.skip(f"no benchmarks in {folder}; run scripts/setup")
-    return folder / "bench_samplers"
+from evidence.samplers import heitz, integrands, plugins, samplers
 
 
 def test_every_row_is_relative_to_padded_sobol():
@@ -39,11 +31,12 @@ def test_odd_sample_counts_match_a_separate_run():
         (row["sampler"], row["value"]) for row in rows if row["row"] == "half-planes" and row["spp"] == 3}
 
 
-def test_peer_samplers_draw_distinct_uniform_numbers(program, pathtracer):
+def test_peers_draw_distinct_uniform_numbers(pathtracer):
     drawn = []
-    for name in sorted(variants.built(pathtracer).intersection(variants.PEERS)):
-        numbers = [samplers.of_openqmc(program, name)(1, 2, member) for member in range(4)]
-        assert np.min(numbers) >= 0 and np.max(numbers) < 1 and np.shape(numbers) == (4, 64, 64, 2, 4)
+    for name in variants.PEERS if (plugins.FOLDER / "openqmc.so").is_file() else ():
+        draw = plugins.load(f"{plugins.FOLDER}/openqmc.so:{name.partition('-')[2]}").way(64)
+        numbers = [draw(1, 2, member) for member in range(4)]
+        assert np.shape(numbers) == (4, 64, 64, 2, 4)
         np.testing.assert_allclose(np.mean(numbers, (1, 2, 3)), 0.5, atol=0.02)
         drawn += [each.tobytes() for each in numbers]
     assert len(set(drawn)) == len(drawn)
@@ -76,7 +69,7 @@ def test_tables_are_read_from_c_and_rust_sources(tmp_path):
     found = heitz.Tables(tmp_path)
     assert [found.for_count(n) for n in (1, 2, 3, 4, 5)] == [1, 4, 4, 4, 4]
     assert all(np.array_equal(found.read(4)[kind], table) for kind, table in tables.items()) and not found.read(1)["ranking"].any()
-    assert found.file(3, tmp_path).read_bytes() == b"".join(table.tobytes() for table in tables.values())
+    assert (found.write(tmp_path) / "4.bin").read_bytes() == b"".join(table.tobytes() for table in tables.values())
     u = found.numbers(*np.meshgrid(range(8), range(6)), range(4), 8, 4)
     assert u.shape == (6, 8, 4, 8) and u.dtype == np.float32 and 0 < u.min() and u.max() < 1
     (tmp_path / "spp2.rs").write_text("none")

@@ -88,8 +88,7 @@ Scene load_scene(const Options &o, InputRecord &record) {
     options.photometric = o.flag("--photometric");
     options.record = &record;
     const std::string &sampler = o.text("--sampler"), &environment = o.text("--env");
-    if (const size_t colon = sampler.find(':'); colon != std::string::npos)
-        record.add_file(sampler.substr(colon + 1));
+    for (const std::string &file : plugin_files(sampler)) record.add_file(file);
     if (!environment.empty() && environment != "sky" && environment != "none")
         record.add_file(environment);
     if (!environment.empty())
@@ -103,7 +102,7 @@ Scene load_scene(const Options &o, InputRecord &record) {
 void check_samples(const Options &o, const Scene &scene, const Sampler &sampler) {
     const auto end = o.number<uint64_t>("--first-sample") + o.number<uint64_t>("--spp");
     const uint64_t limit = std::min((uint64_t{1} << 32) / scene.light_samples,
-                                    sampler.peer ? PEER_INDEX_LIMIT : UINT64_MAX);
+                                    sampler.plugin ? PLUGIN_INDEX_LIMIT : UINT64_MAX);
     if (end > limit)
         throw Error("--first-sample and --spp run past sample ", limit - 1, ", the last of '",
                     o.text("--sampler"), "' with --light-samples ", scene.light_samples);
@@ -233,6 +232,9 @@ ExrHead resume_settings(Options &o) {
     };
     std::vector<std::string> names = Options::settings();
     names.insert(names.end(), {"--size", "--crop", "--first-sample", "--spp", "--exposure"});
+    if (!plugin_files(values["sampler"]).empty() && !o.given("--sampler"))
+        throw Error(resumed, " was rendered with a plug-in, which must be named again: --sampler ",
+                    without_controls(values["sampler"]));
     for (const std::string &name : names) take(name, values[name.substr(2)]);
     const std::string camera[] = {"--camera", "--eye", "--target", "--fov"};
     const auto given = [&](const std::string &name) { return o.given(name); };

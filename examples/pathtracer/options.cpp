@@ -41,7 +41,9 @@ const Row ROWS[] = {
      "radius of the camera's lens, in the scene's unit; 0: a pinhole (default: the scene's)"},
     {"--focus", "DISTANCE", "", REAL, 0, MAX_COORDINATE, true,
      "distance from the lens to the plane in focus (default: the scene's, or the target's)"},
-    {"--sampler", "NAME", "blue", TEXT, 0, 0, true, "the sampler (default blue); see --list"},
+    {"--sampler", "NAME", "blue", TEXT, 0, 0, true,
+     "the sampler (default blue): see --list; or your own in a shared library, ./FILE.so\n"
+     "or ./FILE.so:ARGUMENT (sampler_plugin.h)"},
     {"--spp", "N", "16", WHOLE, 1, MAX_SPP, false, "samples per pixel (default 16)"},
     {"--noise", "LEVEL", "0", REAL, 0, 1, true,
      "take fewer samples where the estimated relative error as displayed is below LEVEL,\n"

@@ -19,49 +19,34 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "math.h"
-#ifdef BN_WITH_PEERS
-#include "path_tracer_peers.h"
-#endif
-
-// Other projects' samplers, for comparison: evidence/programs adds them to builds with tests.
-class PeerSampler;
-using PeerPointer = std::shared_ptr<const PeerSampler>;
-constexpr uint64_t PEER_INDEX_LIMIT = uint64_t{1} << 31;
+#include "plugin.h"
 
 struct Sampler {
     bn::Sampler library;
-    PeerPointer peer; // draws in place of `library`, unless null
+    std::optional<Plugin> plugin = {}; // draws in place of `library`
 };
 using SamplerPointer = std::unique_ptr<const Sampler>;
 
 struct SamplerEntry {
     const char *name;
     const char *summary;
-    int32_t type;                                 // BN_SAMPLER_..., for libbn's samplers
-    PeerPointer (*peer)(uint64_t seed) = nullptr; // creates a sampler that is not libbn's
+    int32_t type; // BN_SAMPLER_...
 };
-
-// libbn's samplers, then those of peer_entries().
 const std::vector<SamplerEntry> &sampler_entries();
 
-std::vector<SamplerEntry> peer_entries();
-// For the name "NAME:PATH". Throws Error.
-PeerPointer peer_from_file(const std::string &name, const std::string &path, uint64_t seed);
-
-// The sampler of this name. `declared_spp` is for "zorder"; 0 means unknown. Throws Error that
-// lists the known samplers.
+// The sampler of this name, or the plug-in "FILE" or "FILE:ARGUMENT". `declared_spp` is for "zorder" and
+// plug-ins; 0 means unknown. Throws Error.
 SamplerPointer sampler_create(const std::string &name, uint64_t seed = 0,
                               uint32_t declared_spp = 0);
 
-// Returns visit(path) for sample `index` of a pixel. The path is a bn::PathSampler or PeerPath.
+// Returns visit(path) for sample `index` of a pixel. The path is a bn::PathSampler or a PluginPath.
 template <typename Visit>
 auto with_path(const Sampler &sampler, int32_t x, int32_t y, uint32_t index, Visit visit) {
-#ifdef BN_WITH_PEERS
-    if (sampler.peer) return visit(PeerPath{*sampler.peer, x, y, index});
-#endif
+    if (sampler.plugin) return visit(PluginPath(*sampler.plugin, x, y, index));
     return visit(bn::PathSampler(sampler.library, x, y, index));
 }

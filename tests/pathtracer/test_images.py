@@ -33,7 +33,7 @@ def test_default_threads_are_the_cpus_that_the_process_may_use(pathtracer):
     *(("blue", ["--scene", scene, "--spp", 4]) for scene in SCENES[1:]), *((sampler, ["--spp", 4]) for sampler in (*SAMPLERS, *PEERS)),
     *((sampler, ADAPTIVE) for sampler in ("blue", "white", "zorder"))])
 def test_threads_crops_and_ranges_do_not_change_an_image(pathtracer, sampler, options):
-    pathtracer.needs(sampler)
+    sampler = pathtracer.needs(sampler)
     common = [*options, "--sampler", sampler, "--size", "29x21", "--light-samples", 3]
     path = pathtracer.render(*common, "--threads", 1)
     whole, (image, header) = read_layers(path), read_exr(path)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The samplers for comparison: sobol-global's nets, split samples, and samplers that read tables.
+// The plug-ins for comparison: global Sobol's nets, split samples, and samplers that read tables. The argument is the
+// folder of the plug-ins.
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <numeric>
 #include <set>
@@ -12,6 +14,12 @@
 namespace {
 
 using Point = std::array<float, 4>;
+
+std::string folder; // of the plug-ins
+
+SamplerPointer create(const std::string &name, uint64_t seed, uint32_t samples = 0) {
+    return sampler_create(folder + "/" + name, seed, samples);
+}
 
 // Whether 2^m points are a (t, m, s)-net in base 2 in the first s dimensions of `chosen`: evenly
 // spread over boxes for all ways to share m - t digits between the dimensions.
@@ -40,11 +48,9 @@ bool is_net(const std::vector<Point> &points, int m, int t, const std::vector<si
 
 // In an aligned block of 8 x 8 pixels, the screen positions and times of all samples also form a net.
 void test_the_screen_is_a_net() {
-    bool built = false; // with Boost
-    for (const SamplerEntry &entry : sampler_entries())
-        built = built || std::string("sobol-global") == entry.name;
+    const bool built = std::filesystem::exists(folder + "/sobol_global.so"); // with Boost
     for (uint64_t seed = 0; built && seed < 3; ++seed) {
-        const SamplerPointer sampler = sampler_create("sobol-global", seed);
+        const SamplerPointer sampler = create("sobol_global.so", seed);
         for (const auto &[x0, y0] : {std::pair{0, 0}, {-8, 640}, {5000, -16}}) {
             std::vector<Point> points;
             for (int i = 0; i < 256; ++i) {
@@ -69,16 +75,12 @@ void test_the_screen_is_a_net() {
     }
 }
 
-// The parts of split samples form one sequence, unless the peer splits in its own way.
+// The parts of split samples form one sequence, unless the plug-in splits in its own way.
 void test_split_samples() {
-    for (const SamplerEntry &entry : sampler_entries()) {
-        if (!entry.peer || std::string(entry.name).rfind("openqmc", 0) == 0) continue;
-        const PeerPointer peer = entry.peer(5);
-        for (uint32_t i = 0; i < 192; ++i) {
-            const PeerPath split = {*peer, -5, 9, i / 3}, whole = {*peer, -5, 9, i};
-            CHECK(split.first_light(3, i % 3) == whole.first_light(1, 0), "%s, part %u", entry.name,
-                  i);
-        }
+    const SamplerPointer sampler = create("gradient_noise.so", 5);
+    for (uint32_t i = 0; i < 192; ++i) {
+        const PluginPath split(*sampler->plugin, -5, 9, i / 3), whole(*sampler->plugin, -5, 9, i);
+        CHECK(split.first_light(3, i % 3) == whole.first_light(1, 0), "part %u", i);
     }
 }
 
@@ -94,9 +96,9 @@ void test_slices() {
         file.write(reinterpret_cast<const char *>(numbers.data()), std::streamsize(4 * count));
     };
     write(numbers.size());
-    const SamplerPointer sampler = sampler_create("slices:" + path, 3);
+    const SamplerPointer sampler = create("slices.so:" + path, 3);
     const auto pair = [&](int x, int y, uint32_t index, uint32_t ray) {
-        return PeerPath{*sampler->peer, x, y, index}.ray(ray).draw();
+        return PluginPath(*sampler->plugin, x, y, index).ray(ray).draw();
     };
     std::set<float> seen, others;
     for (int y = 0; y < 3; ++y)
@@ -111,7 +113,7 @@ void test_slices() {
     write(numbers.size() - 1);
     bool refused = false;
     try {
-        sampler_create("slices:" + path, 3);
+        create("slices.so:" + path, 3);
     } catch (const Error &) {
         refused = true;
     }
@@ -121,30 +123,40 @@ void test_slices() {
 
 // The tables of Heitz et al.: the number is a point of the sequence, ranked and scrambled by the pixel's entries.
 void test_heitz() {
-    const std::string path = "test_peers_heitz.bin";
-    std::vector<unsigned char> bytes(65536 + 2 * 131072);
-    for (size_t i = 0; i < 65536; ++i) // dimensions d of point p: 5 p + d
-        bytes[i] = static_cast<unsigned char>(5 * (i / 256) + i % 256);
-    for (size_t i = 65536; i < 65536 + 131072; ++i) bytes[i] = 3;
-    for (size_t i = 65536 + 131072; i < bytes.size(); ++i) bytes[i] = 1;
-    std::ofstream(path, std::ios::binary)
-        .write(reinterpret_cast<const char *>(bytes.data()), std::streamsize(bytes.size()));
-    const SamplerPointer sampler = sampler_create("heitz:" + path, 3);
-    for (uint32_t index = 0; index < 8; ++index) {
-        const PeerPath numbers{*sampler->peer, 5, 7, index};
-        const std::array<float, 4> camera = numbers.ray(0).draw(), bounce = numbers.ray(1).draw();
-        for (uint32_t d = 0; d < 8; ++d) {
-            const float u = d < 4 ? camera[d] : bounce[d - 4];
-            const float expected = (float((5 * (index ^ 1) + d) ^ 3) + 0.5f) / 256;
-            CHECK(u == expected, "point %u, dimension %u: %g, not %g", index, d, u, expected);
+    // Dimension d of point p is 5 p + d + spp.
+    const std::filesystem::path tables = "test_plugins_heitz";
+    std::filesystem::create_directory(tables);
+    for (const size_t spp : {4, 16}) {
+        std::vector<unsigned char> bytes(65536 + 2 * 131072);
+        for (size_t i = 0; i < 65536; ++i)
+            bytes[i] = static_cast<unsigned char>(5 * (i / 256) + i % 256 + spp);
+        for (size_t i = 65536; i < 65536 + 131072; ++i) bytes[i] = 3;
+        for (size_t i = 65536 + 131072; i < bytes.size(); ++i) bytes[i] = 1;
+        std::ofstream(tables / (std::to_string(spp) + ".bin"), std::ios::binary)
+            .write(reinterpret_cast<const char *>(bytes.data()), std::streamsize(bytes.size()));
+    }
+    // The tables for the next count that has some, or the largest.
+    for (const auto &[samples, spp] : {std::pair{1u, 4u}, {4, 4}, {5, 16}, {99, 16}, {0, 16}}) {
+        const SamplerPointer sampler = create("heitz.so:" + tables.string(), 3, samples);
+        for (uint32_t index = 0; index < 8; ++index) {
+            const PluginPath numbers(*sampler->plugin, 5, 7, index);
+            const std::array<float, 4> camera = numbers.ray(0).draw(),
+                                       bounce = numbers.ray(1).draw();
+            for (uint32_t d = 0; d < 8; ++d) {
+                const float u = d < 4 ? camera[d] : bounce[d - 4];
+                const float expected = (float((5 * (index ^ 1) + d + spp) ^ 3) + 0.5f) / 256;
+                CHECK(u == expected, "point %u, dimension %u: %g, not %g", index, d, u, expected);
+            }
         }
     }
-    std::remove(path.c_str());
+    std::filesystem::remove_all(tables);
 }
 
 } // namespace
 
-int main() {
+int main(int argc, char **argv) {
+    CHECK(argc == 2, "name the folder of the plug-ins");
+    folder = argv[1];
     test_slices();
     test_heitz();
     test_the_screen_is_a_net();
