@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Updates the README's table, and the answers and table in evidence/README.md, from the benches' CSV files: `scripts/bench summary`"""
 
-import functools
-
 from ..base.command import CommandError, Parser
 from ..base.files import read_numbers
+from ..base.page import render
 from ..base.tables import md_table, series, update_table
 from ..measure.statistics import Estimate
 from ..realtime.realtime import in_order
@@ -47,61 +46,53 @@ def table(found):
     return md_table(["error over padded Sobol'", *map(str, COUNTS)], [row for row in rows if any(row[1:])])
 
 
-# ---- Answers, each from one bench's CSV file if it exists
+# ---- Figures of answers.md.in. found: what read() returns
 
 EFFECTS = {"cornell": "indirect light in a box", "penumbra": "soft shadows", "glossy": "glossy reflections", "lens": "depth of field", "glass": "clear glass",
            "interior": "many bounces", "motion": "motion blur", "fog": "fog"}
 
 
-def less(*values):
+def at_counts(found, label, measure, counts, scene=""):
+    return [own for spp in counts if (own := found.get((measure, scene, label, spp)))]
+
+
+def less_at(found, label, measure, counts):
     """"30%, 24% and 20%" for errors over padded Sobol'."""
-    return series([f"{100 * (1 - value):.0f}%" for value in values])
+    return series([f"{100 * (1 - own.value):.0f}%" for own in at_counts(found, label, measure, counts)])
 
 
-def less_at(found, label, measure, counts, scene=""):
-    return less(*(own.value for spp in counts if (own := found.get((measure, scene, label, spp)))))
+def to_white(found, label):
+    own = found[TO_WHITE, "", label, 16]
+    return f"{16 * own.value:.1f} ({16 * own.low:.1f} to {16 * own.high:.1f})"
 
 
-def of_renders(found):
-    white = {label: f"{16 * own.value:.1f} ({16 * own.low:.1f} to {16 * own.high:.1f})" for (measure, _, label, _), own in found.items() if measure == TO_WHITE}
-    yield "How many samples do I save?", (
-        f"to match the visible error of 16 independent random samples, you need {white['blue']} samples with `blue`; {white['sobol-global']} with global Sobol'; "
-        f"{white['zorder']} with Z-order tuned for the sample count; and {white['sobol']} with padded Sobol'. The 95% intervals in brackets are wide because results vary from scene to scene"), "renders.md#samples-needed"
-    sharp = [own for spp in COUNTS if (own := found.get(("displayed", "", "blue", spp)))]
-    ends = " to ".join(f"{end(own.value for own in sharp):.2f}" for end in (min, max)) + " times that of padded Sobol'" + " (none of these differences is significant)" * (not any(own.significant for own in sharp))
-    yield "How much does the gain depend on the blur?", (
-        f"after a 2.1-pixel blur, `blue` has {less_at(found, 'blue', 'displayed_2.1', (1, 4, 16, 64))} less error than padded Sobol' at 1, 4, 16 and 64 samples, respectively; after a 1.0-pixel "
-        f"blur, it has {less_at(found, 'blue', 'displayed_1.0', (1, 4, 16, 64))} less. Without a blur, its error is {ends}"), "renders.md"
+def effects(found, step):
+    """The three scenes with the largest gain (step 1) or the smallest (step -1)."""
     scenes = {scene: own for (measure, scene, label, spp), own in found.items() if (measure, label, spp) == (HEADLINE, "blue", 16) and scene}
-    order = sorted(scenes, key=lambda scene: scenes[scene].value)
-    most, least = (series([f"{EFFECTS.get(name, f'the `{name}` model')} ({less(scenes[name].value)}{', not significant' * (not scenes[name].significant)})" for name in names])
-                   for names in (order[:3], order[:-4:-1]))
-    yield ("Which effects gain most, and which least?", f"the gain over padded Sobol' at 16 samples is largest for {most}, and smallest for {least}",
-           "renders.md#scene-by-scene")
-    yield "Adaptive sampling or time limits?", (
-        f"`blue` doesn't need to know the sample count. At 3 and 6 samples, it has {less_at(found, 'blue', HEADLINE, (3, 6))} less error than padded Sobol', respectively. Z-order has only "
-        f"{less_at(found, 'zorder', HEADLINE, (3, 6))} less, even when tuned for these sample counts"), "renders.md"
-    wins = []
+    return series([f"{EFFECTS.get(scene, f'the `{scene}` model')} ({100 * (1 - own.value):.0f}%{', not significant' * (not own.significant)})"
+                   for scene, own in sorted(scenes.items(), key=lambda item: item[1].value)[::step][:3]])
+
+
+def wins(found):
+    """Where each other sampler leads most over `blue`, after each blur."""
+    leads = []
     for measure, after in ((HEADLINE, "after a 2.1-pixel blur"), ("displayed_1.0", "after a 1.0-pixel blur")):
         for label in LONG:
             better = [(own.value / blue.value, spp, own.value, blue.value) for spp in COUNTS
                       if (own := found.get((measure, "", label, spp))) and (blue := found.get((measure, "", "blue", spp))) and own.value < 0.995 * blue.value]
             if better:
                 _, spp, own, blue = min(better)
-                wins.append(f"{NAMES[label]} {after} at {spp} sample{'s' * (spp > 1)} ({own:.2f}, compared with {blue:.2f} for `blue`)")
-    yield "Where do others win?", (
-        "averaged over scenes, the samplers that beat `blue` by the widest margins are " + (series(wins) or "none") + ". The errors in brackets are relative to padded Sobol'. Other samplers win by more in [single frames]"
-        "(results/realtime.md), with single numbers, and where `u[3]` selects a light or lobe ([list](results/samplers.md#where-others-win)). Z-order also has "
-        "lower error for products across two pairs of numbers, especially beyond 64 samples ([counts](results/samplers.md#every-count))"), "renders.md"
+                leads.append(f"{NAMES[label]} {after} at {spp} sample{'s' * (spp > 1)} ({own:.2f}, compared with {blue:.2f} for `blue`)")
+    return series(leads) or "none"
 
 
-def of_denoise(found):
-    own = {spp: found["plain:displayed", "", "blue", spp] for spp in (1, 2, 4, 16)}
-    gains = [str(spp) for spp, each in own.items() if each.significant]
-    significant = f"The gain is significant only at {series(gains)} sample{'s' * (gains != ['1'])}." if gains else "None of these gains is significant."
-    yield "What about a denoiser?", (
-        f"after Open Image Denoise, `blue` has {less_at(found, 'blue', 'plain:displayed', own)} less error than padded Sobol' at 1, 2, 4 and 16 samples, respectively. {significant} "
-        f"The references are accurate enough for only {series([str(each.crops) for each in own.values()])} of the {own[1].crops + own[1].left_out} crops of built-in scenes. After denoising and a 2.1-pixel blur, it has {less_at(found, 'blue', 'plain:displayed_2.1', own)} less"), "denoise.md"
+def significant(found):
+    """The sample counts at which the gain before denoising is significant."""
+    return [str(spp) for spp in (1, 2, 4, 16) if found["plain:displayed", "", "blue", spp].significant]
+
+
+def intervals(factors):
+    return series([f"{own.value:.2f} (95% interval {own.low:.2f} to {own.high:.2f})" for own in factors])
 
 
 def compared(factors):
@@ -110,74 +101,47 @@ def compared(factors):
     return f"{series([f'{own.value:.2f}' for own in factors])}, {'of which ' + series(different) if different else 'none of them'} significantly different from 1"
 
 
-def of_pbrt(rows):
-    found = {(scene, label, spp): own for (measure, scene, label, spp), own in rows.items() if measure == HEADLINE}
-    fixed, random = ([found[scene, "zsobol", spp] for spp in (2, 4, 16)] for scene in ("Fixed wavelengths", "Four random wavelengths"))
-    yield "In pbrt-v4?", (f"with four random wavelengths per path (pbrt's default), `zsobol` has {series([f'{own.value:.2f} (95% interval {own.low:.2f} to {own.high:.2f})' for own in random])} times the error of `blue` "
-                          "at 2, 4 and 16 samples after a 2.1-pixel blur. A few scenes account for nearly all of this gain ([limits](../examples/pbrt/README.md)). With fixed wavelengths, "
-                          f"the factors are {compared(fixed)}"), "pbrt.md"
+def frames(rows, outcome):
+    own, names = in_order(rows), {"blue": "`blue`", "mask + golden ratio, R2": "a shifted mask", "STBN": "STBN", "FAST": "FAST"}
+    if outcome == "one frame":
+        names["interleaved gradient noise"] = "interleaved gradient noise"
+    return series([f"{own[way]['half-plane', outcome, 'sigma 1.0']:.2f} for {name}" for way, name in names.items() if way in own])
 
 
-def of_cycles(rows):
-    found = {(label, spp): own for (measure, scene, label, spp), own in rows.items() if (measure, scene) == (HEADLINE, "Scenes")}
-    tabulated, pure = ([found[label, spp] for spp in (4, 16, 64)] for label in ("tabulated_sobol", "blue_noise_pure"))
-    yield "In Cycles?", (f"at 4, 16 and 64 samples, Tabulated Sobol has {series([f'{own.value:.2f}' for own in tabulated])} times the error of `blue` after a 2.1-pixel blur. For Cycles' *pure* blue noise, which is tuned for the sample count, "
-                         f"the factors are {compared(pure)}"), "cycles.md"
+def draw_time(rows, sampler, form):
+    return next(row["nanoseconds"] for row in rows if (row["sampler"], row["form"]) == (sampler, form))
 
 
-def of_realtime(rows):
-    own = in_order(rows)
-
-    def at(outcome):
-        names = {"blue": "`blue`", "mask + golden ratio, R2": "a shifted mask", "STBN": "STBN", "FAST": "FAST",
-                 **({"interleaved gradient noise": "interleaved gradient noise"} if outcome == "one frame" else {})}
-        return series([f"{own[way]['half-plane', outcome, 'sigma 1.0']:.2f} for {name}" for way, name in names.items() if way in own])
-
-    yield "Real time?", (f"use `blue` if frames are averaged and each effect uses two or four numbers; for single frames, use interleaved gradient noise, FAST or a mask. With two numbers per effect and a still camera, these are the errors after a 1.0-pixel blur, relative to padded Sobol'. Averaged frames with a still camera and a frame weight of 0.1: {at('average, 0.1')}; with a weight of 0.05: {at('average, 0.05')}. Single frames: {at('one frame')}"), "realtime.md"
+def inline_times(rows):
+    return [f"{row['nanoseconds']:.0f} ns with {name}" for row in rows
+            if (name := {"blue": "`blue`", "sobol": "libbn's padded Sobol'"}.get(row["sampler"]) if row["form"] == "inline" else
+                NAMES.get(row["sampler"], row["sampler"]) if row["form"] == "peer" else None)]
 
 
-def of_cost(found, samples, draws):
-    times = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in draws}
-    inline = {"`blue`": times["blue", "inline"], "libbn's padded Sobol'": times["sobol", "inline"],
-              **{NAMES.get(name, name): value for (name, form), value in times.items() if form == "peer"}}
-    text = (f"drawing four numbers inline takes {series([f'{value:.0f} ns with {name}' for name, value in inline.items()])}. In wavefronts, it takes "
-            f"{times['blue', 'many']:.1f} ns with `blue` and {times['sobol', 'many']:.1f} ns with padded Sobol'")
-    if samples:
-        cost = over(samples, "white")
-        share = {label: f"{100 * time * found[TO_WHITE, '', label, 16].value:.0f}" for label, time in cost.items() if (TO_WHITE, "", label, 16) in found}
-        others = [f"{share[label]}% for {NAMES[label].partition(', ')[0]}" for label in sorted(share, key=lambda label: float(share[label])) if label not in ("white", "blue", "mask")]
-        text += (f". To reach the visible error of 16 independent random samples, `blue` needs {share['blue']}% of their CPU time. This figure is "
-                 f"{series(others)} ([measured](results/times.csv) in eight scenes; times vary between scenes)")
-    yield "What does it cost?", text, "samplers.md#time-per-draw"
+def cpu_shares(found, rows):
+    """{sampler: CPU time to the error of 16 samples of white noise, in per cent of theirs}, the lowest first."""
+    shares = {label: f"{100 * time * found[TO_WHITE, '', label, 16].value:.0f}" for label, time in over(rows, "white").items()
+              if (TO_WHITE, "", label, 16) in found and label not in ("white", "mask")}
+    return dict(sorted(shares.items(), key=lambda item: float(item[1])))
 
 
-def of_samplers(rows):
-    peaks = {}
-    for row in rows:
-        if row["row"] == PEAKS:
-            peaks[row["sampler"]] = max(peaks.get(row["sampler"], 0), row["value"])
-    yield "Does it show patterns?", (f"no. Its largest spectral peaks are {peaks['blue']:.1f} times the mean power, compared with {peaks['white']:.1f} for white noise and padded Sobol', {peaks['zorder']:.1f} for "
-                                     f"Z-order, {peaks['mask']:.1f} for a mask and {peaks['sobol-global']:.1f} for global Sobol'"), "samplers.md#spectral-peaks"
+def peak(rows, sampler):
+    return f"{max(row['value'] for row in rows if (row['row'], row['sampler']) == (PEAKS, sampler)):.1f}"
 
 
-def of_worst(rows):
-    blue, sobol = (sorted(row[name] for row in rows) for name in ("blue", "sobol"))
-    worse = sum(row["blue"] > row["sobol"] for row in rows)
-    yield "How bad can a seed be?", (f"`blue` has a higher error than padded Sobol' for {worse} of {len(rows)} seeds at 4 samples per pixel in a crop of `penumbra`, the scene that gains most (`scripts/bench picture`). With its worst seed, `blue` has "
-                                       f"{blue[-1] / sobol[len(sobol) // 2]:.2f} times the median error of padded Sobol'; with its own worst seed, padded Sobol' has {sobol[-1] / sobol[len(sobol) // 2]:.2f} times this median"), "worst.csv"
+def worst_of(rows):
+    return sum(row["blue"] > row["sobol"] for row in rows)
 
 
-def answers(folder):
+CSV = ("renders", "denoise", "pbrt", "cycles", "realtime", "samplers_draws", "times", "samplers", "worst")
+
+
+def answers(folder, **found):
     """One line for each question whose CSV exists."""
-    def rows(name, of=read_numbers):
-        return of(folder / name) if (folder / name).is_file() else []
-
-    renders = rows(RESULTS, read)
-    own = {of_denoise: rows("denoise.csv", read), of_pbrt: rows("pbrt.csv", read), of_cycles: rows("cycles.csv", read),
-           of_realtime: rows("realtime.csv"), functools.partial(of_cost, renders, rows("times.csv")): rows("samplers_draws.csv"),
-           of_samplers: rows("samplers.csv"), of_worst: rows("worst.csv")}
-    found = [*of_renders(renders), *(answer for of, given in own.items() if given for answer in of(given))]
-    return "\n".join(f"- **{question}** {text[0].upper()}{text[1:]} ([details]({folder.name}/{link}))." for question, text, link in found)
+    for name in CSV:
+        path = folder / f"{name}.csv"
+        found.setdefault(name, (read if name in CSV[:4] else read_numbers)(path) if path.is_file() else [])
+    return render(globals(), "answers.md.in", folder=folder.name, draws=found["samplers_draws"], **found).rstrip("\n")
 
 
 def run(arguments):

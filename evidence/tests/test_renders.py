@@ -124,15 +124,15 @@ def test_answers_for_other_renderers_use_the_headline_measure():
         return {(measure, scene, label, spp): Estimate(value, 0.9 * value, 1.1 * value) for measure, value in ((summary.HEADLINE, 1.5), ("rmse", 7))
                 for scene in scenes for spp in counts}
 
-    (_, pbrt, _), = summary.of_pbrt(rows(("Fixed wavelengths", "Four random wavelengths"), "zsobol", (2, 4, 16)))
-    (_, cycles, _), = summary.of_cycles({**rows(("Scenes",), "tabulated_sobol", (4, 16, 64)), **rows(("Scenes",), "blue_noise_pure", (4, 16, 64))})
-    assert "1.50 (95% interval 1.35 to 1.65)" in pbrt and "of which 1.50, 1.50 and 1.50 significantly" in cycles and "7" not in pbrt + cycles
+    text = summary.answers(Path("none"), pbrt=rows(("Fixed wavelengths", "Four random wavelengths"), "zsobol", (2, 4, 16)),
+                           cycles={**rows(("Scenes",), "tabulated_sobol", (4, 16, 64)), **rows(("Scenes",), "blue_noise_pure", (4, 16, 64))})
+    assert "1.50 (95% interval 1.35 to 1.65)" in text and text.count("of which 1.50, 1.50 and 1.50 significantly") == 2 and "7.00" not in text
     assert summary.compared([Estimate(0.99, 0.9, 1.1)]) == "0.99, none of them significantly different from 1"
 
 
 def test_seeds_with_higher_error_are_counted():
     rows = [{"seed": seed, "sobol": sobol, "blue": blue} for seed, (sobol, blue) in enumerate([(1, 0.5), (2, 3), (4, 0.25)])]
-    _, text, _ = next(iter(summary.of_worst(rows)))
+    text = summary.answers(Path("none"), worst=rows)
     assert "than padded Sobol' for 1 of 3 seeds" in text and "`blue` has 1.50 times the median error" in text and "own worst seed, padded Sobol' has 2.00 times" in text
 
 
