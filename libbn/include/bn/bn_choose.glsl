@@ -67,11 +67,11 @@ BN_FUNCTION BN_UINT bn_choose_steps_below(float limit) {
 }
 
 #ifndef BN_CHOOSE_STRETCH
-#define BN_CHOOSE_STRETCH(place, width) bn_choose_stretch(place, width)
-/* (place + 1/2) / width in steps, rounded down, by long division. Requires place < width <=
+#define BN_CHOOSE_STRETCH(at, width) bn_choose_stretch(at, width)
+/* (at + 1/2) / width in steps, rounded down, by long division. Requires at < width <=
  * 2^24. */
-BN_FUNCTION BN_UINT bn_choose_stretch(BN_UINT place, BN_UINT width) {
-    BN_UINT rest = 2u * place + 1u;
+BN_FUNCTION BN_UINT bn_choose_stretch(BN_UINT at, BN_UINT width) {
+    BN_UINT rest = 2u * at + 1u;
     BN_UINT quotient = rest / width;
     rest = (rest - quotient * width) << 8u;
     quotient = quotient << 8u | rest / width;
@@ -93,17 +93,17 @@ BN_FUNCTION BN_UINT bn_multiply_high(BN_UINT a, BN_UINT b) {
 }
 #endif
 
-BN_FUNCTION float bn_choose_float(BN_UINT place) {
-    return BN_TO_FLOAT(place) * (1.0f / 16777216.0f);
+BN_FUNCTION float bn_choose_float(BN_UINT at) {
+    return BN_TO_FLOAT(at) * (1.0f / 16777216.0f);
 }
 
 BN_FUNCTION BN_BOOL bn_choose(float probability, BN_CHOOSE_U) {
-    BN_UINT place = bn_choose_step(BN_CHOOSE_GET_U);
+    BN_UINT at = bn_choose_step(BN_CHOOSE_GET_U);
     BN_UINT limit = bn_choose_steps_below(probability);
-    BN_UINT low = place < limit ? 0u : limit;
-    BN_UINT width = place < limit ? limit : BN_CHOOSE_STEPS - limit;
-    BN_CHOOSE_GET_U = bn_choose_float(BN_CHOOSE_STRETCH(place - low, width));
-    return place < limit;
+    BN_UINT low = at < limit ? 0u : limit;
+    BN_UINT width = at < limit ? limit : BN_CHOOSE_STEPS - limit;
+    BN_CHOOSE_GET_U = bn_choose_float(BN_CHOOSE_STRETCH(at - low, width));
+    return at < limit;
 }
 
 /* Multiplies the step's centre by count: the integer part is the choice, and the fraction is the
@@ -117,26 +117,26 @@ BN_FUNCTION BN_UINT bn_choose_u32(BN_UINT count, BN_CHOOSE_U) {
 }
 
 /* Whether a step, in a table's units, lies below a limit. */
-BN_FUNCTION BN_BOOL bn_choose_is_below(BN_UINT place, float unit, float limit) {
+BN_FUNCTION BN_BOOL bn_choose_is_below(BN_UINT at, float unit, float limit) {
     if (!BN_CHOOSE_POSITIVE(limit)) return BN_FALSE;
-    return BN_TO_FLOAT(place) * unit < limit;
+    return BN_TO_FLOAT(at) * unit < limit;
 }
 
 /* The number of steps below a limit. GPU quotients may be off by a few steps; products are not. */
 BN_FUNCTION BN_UINT bn_choose_steps_of(float unit, float limit) {
-    BN_UINT place = BN_CHOOSE_STEPS;
-    if (bn_choose_is_below(BN_CHOOSE_STEPS - 1u, unit, limit)) return place;
+    BN_UINT at = BN_CHOOSE_STEPS;
+    if (bn_choose_is_below(BN_CHOOSE_STEPS - 1u, unit, limit)) return at;
     if (!BN_CHOOSE_POSITIVE(limit)) return 0u;
     float quotient = limit / unit;
-    if (quotient < 16777216.0f) place = BN_TO_UINT(quotient);
-    while (place > 0u && !bn_choose_is_below(place - 1u, unit, limit)) place -= 1u;
-    while (bn_choose_is_below(place, unit, limit)) place += 1u;
-    return place;
+    if (quotient < 16777216.0f) at = BN_TO_UINT(quotient);
+    while (at > 0u && !bn_choose_is_below(at - 1u, unit, limit)) at -= 1u;
+    while (bn_choose_is_below(at, unit, limit)) at += 1u;
+    return at;
 }
 
 #ifdef BN_CHOOSE_LIMIT
 BN_FUNCTION BN_UINT bn_choose_cdf(BN_CHOOSE_TABLE BN_UINT count, BN_CHOOSE_U) {
-    BN_UINT place = bn_choose_step(BN_CHOOSE_GET_U);
+    BN_UINT at = bn_choose_step(BN_CHOOSE_GET_U);
     BN_UINT item = 0u, last = count > 0u ? count - 1u : 0u;
     BN_UINT end = last, low = 0u, high = BN_CHOOSE_STEPS;
     float sum = 1.0f;
@@ -145,7 +145,7 @@ BN_FUNCTION BN_UINT bn_choose_cdf(BN_CHOOSE_TABLE BN_UINT count, BN_CHOOSE_U) {
     float unit = sum * (1.0f / 16777216.0f);
     while (item < last) {
         BN_UINT middle = item + (last - item) / 2u;
-        if (bn_choose_is_below(place, unit, BN_CHOOSE_LIMIT(middle))) {
+        if (bn_choose_is_below(at, unit, BN_CHOOSE_LIMIT(middle))) {
             last = middle;
         } else {
             item = middle + 1u;
@@ -153,7 +153,7 @@ BN_FUNCTION BN_UINT bn_choose_cdf(BN_CHOOSE_TABLE BN_UINT count, BN_CHOOSE_U) {
     }
     if (item > 0u) low = bn_choose_steps_of(unit, BN_CHOOSE_LIMIT(item - 1u));
     if (item < end) high = bn_choose_steps_of(unit, BN_CHOOSE_LIMIT(item));
-    BN_CHOOSE_GET_U = bn_choose_float(BN_CHOOSE_STRETCH(place - low, high - low));
+    BN_CHOOSE_GET_U = bn_choose_float(BN_CHOOSE_STRETCH(at - low, high - low));
     return item;
 }
 #endif

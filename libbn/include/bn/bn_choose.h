@@ -68,12 +68,12 @@ BN_DEVICE_INLINE int bn_choose_positive(float v) {
 #ifndef BN_DEVICE_TOO /* double is slow on GPUs, so they divide integers as shaders do */
 /* The quotient, computed in double. It is an integer or at least 2^-24 away from the next one, so rounding
  * cannot reach another integer, even where -ffast-math multiplies by the reciprocal. */
-BN_HOST_INLINE uint32_t bn_choose_stretched(uint32_t place, uint32_t width) {
-    const double middle = 2.0 * BN_CAST(double, BN_CAST(int32_t, place)) + 1.0;
+BN_HOST_INLINE uint32_t bn_choose_stretched(uint32_t at, uint32_t width) {
+    const double middle = 2.0 * BN_CAST(double, BN_CAST(int32_t, at)) + 1.0;
     const double steps = BN_CAST(double, BN_CAST(int32_t, width));
     return BN_TO_UINT(middle * 8388608.0 / steps + 1.0 / 67108864.0);
 }
-#define BN_CHOOSE_STRETCH(place, width) bn_choose_stretched(place, width)
+#define BN_CHOOSE_STRETCH(at, width) bn_choose_stretched(at, width)
 #endif
 
 #define BN_CHOOSE_U float *u

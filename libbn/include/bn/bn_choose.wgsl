@@ -32,10 +32,10 @@ fn bn_choose_steps_below(limit: f32) -> u32 {
     return select(whole, whole + 1u, f32(whole) < steps);
 }
 
-/* (place + 1/2) / width in steps, rounded down, by long division. Requires place < width <=
+/* (at + 1/2) / width in steps, rounded down, by long division. Requires at < width <=
  * 2^24. */
-fn bn_choose_stretch(place: u32, width: u32) -> u32 {
-    var rest = 2u * place + 1u;
+fn bn_choose_stretch(at: u32, width: u32) -> u32 {
+    var rest = 2u * at + 1u;
     var quotient = rest / width;
     rest = (rest - quotient * width) << 8u;
     quotient = (quotient << 8u) | (rest / width);
@@ -53,17 +53,17 @@ fn bn_multiply_high(a: u32, b: u32) -> u32 {
     return (a >> 16u) * (b >> 16u) + (left >> 16u) + (right >> 16u);
 }
 
-fn bn_choose_float(place: u32) -> f32 {
-    return f32(place) * (1.0f / 16777216.0f);
+fn bn_choose_float(at: u32) -> f32 {
+    return f32(at) * (1.0f / 16777216.0f);
 }
 
 fn bn_choose(probability: f32, u: ptr<function, f32>) -> bool {
-    let place = bn_choose_step(*u);
+    let at = bn_choose_step(*u);
     let limit = bn_choose_steps_below(probability);
-    let low = select(limit, 0u, place < limit);
-    let width = select(BN_CHOOSE_STEPS - limit, limit, place < limit);
-    *u = bn_choose_float(bn_choose_stretch(place - low, width));
-    return place < limit;
+    let low = select(limit, 0u, at < limit);
+    let width = select(BN_CHOOSE_STEPS - limit, limit, at < limit);
+    *u = bn_choose_float(bn_choose_stretch(at - low, width));
+    return at < limit;
 }
 
 /* Multiplies the step's centre by count: the integer part is the choice, and the fraction is the
@@ -77,31 +77,31 @@ fn bn_choose_u32(count: u32, u: ptr<function, f32>) -> u32 {
 }
 
 /* Whether a step, in a table's units, lies below a limit. */
-fn bn_choose_is_below(place: u32, unit: f32, limit: f32) -> bool {
+fn bn_choose_is_below(at: u32, unit: f32, limit: f32) -> bool {
     if (!bn_choose_positive(limit)) {
         return false;
     }
-    return f32(place) * unit < limit;
+    return f32(at) * unit < limit;
 }
 
 /* The number of steps below a limit. GPU quotients may be off by a few steps; products are not. */
 fn bn_choose_steps_of(unit: f32, limit: f32) -> u32 {
-    var place = BN_CHOOSE_STEPS;
+    var at = BN_CHOOSE_STEPS;
     if (bn_choose_is_below(BN_CHOOSE_STEPS - 1u, unit, limit)) {
-        return place;
+        return at;
     }
     if (!bn_choose_positive(limit)) {
         return 0u;
     }
     let quotient = limit / unit;
     if (quotient < 16777216.0f) {
-        place = u32(quotient);
+        at = u32(quotient);
     }
-    while (place > 0u && !bn_choose_is_below(place - 1u, unit, limit)) {
-        place -= 1u;
+    while (at > 0u && !bn_choose_is_below(at - 1u, unit, limit)) {
+        at -= 1u;
     }
-    while (bn_choose_is_below(place, unit, limit)) {
-        place += 1u;
+    while (bn_choose_is_below(at, unit, limit)) {
+        at += 1u;
     }
-    return place;
+    return at;
 }

@@ -8,7 +8,7 @@
  *     let light = bn_choose_cdf(first, light_count, &u); */
 
 fn bn_choose_cdf(first: u32, count: u32, u: ptr<function, f32>) -> u32 {
-    let place = bn_choose_step(*u);
+    let at = bn_choose_step(*u);
     var item = 0u;
     var last = select(0u, count - 1u, count > 0u);
     let end = last;
@@ -24,7 +24,7 @@ fn bn_choose_cdf(first: u32, count: u32, u: ptr<function, f32>) -> u32 {
     let unit = sum * (1.0f / 16777216.0f);
     while (item < last) {
         let middle = item + (last - item) / 2u;
-        if (bn_choose_is_below(place, unit, bn_cdf[first + middle])) {
+        if (bn_choose_is_below(at, unit, bn_cdf[first + middle])) {
             last = middle;
         } else {
             item = middle + 1u;
@@ -36,6 +36,6 @@ fn bn_choose_cdf(first: u32, count: u32, u: ptr<function, f32>) -> u32 {
     if (item < end) {
         high = bn_choose_steps_of(unit, bn_cdf[first + item]);
     }
-    *u = bn_choose_float(bn_choose_stretch(place - low, high - low));
+    *u = bn_choose_float(bn_choose_stretch(at - low, high - low));
     return item;
 }
