@@ -131,7 +131,7 @@ def pairs_table(found):
     names = [name for name in dict.fromkeys(row["row"] for row in found) if "domain" not in name]
     errors = {(row["sampler"], row["spp"], row["row"]): row["value"] for row in found}
     return md_table(["sampler, samples", *(f"`{name}`" for name in names)], [
-        [f"{NAMES.get(label, label).removesuffix(' (SZ)')}, {spp}", *(f"{errors[label, spp, name]:.2f}" for name in names)]
+        [f"{NAMES.get(label, label)}, {spp}", *(f"{errors[label, spp, name]:.2f}" for name in names)]
         for label in (*PAIRED, *(name for name in dict.fromkeys(row["sampler"] for row in found) if name not in ALL), "blue") for spp in PAIR_COUNTS if (label, spp, names[0]) in errors])
 
 

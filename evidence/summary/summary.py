@@ -17,7 +17,7 @@ RESULTS = "renders.csv"
 # Rows of the README's table: sampler, name, whether it must know the sample count, whether it shows patterns.
 SHORT = (("blue", "**`blue`**", "no", "no"), ("sobol-global", "global Sobol': one sequence over the image", "no", "[yes](docs/blue.md#visible-patterns)"),
          ("zorder", "Z-order, as in pbrt-v4 and Cycles", "yes", "no"), ("sobol", "padded Sobol', in each pixel", "no", "no"))
-LONG = ("white", "mask", "blue", "sobol-global", "zorder", "openqmc-sobolbn", "openqmc-pmjbn", "openqmc-latticebn")
+LONG = ("white", "mask", "blue", "sobol-global", "zorder", "heitz", "openqmc-sobolbn", "openqmc-pmjbn", "openqmc-latticebn")
 
 
 def read(path):
