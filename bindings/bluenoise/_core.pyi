@@ -13,17 +13,10 @@ class CancelledError(RuntimeError): ...
 class RuntimeMissingError(RuntimeError): ...
 
 class Sampler:
-    def __init__(
-        self, type: int, seed: int, samples_per_pixel: int, mask: Optional[Ranks]
-    ) -> None: ...
+    def __init__(self, type: int, seed: int, samples_per_pixel: int, mask: Optional[Ranks]) -> None: ...
     def sample(
-        self,
-        x: npt.NDArray[np.int32],
-        y: npt.NDArray[np.int32],
-        index: npt.NDArray[np.uint32],
-        domain: npt.NDArray[np.uint32],
-        out: npt.NDArray[np.float32],
-        pair: int = -1,
+        self, x: npt.NDArray[np.int32], y: npt.NDArray[np.int32], index: npt.NDArray[np.uint32], domain: npt.NDArray[np.uint32],
+        out: npt.NDArray[np.float32], pair: int = -1,
     ) -> None: ...
     def block(self, x0: int, y0: int, first_index: int, domain: int, out: npt.NDArray[np.float32]) -> None: ...
     def points(self, x: int, y: int, first_index: int, domain: int, out: npt.NDArray[np.float64]) -> None: ...
@@ -33,23 +26,15 @@ def tables() -> npt.NDArray[np.uint32]: ...
 
 class NeuralGenerator:
     def __init__(
-        self,
-        model_path: Optional[bytes],
-        model: Optional[bytes],
-        runtime: Optional[bytes],
-        threads: int,
-        provider: Optional[str],
-        channels: int,
-        where: str,
+        self, model_path: Optional[bytes], model: Optional[bytes], runtime: Optional[bytes], threads: int, provider: Optional[str],
+        channels: int, where: str,
     ) -> None: ...
     @property
     def channels(self) -> int: ...
     def mask(self, out: Ranks, seed: int, progress: Optional[Progress]) -> None: ...
     def window(self, x0: int, y0: int, out: npt.NDArray[np.float32], seed: int) -> None: ...
 
-def neural_noise(
-    x0: int, y0: int, width: int, height: int, seed: int
-) -> npt.NDArray[np.float32]: ...
+def neural_noise(x0: int, y0: int, width: int, height: int, seed: int) -> npt.NDArray[np.float32]: ...
 @overload
 def domain_child(domain: int, key: int) -> int: ...
 @overload
@@ -71,30 +56,14 @@ def loop_float(
     seed0: int, seed1: int, x: npt.ArrayLike, y: npt.ArrayLike, index: npt.ArrayLike, domain: npt.ArrayLike, k: int
 ) -> Any: ...
 
-class VoidAndClusterOptions:
-    sigma: float
-    initial_fraction: float
-    seed: int
+# bn_void_and_cluster_options, bn_relax_options and bn_anneal_options, with the defaults of the library.
+VoidAndClusterOptions: type[Any]
+RelaxOptions: type[Any]
+AnnealOptions: type[Any]
 
-class RelaxOptions:
-    threads: int
-    seed: int
-
-class AnnealOptions:
-    sigma: float
-    far_sigma: float
-    far_weight: float
-    value_sigma: float
-    start_temperature: float
-    end_temperature: float
-    sweeps: int
-    order_ends: int
-    start_from_ranks: int
-    seed: int
-
-def void_and_cluster(ranks: Ranks, options: VoidAndClusterOptions, progress: Optional[Progress]) -> None: ...
-def anneal(ranks: Ranks, options: AnnealOptions, progress: Optional[Progress]) -> None: ...
-def relax(ranks: Ranks, options: RelaxOptions, progress: Optional[Progress]) -> None: ...
+def void_and_cluster(ranks: Ranks, options: Any, progress: Optional[Progress]) -> None: ...
+def anneal(ranks: Ranks, options: Any, progress: Optional[Progress]) -> None: ...
+def relax(ranks: Ranks, options: Any, progress: Optional[Progress]) -> None: ...
 def ranks_to_float(ranks: Ranks, count: int) -> npt.NDArray[np.float32]: ...
 def builtin_mask(size: int) -> Optional[Ranks]: ...
 def builtin_mask_exists(size: int) -> bool: ...
@@ -104,12 +73,7 @@ def dither(
     image: npt.NDArray[np.float32], levels: int, srgb: bool, channel_offset: bool, mask: Optional[Ranks]
 ) -> npt.NDArray[np.float32]: ...
 def visible_noise(
-    first: npt.NDArray[np.float32],
-    second: npt.NDArray[np.float32],
-    sigma: float,
-    exposure: float,
-    first_share: float,
-    window: int,
+    first: npt.NDArray[np.float32], second: npt.NDArray[np.float32], sigma: float, exposure: float, first_share: float, window: int,
     progress: Optional[Progress],
 ) -> npt.NDArray[np.float32]: ...
 def choose(probability: npt.NDArray[np.float32], u: npt.NDArray[np.float32]) -> Any: ...

@@ -58,12 +58,7 @@ class Sampler:
     _words: tuple[int, int]  # the seed for shaders, as int32
 
     def __init__(
-        self,
-        type: SamplerType = "blue",
-        *,
-        seed: Seed = 0,
-        samples_per_pixel: int = 0,
-        mask: Optional[npt.ArrayLike] = None,
+        self, type: SamplerType = "blue", *, seed: Seed = 0, samples_per_pixel: int = 0, mask: Optional[npt.ArrayLike] = None
     ) -> None:
         arguments.one_of("type", type, _core.sampler_types)
         ranks = None
@@ -111,15 +106,8 @@ class Sampler:
         return self._mask
 
     def sample(
-        self,
-        x: npt.ArrayLike,
-        y: npt.ArrayLike,
-        index: npt.ArrayLike,
-        domain: npt.ArrayLike = 0,
-        dims: int = 4,
-        *,
-        pair: Optional[Literal[0, 1]] = None,
-        out: Optional[npt.NDArray[np.float32]] = None,
+        self, x: npt.ArrayLike, y: npt.ArrayLike, index: npt.ArrayLike, domain: npt.ArrayLike = 0, dims: int = 4, *,
+        pair: Optional[Literal[0, 1]] = None, out: Optional[npt.NDArray[np.float32]] = None,
     ) -> npt.NDArray[np.float32]:
         """Draw samples at arbitrary coordinates.
 
@@ -194,16 +182,7 @@ class Sampler:
                 first = last
 
     def block(
-        self,
-        x0: int,
-        y0: int,
-        width: int,
-        height: int,
-        first_index: int,
-        index_count: int,
-        domain: int = 0,
-        dims: int = 4,
-        *,
+        self, x0: int, y0: int, width: int, height: int, first_index: int, index_count: int, domain: int = 0, dims: int = 4, *,
         out: Optional[npt.NDArray[np.float32]] = None,
     ) -> npt.NDArray[np.float32]:
         """Draw all samples in a rectangle of pixels. This is faster than `sample` and gives bit-identical results.
@@ -240,9 +219,7 @@ class Sampler:
         first_index = arguments.integer("first_index", first_index, *arguments.UINT32)
         width = arguments.integer("width", width, 1, min(arguments.UINT32[1], 2**31 - x0))
         height = arguments.integer("height", height, 1, min(arguments.UINT32[1], 2**31 - y0))
-        index_count = arguments.integer(
-            "index_count", index_count, 1, min(arguments.UINT32[1], 2**32 - first_index)
-        )
+        index_count = arguments.integer("index_count", index_count, 1, min(arguments.UINT32[1], 2**32 - first_index))
         domain = arguments.integer("domain", domain, *arguments.UINT32)
         dims = arguments.integer("dims", dims, 1, 4)
         result = arguments.output(out, (height, width, index_count, dims), np.float32)
@@ -370,7 +347,5 @@ _LANES = 2**16  # lanes per part
 _MOST_AXES = 31  # NumPy before 2 supports 32, and the result has one more
 
 
-def _restore(
-    type: str, seed: int, samples_per_pixel: int, mask: Optional[Ranks]
-) -> Sampler:
+def _restore(type: str, seed: int, samples_per_pixel: int, mask: Optional[Ranks]) -> Sampler:
     return Sampler(cast(SamplerType, type), seed=seed, samples_per_pixel=samples_per_pixel, mask=mask)

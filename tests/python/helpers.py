@@ -21,9 +21,9 @@ needs_runtime = pytest.mark.skipif(not HAS_PACKAGE and not os.environ.get("BN_ON
 
 @contextlib.contextmanager
 def refused(error, words):
-    """Checks that the block raises this error and that its message contains all words."""
+    """Checks that the block raises this error and that its message contains all words. Yields pytest's record of the error."""
     with pytest.raises(error) as caught:
-        yield
+        yield caught
     assert all(word in str(caught.value) for word in words), str(caught.value)
 
 

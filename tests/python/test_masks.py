@@ -89,63 +89,6 @@ def test_two_channel_masks_without_onnx_runtime_recommend_anneal():
     assert "pip install 'onnxruntime" in said and "without it, anneal makes two-channel masks" in said
 
 
-@pytest.mark.parametrize(
-    ("make", "shape", "options", "error", "words"),
-    [
-        (mask, (8, 8), {"channels": 5}, ValueError, ["channels", "5"]),
-        (mask, (0, 8), {}, ValueError, ["shape", "extents of at least 1", "(0, 8)"]),
-        (mask, (8.0, 8), {}, TypeError, ["shape", "8.0"]),
-        (mask, (), {}, ValueError, ["shape", "()"]),
-        (mask, (2, 2, 2, 2), {}, ValueError, ["shape", "(2, 2, 2, 2)"]),
-        (mask, "88", {}, TypeError, ["shape", "'88'"]),
-        (mask, None, {}, TypeError, ["shape", "None"]),
-        # On the command line, 64 means a square; in NumPy, it means a row.
-        *((mask, number, {}, TypeError, ["(64, 64) is a square, (64,) a row"]) for number in (64, np.int64(64))),
-        (mask, (2**32, 1), {}, MemoryError, ["shape", str(2**32), "2**31 - 1"]),
-        (mask, memoryview(np.zeros((2, 2), int)), {}, TypeError, ["shape", "memory"]),
-        (void_and_cluster, (8, 8), {"sigma": 0}, ValueError, ["sigma", "0"]),
-        (void_and_cluster, (8, 8), {"sigma": float("nan")}, ValueError, ["sigma", "nan"]),
-        (void_and_cluster, (8, 8), {"sigma": 16.01}, ValueError, ["sigma", "16.01"]),
-        (void_and_cluster, (8, 8), {"sigma": "1"}, TypeError, ["sigma", "'1'"]),
-        (void_and_cluster, (8, 8), {"initial_fraction": 0}, ValueError, ["initial_fraction", "0"]),
-        (void_and_cluster, (8, 8), {"initial_fraction": 0.51}, ValueError, ["initial_fraction", "0.51"]),
-        (mask, (8, 8), {"progress": 1}, TypeError, ["progress", "1"]),
-        (void_and_cluster, (8, 8), {"sigmas": 2}, TypeError, ["sigmas"]),
-        (mask, (8, 8), {"seed": -1}, ValueError, ["seed", "-1"]),
-        (relax, (4, 4, 4), {}, ValueError, ["shape", "(4, 4, 4)"]),
-        (relax, (8, 8), {"threads": -1}, ValueError, ["threads", "-1"]),
-        (relax, (8, 8), {"sweeps": 4}, TypeError, ["sweeps"]),
-        (anneal, (4, 4, 4), {}, ValueError, ["shape", "(4, 4, 4)"]),
-        (anneal, (4, 4), {"order_ends": "no"}, TypeError, ["order_ends", "no"]),
-        (mask, (4, 4, 4), {"channels": 2}, ValueError, ["2-channel mask", "(4, 4, 4)"]),
-        (anneal, (8, 8), {"sigma": 0.2}, ValueError, ["sigma", "0.2"]),
-        (anneal, (8, 8), {"sigma": 4.1}, ValueError, ["sigma", "4.1"]),
-        (anneal, (8, 8), {"far_sigma": 0.9}, ValueError, ["far_sigma", "0.9"]),
-        (anneal, (8, 8), {"far_weight": -1}, ValueError, ["far_weight", "-1"]),
-        (anneal, (8, 8), {"value_sigma": 0}, ValueError, ["value_sigma", "0"]),
-        (anneal, (8, 8), {"start_temperature": 1.5}, ValueError, ["start_temperature", "1.5"]),
-        (anneal, (8, 8), {"end_temperature": 0}, ValueError, ["end_temperature", "0"]),
-        (anneal, (8, 8), {"end_temperature": 1e-3}, ValueError, ["end_temperature", "0.001"]),
-        (anneal, (8, 8), {"sweeps": -1}, ValueError, ["sweeps", "-1"]),
-        (anneal, (8, 8), {"channels": 5}, ValueError, ["channels", "5"]),
-        (anneal, (8, 8), {"start_from_ranks": np.zeros((8, 9), int)}, ValueError, ["start_from_ranks", "(8, 9)"]),
-        (anneal, (8, 8), {"start_from_ranks": np.zeros((8, 8), int)}, ValueError, ["start_from_ranks", "64 times"]),
-        (anneal, (8, 8), {"start_from_ranks": np.zeros((8, 8))}, TypeError, ["start_from_ranks", "float64"]),
-        (builtin, (64, 64), {"seed": 1}, TypeError, ["seed"]),
-        (builtin, (65, 65), {}, ValueError, ["shape", "(64, 64)", "not (65, 65)"]),
-        (builtin, (64,), {}, ValueError, ["shape"]),
-        (to_float, [0, 1, 2, 4], {}, ValueError, ["ranks", "4"]),
-        (to_float, [0, -1], {}, ValueError, ["ranks", "-1"]),
-        (to_float, [0.0, 1.0], {}, TypeError, ["ranks", "float64"]),
-        (to_float, [0], {"count": -1}, ValueError, ["count", "-1"]),
-        (to_float, [0], {"count": 1.0}, TypeError, ["count"]),
-    ],
-)
-def test_bad_arguments(make, shape, options, error, words):
-    with refused(error, words):
-        make(shape, **options)
-
-
 GENERATORS = [(void_and_cluster, {}), (relax, {}), (anneal, {"sweeps": 3}), (mask, {}),
               pytest.param(neural, {}, marks=[needs_network, needs_package])]
 

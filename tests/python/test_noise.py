@@ -40,19 +40,6 @@ def test_exposure_is_a_factor_and_memory_order_does_not_matter():
     np.testing.assert_array_equal(grey, bluenoise.visible_noise(first[..., :1], second[..., :1], sigma=1, first_share=0.25))
 
 
-@pytest.mark.parametrize(("change", "error", "text"), [
-    ({"first": np.ones((2, 2), np.uint8)}, TypeError, "first must hold linear light as floats, not uint8"),
-    ({"second": np.ones((2, 3))}, ValueError, r"equal shapes, not \(2, 2\) and \(2, 3\)"),
-    ({"first": np.ones((2, 2, 2, 2))}, ValueError, "shape"), ({"first": np.ones((0, 2))}, ValueError, "shape"),
-    ({"second": np.array([[1, 2], [np.nan, 3]])}, ValueError, r"second must not contain NaN, but element \(1, 0\) is NaN"),
-    ({"sigma": 17}, ValueError, "sigma"), ({"exposure": 0}, ValueError, "exposure"), ({"first_share": 1}, ValueError, "first_share"),
-    ({"window": 4}, ValueError, "window must be odd, not 4"), ({"window": 1.5}, TypeError, "window"),
-    ({"progress": 3}, TypeError, "progress")])
-def test_bad_arguments(change, error, text):
-    with pytest.raises(error, match=text):
-        bluenoise.visible_noise(**{"first": np.ones((2, 2)), "second": np.ones((2, 2)), **change})
-
-
 def test_progress_can_cancel():
     fractions = []
     bluenoise.visible_noise(*halves(), progress=fractions.append)

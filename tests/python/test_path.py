@@ -7,7 +7,6 @@ import pickle
 import numpy as np
 import pytest
 from hashes import hash_of, table
-from helpers import refused
 
 from bluenoise import LoopSampler, PathSampler, Sampler, _path
 
@@ -92,44 +91,6 @@ def test_paths_copy_their_coordinates():
     x += 7
     index += 1
     np.testing.assert_array_equal(path.ray(1).draw(), before)
-
-
-@pytest.mark.parametrize(
-    ("call", "error", "words"),
-    [
-        (lambda p: PathSampler("blue", 0, 0, 0), TypeError, ["sampler", "'blue'"]),
-        (lambda p: PathSampler(Sampler(), 2**31, 0, 0), ValueError, ["x", str(2**31)]),
-        (lambda p: PathSampler(Sampler(), 0, 0.5, 0), TypeError, ["y", "0.5"]),
-        (lambda p: PathSampler(Sampler(), 0, 0, -1), ValueError, ["index", "-1"]),
-        (lambda p: PathSampler(Sampler(), 0, 0, 0, 2**32), ValueError, ["stream", str(2**32)]),
-        (lambda p: PathSampler(Sampler(), [0, 1], [0, 1, 2], 0), ValueError, ["x, y, index and stream", "(2,)", "(3,)"]),
-        (lambda p: p.ray(-1), ValueError, ["number", "-1"]),
-        (lambda p: p.ray(2**28), ValueError, ["number", str(2**28)]),
-        (lambda p: p.ray([0, 1]), ValueError, ["number", "(2,)", "(3,)"]),
-        (lambda p: p.ray(0).next_split(-1), ValueError, ["count", "-1"]),
-        (lambda p: p.ray(0).next_split(2.0), TypeError, ["count", "2.0"]),
-        (lambda p: p.ray(0).next_split(2)[-1], ValueError, ["k", "-1"]),
-        (lambda p: p.ray(0).next_split(2)[[0, 1]], ValueError, ["k", "(2,)"]),
-        (lambda p: p.ray(0).next_split(2**31)[0], ValueError, ["count", str(2**32), "index 2"]),
-        (lambda p: p.ray(0).next_split_from(-1), ValueError, ["first", "-1"]),
-        (lambda p: p.ray(0).next_split_from([0, 1]), ValueError, ["first", "(2,)"]),
-        (lambda p: p.ray(0).next_split_from(2**32 - 1)[1], ValueError, ["k", str(2**32)]),
-        (lambda p: len(p.ray(0).next_split_from(0)), TypeError, ["next_split_from", "length"]),
-        (lambda p: list(p.ray(0).next_split_from(0)), TypeError, ["next_split_from", "length"]),
-        (lambda p: p.ray(0).draw_1d(-1), ValueError, ["k", "-1"]),
-        (lambda p: p.ray(0).draw_split(2**28, 1), ValueError, ["k", str(2**28)]),
-        (lambda p: p.ray(0).child(-1), ValueError, ["key", "-1"]),
-        (lambda p: p.ray(0).child([0, 1]), ValueError, ["key", "(2,)"]),
-        (lambda p: p.first_light(0), ValueError, ["count", "0"]),
-        (lambda p: p.first_light(2, 2), ValueError, ["k", "2"]),
-        (lambda p: p.first_light(4, [0, 1]), ValueError, ["k", "(2,)"]),
-        (lambda p: p.first_light(2**31), ValueError, ["count", str(2**32)]),
-    ],
-)
-def test_bad_arguments(call, error, words):
-    path = PathSampler(Sampler(), [1, 2, 3], 0, [0, 1, 2])
-    with refused(error, words):
-        call(path)
 
 
 @pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, pickle.dumps])

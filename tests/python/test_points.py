@@ -153,34 +153,6 @@ def test_progress(method):
     np.testing.assert_array_equal(found, bluenoise.points(300, method=method, seed=2))
 
 
-@pytest.mark.parametrize("error, message, arguments, options", [
-    (ValueError, "n .* -1", (-1,), {}),
-    (TypeError, r"n .* 2\.0", (2.0,), {}),
-    (ValueError, "method .*'grid'", (4,), {"method": "grid"}),
-    (TypeError, "method .*3", (4,), {"method": 3}),
-    (TypeError, "jitter .*True", (4,), {"method": "best-candidate", "jitter": True}),
-    (TypeError, "jitter .*no", (4,), {"method": "mask", "jitter": "no"}),
-    (ValueError, "candidates .* 0", (4,), {"candidates": 0}),
-    (ValueError, "n = 5 .* 4", (5,), {"method": "mask", "mask": [[0, 1], [2, 3]]}),
-    (ValueError, "mask .*every rank", (2,), {"method": "mask", "mask": [[0, 1], [2, 2]]}),
-    (ValueError, "seed .* -1", (4,), {"seed": -1}),
-    (TypeError, "n .* None", (), {}),
-    (ValueError, "dims .* 4", (4,), {"dims": 4}),
-    (ValueError, "mask .* 3 axes", (4,), {"dims": 3, "method": "mask", "mask": [[0, 1], [2, 3]]}),
-    (TypeError, "best-candidate.* density", (4,), {"method": "best-candidate", "density": [[1]]}),
-    (TypeError, "density must hold numbers", (4,), {"density": [["a"]]}),
-    (ValueError, r"density .*\(height, width\), not \(1, 1, 1\)", (4,), {"density": [[[1]]]}),
-    (ValueError, r"density .*\(depth, .* not \(1, 1\)", (4,), {"density": [[1]], "dims": 3}),
-    (ValueError, "density .* -2", (4,), {"density": [[1, -2]]}),
-    (ValueError, "density .* nan", (4,), {"density": [[1, np.nan]]}),
-    (ValueError, "density .*sum", (4,), {"density": [[0, 0]]}),
-    (ValueError, "n = 3 .* density .* 2", (3,), {"method": "mask", "mask": [[0, 1], [2, 3]], "density": [[0, 1]]}),
-])
-def test_bad_arguments(error, message, arguments, options):
-    with pytest.raises(error, match=message):
-        bluenoise.points(*arguments, **options)
-
-
 @pytest.mark.parametrize("method", ["best-candidate", "poisson-disk"])
 def test_missing_scipy_error_says_what_to_install(method, monkeypatch):
     real = builtins.__import__
