@@ -66,14 +66,17 @@ def bootstrap(groups, draws=DRAWS):
 
 
 def estimate(logs, left_out=0):
-    """The Estimate for {view: log ratios, one per seed}; None if it is empty. Views with the same picture are its crops."""
+    """The Estimate for {view: log ratios, one per seed}; None if it is empty. Views with the same picture are its crops. A single
+    number has no interval: its ends are NaN."""
     if not logs:
         return None
     scenes = {}
     for view, numbers in logs.items():
         scenes.setdefault(view.scene, {}).setdefault(getattr(view, "picture", None), []).append(numbers)
-    ends = map(math.exp, bootstrap([list(pictures.values()) for pictures in scenes.values()]))
-    return Estimate(*ends, len(scenes), len(logs), left_out)
+    value, low, high = map(math.exp, bootstrap([list(pictures.values()) for pictures in scenes.values()]))
+    if sum(map(len, logs.values())) == 1:
+        low = high = math.nan
+    return Estimate(value, low, high, len(scenes), len(logs), left_out)
 
 
 def ratio(above, below):

@@ -23,7 +23,7 @@ def table(reports, measure, counts):
 
 
 def run(arguments):
-    options = views.parse_options("filters", __doc__, arguments, COUNTS, crop=views.QUICK_CROP, spp=max(COUNTS), seeds=1, reference_spp=256,
+    options = views.parse_options("filters", __doc__, arguments, COUNTS, crop=views.QUICK_CROP, spp=max(COUNTS), reference_spp=256,
                                   scenes=views.BUILT_IN, samplers=("white", "sobol", "zorder", "mask", "blue"))
     chosen, reports = options.chosen, {}
     for name, more in FILTERS.items():

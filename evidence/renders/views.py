@@ -38,7 +38,7 @@ EXPOSURES = {"cornell": 1.0, "interior": 1.0}
 # cornell shows a square box.
 LARGE_SIZE, LARGE_SIZES = (1280, 960), {"cornell": (1280, 1280)}
 CROP, QUICK_CROP = (64, 48), (48, 36)
-SEEDS, REFERENCE_SPP = 4, 1024
+SEEDS, QUICK_SPP, REFERENCE_SPP = 4, 16, 1024
 TURN, SHIFT, ZOOM = 6.0, 0.04, 0.12  # maxima: degrees, fraction of the distance to the target, fraction of the angle of view
 
 
@@ -158,18 +158,18 @@ def parse_options(command, text, arguments, counts, choose=True, **defaults):
     parser = Parser(command, text)
     parser.add_argument("--views", choices=SETS, default=SHOWN, metavar="SET", help=(
         "; ".join(f"{name}: {what}" for name, (_, what) in SETS.items()) + f" (default {SHOWN})"))
-    parser.add_argument("--scenes", type=names_of("scene", SCENES), default=SCENES, metavar="A,B,...",
-                        help=f"scenes from {', '.join(SCENES)} (default all)")
+    parser.add_argument("--scenes", type=names_of("scene", SCENES), metavar="A,B,...",
+                        help=f"scenes from {', '.join(SCENES)} (default all; with --quick those without third-party models)")
     parser.add_argument("--size", type=parse_size, metavar="WxH", help="one size for all images, for trials (default "
                         f"{LARGE_SIZE[0]}x{LARGE_SIZE[1]} or more)")
     parser.add_argument("--crop", type=parse_size, metavar="WxH",
                         help=f"size of the crops, four per image (default {CROP[0]}x{CROP[1]})")
-    parser.add_argument("--quick", action="store_true", help=f"crops of {QUICK_CROP[0]}x{QUICK_CROP[1]} pixels, with "
+    parser.add_argument("--quick", action="store_true", help=f"crops of {QUICK_CROP[0]}x{QUICK_CROP[1]} pixels, at most {QUICK_SPP} samples, with "
                         "figures written only to out/")
     if choose:
         parser.add_argument("--samplers", type=names_of("sampler", variants.OWN), default=variants.OWN, metavar="A,B,...",
                             help=f"samplers from {', '.join(variants.OWN)}; {', '.join(variants.ALWAYS)} are always included")
-    parser.number("--spp", max(counts), f"largest sample count, at most {max(counts)}")
+    parser.number("--spp", None, f"largest sample count, at most {max(counts)}", f" {max(counts)}; with --quick {QUICK_SPP}")
     parser.number("--seeds", SEEDS, "number of seeds per image")
     parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of the references, a multiple of 32")
     parser.number("--jobs", os.cpu_count() or 1, "number of single-threaded renders to run in parallel", ": one per core")
@@ -177,6 +177,8 @@ def parse_options(command, text, arguments, counts, choose=True, **defaults):
     parser.pathtracer()
     parser.set_defaults(**defaults)
     options = parser.parse_args(arguments)
+    options.scenes = options.scenes or (BUILT_IN if options.quick else SCENES)
+    options.spp = options.spp or (QUICK_SPP if options.quick else max(counts))
     if options.reference_spp % 32:
         parser.error(f"--reference-spp must be a multiple of 32, not {options.reference_spp}")
     try:

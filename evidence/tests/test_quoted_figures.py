@@ -5,6 +5,7 @@ import re
 import statistics
 from pathlib import Path
 
+import bluenoise
 from evidence.base.files import read_numbers
 from evidence.renders import times
 from evidence.renders.renders import HEADLINE, TO_WHITE
@@ -70,3 +71,10 @@ def test_gain_before_a_denoiser():
     assert quoted("docs/faq.md", r"the gain \(#% at 4 samples and #% at 16\) is significant only after") == [fourth, last]
     assert quoted("docs/faq.md", "the gain is #%, #% and #% at 1, 4 and 16 samples") == percent(*(blurred[i].value for i in (0, 2, 3)))
     assert blurred[2].significant and blurred[3].significant
+
+
+def test_citations_name_the_version():
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    version, year = (re.search(rf"^{key}: (\S+)", citation, re.MULTILINE)[1] for key in ("version", "date-released"))
+    assert version == bluenoise.__version__
+    assert f"version = {{{version}}}, year = {{{year[:4]}}}}}`." in (ROOT / "README.md").read_text(encoding="utf-8").splitlines()[-1]

@@ -98,6 +98,13 @@ def test_errors_near_the_references_own_error_are_left_out():
     assert dark.views == () and dark.over("blue", 4, "rmse") is None
 
 
+def test_a_single_number_has_no_interval():
+    view = CROPS[0]
+    one, two = statistics.estimate({view: [math.log(0.5)]}), statistics.estimate({view: [math.log(0.5), math.log(0.6)]})
+    assert one.value == pytest.approx(0.5) and math.isnan(one.low) and math.isnan(one.high) and not one.significant and one.text() == "0.50"
+    assert two.low < two.value < two.high and two.significant
+
+
 def test_samples_to_match_the_baseline_error():
     counts = (1, 2, 4, 8, 16, 64)
     assert compared().samples_for("blue", 16, "rmse", counts).value == pytest.approx(1 / 4)
