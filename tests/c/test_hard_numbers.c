@@ -30,39 +30,31 @@ static void check_error(const uint32_t *ranks, uint32_t width, uint32_t height) 
 }
 
 enum { MOST = 70 * 66 };
-static uint32_t made[2][4 * MOST];
 
-/* Checks two masks generated with the same arguments. */
-static void check_made(size_t texels, uint32_t channels) {
-    CHECK(memcmp(made[0], made[1], texels * channels * sizeof *made[0]) == 0);
-    for (uint32_t c = 0; c < channels; ++c) CHECK(is_permutation(made[0] + c * texels, texels));
-}
-
-/* Generates and measures masks with tiny, narrow and odd extents, at the limits of the generators' options. */
+/* Makes and measures masks with tiny, narrow and odd extents, at the limits of the generators' options. */
 static void test_extents(void) {
     static const uint32_t extents[][3] = {
         {1, 1, 1},  {2, 1, 1},   {1, 3, 1},   {1, 1, 5}, {2, 2, 2},    {7, 1, 1},   {100, 1, 1},
         {1, 65, 1}, {1, 1, 129}, {13, 5, 1},  {8, 8, 1}, {9, 17, 1},   {3, 50, 1},  {1, 12, 13},
         {64, 2, 1}, {31, 33, 1}, {70, 66, 1}, {5, 6, 7}, {16, 16, 16}, {20, 3, 11}, {3, 500, 1}};
     static const double sigmas[] = {0.25, 1.5, 4, 16};
+    static uint32_t ranks[4 * MOST];
     static float power[MOST];
     for (size_t e = 0; e < sizeof extents / sizeof *extents; ++e) {
         const uint32_t width = extents[e][0], height = extents[e][1], depth = extents[e][2];
         const size_t count = (size_t)width * height * depth;
+        const bn_mask mask = bn_mask_u32(ranks, width, height);
+        bn_mask volume = mask;
+        volume.depth = depth;
         for (int s = 0; s < (count <= 256 ? 4 : 2); ++s) {
             bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
             v.sigma = sigmas[s];
             if (e % 3 > 0) v.initial_fraction = e % 3 == 1 ? 1e-9 : 0.5;
             v.seed = e;
-            for (int again = 0; again < 2; ++again) {
-                bn_mask volume = bn_mask_u32(made[again], width, height);
-                volume.depth = depth;
-                CHECK(bn_void_and_cluster(&v, &volume, NULL, NULL) == BN_SUCCESS);
-            }
-            check_made(count, 1);
+            CHECK(bn_void_and_cluster(&v, &volume, NULL, NULL) == BN_SUCCESS);
+            CHECK(is_permutation(ranks, count));
             if (depth > 1) continue;
-            check_error(made[0], width, height);
-            const bn_mask mask = bn_mask_u32(made[0], width, height);
+            check_error(ranks, width, height);
             CHECK(bn_power_spectrum(&mask, power, count, NULL, NULL) == BN_SUCCESS);
             for (size_t i = 0; i < count; ++i) CHECK(power[i] >= 0 && power[i] <= FLT_MAX);
             for (uint32_t channels = 1; channels <= 4; ++channels) {
@@ -72,18 +64,13 @@ static void test_extents(void) {
                 anneal.far_sigma = 4;
                 anneal.start_temperature = 0.01;
                 anneal.seed = e;
-                for (int again = 0; again < 2; ++again) {
-                    CHECK(anneal_channels(&anneal, width, height, channels, made[again]) ==
-                          BN_SUCCESS);
-                }
-                check_made(count, channels);
+                CHECK(anneal_channels(&anneal, width, height, channels, ranks) == BN_SUCCESS);
+                for (uint32_t c = 0; c < channels; ++c)
+                    CHECK(is_permutation(ranks + c * count, count));
             }
         }
-        for (int again = 0; again < 2 && depth == 1; ++again) {
-            const bn_mask relaxed = bn_mask_u32(made[again], width, height);
-            CHECK(bn_relax(NULL, &relaxed, NULL, NULL) == BN_SUCCESS);
-        }
-        check_made(count, 1);
+        if (depth > 1) continue;
+        CHECK(bn_relax(NULL, &mask, NULL, NULL) == BN_SUCCESS && is_permutation(ranks, count));
     }
 }
 
