@@ -107,41 +107,43 @@ static void project(const float *rows, int count, int step, int inner, int width
 
 /* ---- Samples ---- */
 
-/* Coordinates of a label's first samples in one pair, XORed with a key of random digits. The digits
+/* The digits of a member's first samples and labels. A sample is their sum with a key of random digits, which
  * belong to a domain in a copy of the tile and, from the seventeenth digit on, to a pixel. */
 typedef struct {
-    uint32_t point[POINTS][2], shift[PIXELS][2];
-} sample_pair;
+    uint32_t point[4][POINTS], shift[PIXELS][4];
+} sample_digits;
 
 typedef struct {
-    uint32_t x, y;
+    uint32_t digits[4];
 } sample_key;
 
-static void pair_make(sample_pair *pair, const pole_vectors *v, int which) {
+static void digits_make(sample_digits *s, const pole_vectors *v) {
     for (uint32_t i = 0; i < POINTS; ++i) {
-        uint32_t bits[4];
-        pole_index_point(v, i, bits);
-        memcpy(pair->point[i], bits + 2 * which, sizeof pair->point[i]);
+        uint32_t point[4];
+        pole_index_point(v, i, point);
+        for (int d = 0; d < 4; ++d) s->point[d][i] = point[d];
     }
     for (uint32_t m = 0; m < PIXELS; ++m) {
-        uint32_t bits[4];
-        pole_label_shift(v, m, bits);
-        for (int c = 0; c < 2; ++c) pair->shift[m][c] = bits[2 * which + c] & 0xffff0000u;
+        pole_label_shift(v, m, s->shift[m]);
+        for (int d = 0; d < 4; ++d) s->shift[m][d] &= 0xffff0000u;
     }
 }
 
 static sample_key key_make(bake_random *r) {
-    uint64_t bits = bake_random_bits(r);
-    sample_key key = {(uint32_t)bits, (uint32_t)(bits >> 32)};
+    const uint64_t first = bake_random_bits(r), second = bake_random_bits(r);
+    const sample_key key = {
+        {(uint32_t)first, (uint32_t)(first >> 32), (uint32_t)second, (uint32_t)(second >> 32)}};
     return key;
 }
 
-static void pair_points(const sample_pair *pair, uint32_t label, sample_key key, int count,
-                        float *x, float *y) {
-    uint32_t sx = pair->shift[label][0] ^ key.x, sy = pair->shift[label][1] ^ key.y;
-    for (int i = 0; i < count; ++i) {
-        x[i] = (float)(int32_t)((pair->point[i][0] ^ sx) >> 8) * (1.0f / 16777216.0f);
-        y[i] = (float)(int32_t)((pair->point[i][1] ^ sy) >> 8) * (1.0f / 16777216.0f);
+/* The four coordinates of a label's first samples. */
+static void label_samples(const sample_digits *s, uint32_t label, sample_key key, int count,
+                          float u[4][POINTS]) {
+    for (int d = 0; d < 4; ++d) {
+        const uint32_t shift = s->shift[label][d] ^ key.digits[d];
+        for (int i = 0; i < count; ++i) {
+            u[d][i] = (float)(int32_t)((s->point[d][i] ^ shift) >> 8) * (1.0f / 16777216.0f);
+        }
     }
 }
 
@@ -303,33 +305,32 @@ static void centre(error_matrix *m, int first) {
 }
 
 /* Every two integrands share a domain's random digits and sample order. */
-static void add_integrands(error_matrix *m, const sample_pair pairs[2], const label_integrand *list,
-                           int n, int partials, const double *weight, bake_random *r) {
+static void add_integrands(error_matrix *m, const sample_digits *digits,
+                           const label_integrand *list, int n, int partials, const double *weight,
+                           bake_random *r) {
     enum { GROUP = 2 };
-    float x[2][POINTS], y[2][POINTS];
+    float u[4][POINTS];
     int first = m->used, columns = LEVELS + partials;
     m->used += n * columns;
     for (int from = 0; from < n; from += GROUP) {
         int to = from + GROUP < n ? from + GROUP : n;
-        sample_key key[2] = {key_make(r), key_make(r)};
-        sample_order order = order_make(r);
+        const sample_key key = key_make(r);
+        const sample_order order = order_make(r);
         for (int label = 0; label < PIXELS; ++label) {
             float *row = m->rows + (size_t)label * m->stride + first;
-            for (int k = 0; k < 2; ++k) {
-                pair_points(&pairs[k], (uint32_t)label, key[k], POINTS, x[k], y[k]);
-            }
+            label_samples(digits, (uint32_t)label, key, POINTS, u);
             for (int f = from; f < to; ++f) {
                 uint64_t bits[4] = {~(uint64_t)0, ~(uint64_t)0, ~(uint64_t)0, ~(uint64_t)0};
                 double mean = 1;
                 if (list[f].width > 0) {
-                    int k = list[f].uses - 1;
-                    put_bump(row + f * columns, &list[f], x[k], y[k], partials, &order);
+                    const int d = 2 * (list[f].uses - 1);
+                    put_bump(row + f * columns, &list[f], u[d], u[d + 1], partials, &order);
                     continue;
                 }
                 for (int k = 0; k < 2; ++k) {
                     uint64_t one[4];
                     if ((list[f].uses >> k & 1) == 0) continue;
-                    plane_bits(&list[f].plane[k], x[k], y[k], POINTS, one);
+                    plane_bits(&list[f].plane[k], u[2 * k], u[2 * k + 1], POINTS, one);
                     for (int w = 0; w < 4; ++w) bits[w] &= one[w];
                     mean *= list[f].plane[k].mean;
                 }
@@ -386,9 +387,9 @@ bake_features bake_features_of_label(const bake_table *table, const bake_options
                  [FEATURES_SINGLES] = {15, 48, single_weight}};
     enum { MOST = 160 };
     static label_integrand list[MOST];
-    static sample_pair pairs[2];
+    static sample_digits digits;
     error_matrix m = {NULL, 0, 0};
-    for (int k = 0; k < 2; ++k) pair_make(&pairs[k], &table->member[member], k);
+    digits_make(&digits, &table->member[member]);
     bake_random r = bake_random_make(options->seed, 5, (uint64_t)(member * 16 + what));
     memset(list, 0, sizeof list);
     if (what == FEATURES_OWN) {
@@ -404,12 +405,12 @@ bake_features bake_features_of_label(const bake_table *table, const bake_options
                 list[i].plane[0] = plane_make(&r, kind == 2 ? bake_random_double(&r) : turns);
                 list[i].plane[1] = plane_make(&r, kind == 2 ? turns : bake_random_double(&r));
             }
-            add_integrands(&m, pairs, list, n, PARTIALS, kind < 3 ? plane_weight : product_weight,
+            add_integrands(&m, &digits, list, n, PARTIALS, kind < 3 ? plane_weight : product_weight,
                            &r);
         }
         for (int pair = 0; pair < 2; ++pair) {
             for (int i = 0; i < bumps; ++i) list[i] = bump_make(&r, pair);
-            add_integrands(&m, pairs, list, bumps, PARTIALS, bump_weight, &r);
+            add_integrands(&m, &digits, list, bumps, PARTIALS, bump_weight, &r);
         }
     } else {
         const int n = fewer(options, kinds[what].full, 2);
@@ -422,7 +423,7 @@ bake_features bake_features_of_label(const bake_table *table, const bake_options
                 list[i].uses = 1 << d / 2;
                 list[i].plane[d / 2] = plane_step(d & 1, (i + bake_random_double(&r)) / n);
             }
-            add_integrands(&m, pairs, list, n, 0, kinds[what].weight, &r);
+            add_integrands(&m, &digits, list, n, 0, kinds[what].weight, &r);
         }
     }
     const int most = what == FEATURES_OWN ? 336 : 80;
@@ -438,26 +439,23 @@ bake_features bake_features_of_two(const bake_table *table, const bake_options *
     enum { COLUMNS = FEW_LEVELS + FEW_PARTIALS };
     static const double weight[COLUMNS] = {1.1, 1.2, 1.2, 1.1, 1, 1, 1, .5, .4, .4, .3, .3, .3, .3};
     static half_plane plane[2][MOST];
-    static sample_pair pairs[2];
+    static sample_digits digits;
     int n = fewer(options, MOST, 5);
     uint64_t *bits[2];
     bake_random r = bake_random_make(options->seed, 6, (uint64_t)(first * MEMBERS + second));
     for (int side = 0; side < 2; ++side) {
-        const pole_vectors *v = &table->member[side == 0 ? first : second];
-        float x[2][64], y[2][64];
+        float u[4][POINTS];
         bits[side] = bake_allocate((size_t)PIXELS * MOST, sizeof *bits[side]);
-        for (int k = 0; k < 2; ++k) pair_make(&pairs[k], v, k);
+        digits_make(&digits, &table->member[side == 0 ? first : second]);
         for (int i = 0; i < n; ++i) plane[side][i] = plane_make(&r, bake_random_double(&r));
         /* Two in five integrands use both first pairs. Every five integrands share a domain. */
         for (int from = 0; from < n; from += 5) {
-            sample_key key[2] = {key_make(&r), key_make(&r)};
+            const sample_key key = key_make(&r);
             for (int label = 0; label < PIXELS; ++label) {
-                for (int k = 0; k < 2; ++k) {
-                    pair_points(&pairs[k], (uint32_t)label, key[k], 64, x[k], y[k]);
-                }
+                label_samples(&digits, (uint32_t)label, key, 64, u);
                 for (int i = from; i < from + 5; ++i) {
-                    int pairing = i % 5 % 4, k = side == 0 ? pairing & 1 : pairing >> 1;
-                    plane_bits(&plane[side][i], x[k], y[k], 64, &bits[side][label * MOST + i]);
+                    const int pairing = i % 5 % 4, d = side == 0 ? (pairing & 1) * 2 : pairing & 2;
+                    plane_bits(&plane[side][i], u[d], u[d + 1], 64, &bits[side][label * MOST + i]);
                 }
             }
         }
