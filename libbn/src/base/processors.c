@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Counts the CPUs that the process may use: those of its affinity mask (taskset), but no more than the CPU
- * time that its control groups grant (a container's limit). */
+ * time that its control groups grant (a container's limit). More threads than that would only wait for each
+ * other: the kernel stops all of them once the group's time is used up. Reads a few files, so callers count once
+ * per computation. */
 #include "base/processors.h"
 
 #if defined(__linux__)

@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Thread teams. The barrier uses a lock and a condition variable: POSIX barriers are optional, and
- * Windows has none before version 8. Locks, condition variables and threads are the system's. */
+ * Windows has none before version 8. Locks, condition variables and threads are the system's.
+ *
+ * If the system cannot start all threads, the team is smaller. Threads therefore wait until `size` is known, so
+ * that no one meets at a barrier for members that do not exist. A team lives for one call, because computations
+ * take milliseconds to minutes, and starting a thread tens of microseconds. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/threads.h"
 #include "base/assert.h"

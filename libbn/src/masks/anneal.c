@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Simulated annealing of masks (Georgiev and Fajardo, "Blue-noise dithered sampling", 2016): checks
- * the arguments, makes the initial mask and chooses the energy. Takes sweeps x texels trials. */
+ * the arguments, makes the initial mask and chooses the energy. Takes sweeps x texels trials.
+ *
+ * A trial swaps two texels' ranks if the energy falls, or if it rises by at most the temperature times
+ * -ln of a random number (Metropolis's rule). The logarithms come from a table, because the C library's
+ * differ between systems. The temperature falls geometrically, once per sweep. */
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/memory.h"

@@ -20,9 +20,9 @@ typedef struct board {
     const bn_simd *simd;
     uint32_t rows, row_lanes; /* in a window */
     size_t stride, image_rows;
-    int16_t *image;   /* reduced ranks, with a toroidal margin */
-    int16_t *weights; /* [rows][row_lanes] */
-    uint32_t *positions;
+    int16_t *image;      /* reduced ranks, with a toroidal margin */
+    int16_t *weights;    /* [rows][row_lanes] */
+    uint32_t *positions; /* the texel of each rank */
 } board;
 
 /* A rank reduced to 16 bits, starting at -32768. In large masks several ranks share a value, and

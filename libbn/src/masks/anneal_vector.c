@@ -10,7 +10,8 @@ enum {
     BN_VECTOR_BITS = 12,                       /* per value */
     BN_VECTOR_TABLE = 4096,                    /* entries for squared distances from 0 to 4 */
     BN_VECTOR_SHIFT = 2 * BN_VECTOR_BITS - 10, /* from squared distance to table entry */
-    BN_VECTOR_ONE = 1 << 14
+    BN_VECTOR_ONE =
+        1 << 14 /* of weights and table entries: a window's sum of products fits 64 bits */
 };
 
 typedef struct field {
@@ -21,6 +22,7 @@ typedef struct field {
     int32_t table[BN_VECTOR_TABLE + 1];
 } field;
 
+/* The table entry for the distance of two vectors. */
 static uint32_t entry(const int16_t *a, const int16_t *b) {
     int32_t sum = 0;
     for (int c = 0; c < 4; ++c) sum += (a[c] - b[c]) * (a[c] - b[c]);
@@ -52,11 +54,13 @@ static int64_t change_vectors(const field *f, uint32_t p, uint32_t other, const 
     return sum;
 }
 
+/* The value (rank + 1/2) / texels, rounded down to BN_VECTOR_BITS bits. */
 static int16_t reduced_vector(const bn_anneal_job *job, uint32_t rank) {
     return (int16_t)(((uint64_t)rank * 2 + 1) * (1 << BN_VECTOR_BITS) /
                      ((uint64_t)job->texels * 2));
 }
 
+/* Swaps the channels in a bit set between p and q unless that raises the energy by more than `allowance`. */
 static void try_vector_swap(field *f, uint32_t p, uint32_t q, uint32_t channels, double allowance) {
     bn_anneal_job *job = f->job;
     int16_t *vp = f->values + 4 * (size_t)p, *vq = f->values + 4 * (size_t)q;

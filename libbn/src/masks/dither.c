@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Ordered dithering by one mask threshold per pixel and channel (Bayer, "An optimum method for
- * two-level rendition of continuous-tone pictures", 1973; with blue-noise masks: Ulichney 1993). */
+ * two-level rendition of continuous-tone pictures", 1973; with blue-noise masks: Ulichney 1993).
+ *
+ * Adding a threshold in (0, 1) before rounding down raises a share of the texels by one level: the fraction by
+ * which the value exceeds the lower level. Takes a few nanoseconds per value, and with sRGB a fifth root. */
 #include "base/assert.h"
 #include "base/check.h"
 #include "base/float_environment.h"
@@ -39,6 +42,7 @@ typedef struct level_table {
     int srgb;
 } level_table;
 
+/* The level below or above a value, as the threshold decides. Values outside [0, 1] count as its ends. */
 static float quantise(const level_table *l, float value, double threshold) {
     double v = value < 0 ? 0 : value > 1 ? 1 : value, scaled = v * l->steps, low = floor(scaled);
     double fraction = scaled - low;

@@ -17,7 +17,7 @@
 #include <string.h>
 
 static const double BN_ELIMINATE_SIGMA = 0.45; /* in spacings */
-static const double BN_ELIMINATE_REACH = 3;    /* in sigmas */
+static const double BN_ELIMINATE_REACH = 3; /* in sigmas, where the Gaussian is 1% of its maximum */
 /* The fraction of points remaining when the Gaussian widens. */
 static const double BN_ELIMINATE_STAGE = 0.5;
 
@@ -81,6 +81,7 @@ double bn_eliminate_spacing(double sigma) {
     return sigma / BN_ELIMINATE_SIGMA;
 }
 
+/* The cell of a coordinate along an axis, and the squared distance of two on the torus. */
 static uint32_t cell_along(const elimination *t, int axis, uint32_t at) {
     return (uint32_t)((uint64_t)at * t->cells[axis] / t->extent[axis]);
 }
@@ -181,6 +182,8 @@ static void reorder(elimination *t, uint32_t **values) {
     t->scratch = from;
 }
 
+/* Sorts the points by cell, by counting: cell c has the slots cell_start[c] to cell_start[c + 1] - 1. While they
+ * are assigned, the starts are stored one entry later. */
 static void sort_into_cells(elimination *t, double reach) {
     size_t cells = 1;
     for (int axis = 0; axis < 3; ++axis) {
@@ -206,6 +209,7 @@ static void sort_into_cells(elimination *t, double reach) {
     if (t->extent[2] > 1) reorder(t, &t->z);
 }
 
+/* Puts a point at the front of its energy's bucket. */
 static void push(elimination *t, uint32_t slot) {
     BN_ASSERT(t->energy[slot] * t->bucket_scale >> 32 < BN_ELIMINATE_BUCKETS);
     uint32_t *head = &t->bucket[t->energy[slot] * t->bucket_scale >> 32];

@@ -24,6 +24,8 @@ static size_t tile_index(const bn_field *f, uint32_t tx, uint32_t ty, uint32_t z
     return ((size_t)z * f->tiles[1] + band) * f->tiles[0] + (size_t)tx * rows + (ty & 7u);
 }
 
+/* Lays out the tiles, and fills the energies with random numbers below `noise`. Lanes of texels that do not
+ * exist hold 0 in `energy`, and `edge_fill` hides them from searches for the lowest value. */
 static int create_tiles(bn_field *f, uint64_t seed, uint32_t noise) {
     for (int axis = 0; axis < 2; ++axis) {
         f->tiles[axis] = divide_up(f->extent[axis], f->tile_extent[axis]);
@@ -157,6 +159,7 @@ done:
     return good;
 }
 
+/* Builds the tree of extremes, up to a level that one search can read. */
 static int create_levels(bn_field *f) {
     size_t count = f->tile_count;
     for (f->levels = 0; f->levels == 0 || f->level_count[f->levels - 1] > BN_FIELD_FANOUT;

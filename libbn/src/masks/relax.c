@@ -40,6 +40,8 @@ typedef struct relaxation {
     int cancelled[2]; /* in even and odd steps: the first thread may be one step ahead */
 } relaxation;
 
+/* A thread's rows, first_row(index) to first_row(index + 1) - 1. No thread has none: there are at most as many
+ * threads as rows. */
 static uint32_t first_row(const relaxation *r, uint32_t index, uint32_t threads) {
     return (uint32_t)((uint64_t)r->height * index / threads);
 }
@@ -48,7 +50,8 @@ static int16_t *row_of(const relaxation *r, int image, uint32_t y) {
     return r->image[image] + (y + (size_t)REACH) * r->stride + REACH;
 }
 
-/* Completes a row of new values by repeating it in the margins on all four sides. */
+/* Completes a row of new values by repeating it in the margins on all four sides. A mask narrower than the
+ * margin is repeated several times. */
 static void wrap_edges(relaxation *r, int image, uint32_t y) {
     int16_t *row = row_of(r, image, y) - REACH;
     for (size_t at = REACH; at-- > 0;) row[at] = row[at + r->width];
@@ -59,6 +62,7 @@ static void wrap_edges(relaxation *r, int image, uint32_t y) {
     }
 }
 
+/* White noise as signed 16-bit numbers, a hash of the seed and the texel. */
 static void first_values(relaxation *r, uint32_t y) {
     int16_t *row = row_of(r, 0, y);
     for (uint32_t x = 0; x < r->width; ++x) {
@@ -67,6 +71,8 @@ static void first_values(relaxation *r, uint32_t y) {
     }
 }
 
+/* Moves a row of one image by a step's gradient, into the other image. The first `pairs` offsets from `pair` on
+ * are those of the step. */
 static void move(relaxation *r, const bn_relax_learned_step *s, uint32_t pair, uint32_t pairs,
                  int from, uint32_t y) {
     int16_t moved[COLUMNS + BN_WINDOW_LANES];
@@ -120,10 +126,13 @@ static void rank(relaxation *r, int image, bn_team *team, uint32_t index, uint32
     }
 }
 
+/* The number of offsets that the symmetries of the square make of one. */
 static uint32_t images_of(const bn_relax_learned_group *g) {
     return g->y == 0 || g->y == g->x ? 4 : 8;
 }
 
+/* Runs all steps in one thread's rows. Everyone has written an image before anyone reads it: the barrier at the
+ * end of each step also protects the image that the next step overwrites. */
 static void work(void *user, bn_team *team, uint32_t index, uint32_t threads) {
     relaxation *r = user;
     const uint32_t first = first_row(r, index, threads), last = first_row(r, index + 1, threads);
@@ -149,9 +158,11 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t threads) {
         bn_team_wait(team);
         if (r->cancelled[i & 1]) return;
     }
+    BN_ASSERT(pair == BN_RELAX_LEARNED_PAIRS);
     rank(r, BN_RELAX_LEARNED_STEPS & 1, team, index, threads);
 }
 
+/* Lists the offsets of all steps, as distances in memory, with their weights. */
 static void fill_pairs(relaxation *r) {
     static const int8_t sign[4][2] = {{1, 1}, {-1, -1}, {1, -1}, {-1, 1}};
     uint32_t pair = 0;

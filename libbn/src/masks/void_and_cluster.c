@@ -116,6 +116,8 @@ static bn_result eliminate(maker *m, int set, size_t expected) {
     return bn_eliminate(f->extent, m->options->seed, m->minority, listed, &watch);
 }
 
+/* Runs the phases. `initial` texels are set in the initial pattern. The first `sparse` and the last `last` ranks
+ * are ordered by elimination; the ranks between come from removing clusters, then from filling voids. */
 static bn_result make(maker *m, const uint32_t extent[3]) {
     size_t initial = (size_t)((double)m->count * m->options->initial_fraction);
     size_t sparse = bn_eliminate_count(extent, m->count, bn_eliminate_spacing(m->options->sigma));

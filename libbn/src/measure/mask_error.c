@@ -24,7 +24,7 @@ static void fill_transfer(double *transfer, uint32_t extent, double sigma) {
     }
 }
 
-/* [m < (i + 0.5) / 64] for m = (rank + 0.5) / count, computed in integers. */
+/* [m < (i + 0.5) / 64] for m = (rank + 0.5) / count, computed in integers, below 2^39. */
 static double below(uint32_t rank, uint32_t i, size_t count) {
     return (2 * (uint64_t)rank + 1) * BN_ERROR_THRESHOLDS < (2 * (uint64_t)i + 1) * count;
 }

@@ -220,6 +220,7 @@ static void pool_row(const meter *m, const scratch *s, uint32_t y, uint32_t rows
     }
 }
 
+/* The row of the image nearest to y. */
 static int32_t clamped_row(const meter *m, int64_t y) {
     return (int32_t)(y < 0 ? 0 : y < m->height ? y : m->height - 1);
 }

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Checks the metadata and shapes of a model that ONNX Runtime has loaded. */
+ * Checks the metadata and shapes of a model that ONNX Runtime has loaded. Everything that later computations
+ * rely on is bounded here: the radius, the alignment and the channels, which determine the memory of a tile,
+ * and the order of the quantiles. Whether the model's output really has these extents, bn_neural_open() tries. */
 #include "neural/model.h"
 #include <string.h>
 

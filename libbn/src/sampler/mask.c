@@ -14,6 +14,7 @@ extern const uint16_t bn_data_mask_64[];
 /* The keys of the scramblings, arbitrary and the same everywhere: the mask's value makes pixels differ. */
 enum { BN_MASK_KEY_X = 0x51ed270b, BN_MASK_KEY_Y = 0x3c6ef372 };
 
+/* A shifted coordinate on the torus, also for negative ones. */
 static uint32_t wrap(int32_t coordinate, uint32_t shift, uint32_t extent) {
     int64_t sum = ((int64_t)coordinate + shift) % extent;
     return (uint32_t)(sum < 0 ? sum + extent : sum);

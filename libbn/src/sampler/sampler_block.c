@@ -4,6 +4,7 @@
 #include "base/assert.h"
 #include "sampler/types.h"
 
+/* Draws `count` samples of a pixel one after another. */
 static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t first,
                        uint32_t count, uint32_t domain, float *out) {
     if (sampler->type != BN_SAMPLER_BLUE) {
@@ -26,6 +27,7 @@ typedef struct lane_buffer {
     uint32_t index[256], domain[256];
 } lane_buffer;
 
+/* Draws the buffered lanes in order, empties the buffer, and returns the end of the output. */
 static float *draw_buffer(const bn_sampler *sampler, lane_buffer *l, float *out) {
     bn_wavefront lanes = bn_wavefront_default();
     lanes.count = l->count;
@@ -41,6 +43,7 @@ static float *draw_buffer(const bn_sampler *sampler, lane_buffer *l, float *out)
     return out;
 }
 
+/* Adds a pixel's samples to the buffer; draws it whenever it is full. */
 static float *add_pixel(const bn_sampler *sampler, lane_buffer *l, int32_t x, int32_t y,
                         uint32_t first, uint32_t count, uint32_t domain, float *out) {
     const size_t most = sizeof l->x / sizeof *l->x;

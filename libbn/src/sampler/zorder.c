@@ -14,10 +14,13 @@ enum {
     BN_MORTON_BITS = 12
 }; /* per axis of a tile: with 2^16 samples, a tile's indices have 40 bits */
 
+/* A tile's samples are numbered by 64-bit indices: the pixel's position on the curve, then the index in its
+ * block. Digits are reversed indices, most significant first; the upper 32 become coordinates. */
 static uint64_t reverse_bits64(uint64_t v) {
     return (uint64_t)bn_reverse_bits((uint32_t)v) << 32 | bn_reverse_bits((uint32_t)(v >> 32));
 }
 
+/* bn_sobol_second() with 64 digits. */
 static uint64_t sobol_second64(uint64_t digits) {
     digits ^= (digits << 1) & 0xaaaaaaaaaaaaaaaau;
     digits ^= (digits << 2) & 0xccccccccccccccccu;
@@ -90,6 +93,7 @@ void bn_draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t in
     uint32_t key = bn_hash32(tile ^ bn_hash32(domain + sampler->seed[0]));
     key = bn_hash32(key ^ sampler->seed[1]);
     const uint32_t curve = bn_hash32(key ^ 0x2545f491u);
+    /* Scrambling the Morton index permutes the four quarters of each square of the quadtree. */
     uint32_t morton = morton_spread((uint32_t)x & coordinate_mask) |
                       morton_spread((uint32_t)y & coordinate_mask) << 1;
     uint32_t pixel =
@@ -97,6 +101,7 @@ void bn_draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t in
     /* The order within the block, and of later blocks, differs in each pixel. */
     uint32_t order_key = bn_hash32(bn_hash32(pixel ^ curve) ^ (index >> k));
     uint32_t low = k == 0 ? 0 : bn_owen((index & block_mask) << (32 - k), order_key) >> (32 - k);
+    /* The digits of the sample within the tile's sequence, and those that later blocks of the pixel add. */
     uint64_t block = reverse_bits64((uint64_t)pixel << k | low);
     uint64_t later = reverse_bits64((uint64_t)(index & ~block_mask));
     uint64_t top = k == 0 ? 0 : ~(uint64_t)0 << (64 - k);
