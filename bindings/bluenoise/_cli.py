@@ -11,7 +11,6 @@ import os
 import re
 import signal
 import sys
-import threading
 import unicodedata
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -48,7 +47,8 @@ examples:
 def main(argv: Optional[Sequence[str]] = None) -> int:
     """Runs a command. Returns the exit status: 0 for success, 1 for an error, 2 for wrong usage, 130 for Ctrl-C, 143 for SIGTERM."""
     _prepare()
-    before = _end_orderly()
+    if argv is None:
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # removes unfinished files
     try:
         try:
             options = _parser().parse_args(argv)
@@ -59,9 +59,6 @@ def main(argv: Optional[Sequence[str]] = None) -> int:
     except KeyboardInterrupt:
         _say("interrupted")
         return 130
-    except _TerminatedError:
-        _say("terminated")
-        return 143
     except BrokenPipeError:
         _drop(sys.stdout)  # the reader is gone
         return 1
@@ -70,26 +67,7 @@ def main(argv: Optional[Sequence[str]] = None) -> int:
             error = OSError(f"{error.filename}: {error.strerror}")
         _say(" ".join(str(error).split()) or type(error).__name__)
         return 1
-    finally:
-        if before is not None:
-            signal.signal(signal.SIGTERM, before)
     return 0
-
-
-class _TerminatedError(BaseException):
-    pass
-
-
-def _end_orderly() -> Any:
-    """Turns SIGTERM into an exception so that no unfinished files remain. Returns the previous handler, or None if nothing
-    changed."""
-
-    def end(*_: Any) -> None:
-        raise _TerminatedError
-
-    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
-        return None
-    return signal.signal(signal.SIGTERM, end)
 
 
 def _prepare() -> None:

@@ -222,10 +222,10 @@ def test_two_channel_texture_loads_as_a_two_channel_mask(run):
         (["points", "--count", "9", "--method", "mask", "--candidates", "2", "-o", "p.csv"], ["--candidates needs --method best"]),
         (["points", "--count", "9", "-o", "p.png"], ["p.png", ".csv"]),
         (["measure", "deep.npy", "--channel", "3"], ["channel 3", "(2, 4, 4)"]),
-        (["measure", "cut.npy"], ["cut.npy", "128 bytes", "127"]),
-        (["measure", "huge.npy"], ["huge.npy", "800000000000 bytes"]),
+        (["measure", "cut.npy"], ["cut.npy", "127"]),
+        (["measure", "huge.npy"], ["huge.npy", "array"]),
         (["measure", "header.npy"], ["header.npy", "array"]),
-        (["measure", "objects.npy"], ["objects.npy", "objects"]),
+        (["measure", "objects.npy"], ["objects.npy", "Object"]),
         (["measure", "pipe.npy"], ["pipe.npy", "regular"]),
         (["measure", "loop.npy"], ["loop.npy"]),
         (["measure", "missing.png"], ["missing.png", "does not exist"]),
@@ -381,6 +381,15 @@ def test_output_symlinks_are_replaced_not_followed(run):
         run(f"mask --size 8x8 -o {name}")
         assert not os.path.islink(name) and np.load(name).shape == (8, 8)
     assert Path("victim.npy").read_bytes() == b"precious"
+
+
+def test_sigterm_leaves_no_files(tmp_path):
+    """The signal arrives after the temporary file is written."""
+    program = "import os, signal, sys; from bluenoise import _cli, _files; save = _files.save_array;" \
+              "sys.argv[1:] = 'mask --size 8 -o m.npy'.split();" \
+              "_files.save_array = lambda *given: (save(*given), os.kill(os.getpid(), signal.SIGTERM)); sys.exit(_cli.main())"
+    assert subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True).returncode == 143
+    assert not list(tmp_path.iterdir())
 
 
 def run_in_shell(command, cwd):
