@@ -75,6 +75,43 @@ void test_the_screen_is_a_net() {
     }
 }
 
+// Whether `count` samples of a pixel fall into different ones of a x b cells, a * b = count.
+bool fills_cells(const Sampler &sampler, uint32_t decision, uint32_t a, uint32_t b) {
+    std::set<std::pair<uint32_t, uint32_t>> cells;
+    for (uint32_t i = 0; i < a * b; ++i) {
+        const auto [u, v] = PluginPath(*sampler.plugin, -300, 99, i, decision).draw_direction();
+        cells.insert({static_cast<uint32_t>(u * float(a)), static_cast<uint32_t>(v * float(b))});
+    }
+    return cells.size() == size_t{a} * b;
+}
+
+// Each dimension of the Halton sequence is stratified in the powers of its prime, alone and in pairs.
+void test_halton() {
+    for (uint64_t seed = 0; seed < 3; ++seed) {
+        const SamplerPointer sampler = create("halton.so", seed);
+        CHECK(fills_cells(*sampler, 0, 8, 9) && fills_cells(*sampler, 0, 16, 3), "the position");
+        CHECK(fills_cells(*sampler, 4, 23, 29), "the direction of ray 1");
+        const SamplerPointer other = create("halton.so", seed + 3);
+        const PluginPath one(*sampler->plugin, 5, 7, 2), two(*other->plugin, 5, 7, 2);
+        CHECK(one.draw() != two.draw(), "seeds agree");
+    }
+}
+
+// Every power of two of a pixel's points is a shifted lattice: each dimension is equally spaced.
+void test_lattice() {
+    const SamplerPointer sampler = create("lattice.so", 4);
+    for (const uint32_t count : {1u, 2u, 8u, 64u})
+        for (uint32_t d = 0; d < 4; ++d) {
+            std::set<uint32_t> cells;
+            const float first = PluginPath(*sampler->plugin, 3, -8, 0).draw()[d];
+            for (uint32_t i = 0; i < count; ++i) {
+                const float u = PluginPath(*sampler->plugin, 3, -8, i).draw()[d] - first;
+                cells.insert(static_cast<uint32_t>(std::lround((u + 1) * float(count))) % count);
+            }
+            CHECK(cells.size() == count, "%u points, dimension %u", count, d);
+        }
+}
+
 // The parts of split samples form one sequence, unless the plug-in splits in its own way.
 void test_split_samples() {
     const SamplerPointer sampler = create("gradient_noise.so", 5);
@@ -161,5 +198,7 @@ int main(int argc, char **argv) {
     test_heitz();
     test_the_screen_is_a_net();
     test_split_samples();
+    test_halton();
+    test_lattice();
     return 0;
 }
