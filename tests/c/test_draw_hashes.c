@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DRAWS = 4096, ROWS = 12, LINE = 80, MASK_WIDTH = 12, MASK_HEIGHT = 10 };
+enum { DRAWS = 4096, ROWS = 11, LINE = 80, MASK_WIDTH = 12, MASK_HEIGHT = 10 };
 
 static const char table_path[] = BN_TESTS_DIR "/c/draw_hashes.txt";
 
@@ -83,18 +83,6 @@ static uint64_t hash_domains(void) {
         hash = add(hash, domain);
     }
     return hash;
-}
-
-static uint32_t bits_of(float v) {
-    uint32_t bits;
-    memcpy(&bits, &v, sizeof bits);
-    return bits;
-}
-
-static float float_of(uint32_t bits) {
-    float v;
-    memcpy(&v, &bits, sizeof v);
-    return v;
 }
 
 static uint64_t add_choices(uint64_t hash, float probability, uint32_t count, const float cdf[8],
@@ -197,10 +185,9 @@ static int print_rows(char rows[ROWS][LINE]) {
         const char *name;
         int32_t type;
         uint32_t samples_per_pixel;
-    } samplers[] = {{"blue", BN_SAMPLER_BLUE, 0},         {"blue_declared_16", BN_SAMPLER_BLUE, 16},
-                    {"sobol", BN_SAMPLER_SOBOL, 0},       {"white", BN_SAMPLER_WHITE, 0},
-                    {"zorder_16", BN_SAMPLER_ZORDER, 16}, {"zorder_256", BN_SAMPLER_ZORDER, 256},
-                    {"mask_builtin", BN_SAMPLER_MASK, 0}};
+    } samplers[] = {{"blue", BN_SAMPLER_BLUE, 0},           {"sobol", BN_SAMPLER_SOBOL, 0},
+                    {"white", BN_SAMPLER_WHITE, 0},         {"zorder_16", BN_SAMPLER_ZORDER, 16},
+                    {"zorder_256", BN_SAMPLER_ZORDER, 256}, {"mask_builtin", BN_SAMPLER_MASK, 0}};
     enum { SAMPLERS = sizeof samplers / sizeof *samplers };
     uint32_t ranks[MASK_WIDTH * MASK_HEIGHT];
     int count = 0;

@@ -73,8 +73,7 @@ static void compute(uint64_t hash[RESULTS]) {
 
     /* Subnormal values, and values that directed rounding would move across a threshold. */
     for (uint32_t i = 0; i < MANY; ++i) {
-        const uint32_t bits = (i % 64 * 0x200000u + i / 64) ^ (i & 1) << 31;
-        memcpy(&many_values[i], &bits, sizeof bits);
+        many_values[i] = float_of((i % 64 * 0x200000u + i / 64) ^ (i & 1) << 31);
     }
     CHECK(bn_ranks_from_values(many_values, MANY, many_ranks) == BN_SUCCESS);
     hash[RANKS] = mixed(0, many_ranks, sizeof many_ranks);

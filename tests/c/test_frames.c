@@ -1,18 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * bn_follow() adds motions exactly, for any number of frames and from any pan. The frames of a film share no index. */
 #include <bn/bn_path.h>
-#include <stdint.h>
 #include <string.h>
 
 #include "check.h"
 
 enum { ONE_PIXEL = 1 << 24 };
-
-static float float_of(uint32_t bits) {
-    float v;
-    memcpy(&v, &bits, sizeof v);
-    return v;
-}
 
 static bn_pan pan_of(int64_t x, int64_t y) {
     const int64_t half = ONE_PIXEL / 2;

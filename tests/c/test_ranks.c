@@ -29,7 +29,7 @@ static void test_many_values(void) {
             for (size_t i = 0; i < counts[c]; ++i) {
                 uint32_t bits = few ? (next_random(&state) & 511u) << 23 : next_random(&state);
                 if ((bits & 0x7fffffffu) > 0x7f800000u) bits &= 0xff7fffffu; /* no NaN */
-                memcpy(&values[i], &bits, sizeof bits);
+                values[i] = float_of(bits);
             }
             CHECK(bn_ranks_from_values(values, counts[c], ranks) == BN_SUCCESS);
             CHECK(are_ranks(values, counts[c], ranks));

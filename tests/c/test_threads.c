@@ -39,9 +39,7 @@ static void *work(void *argument) {
         j->failures +=
             bn_sample_block(s, -5, 9, SIZE, 1, 0, 300, 2u, j->block, BLOCK) != BN_SUCCESS;
         for (size_t i = 0; i < BLOCK; ++i) {
-            uint32_t bits;
-            memcpy(&bits, &j->block[i], sizeof bits);
-            j->hash[type] += mixed(i, bits);
+            j->hash[type] += mixed(i, bits_of(j->block[i]));
         }
     }
     const bn_mask cluster = bn_mask_u32(j->cluster, MASK, MASK);

@@ -207,9 +207,7 @@ static void test_threads_and_crops(void) {
     CHECK(differing == 0);
     uint64_t hash = 0;
     for (int i = 0; i < width * height; ++i) {
-        uint32_t bits;
-        memcpy(&bits, map + i, sizeof bits);
-        hash = (hash ^ bits) * 0x100000001b3u;
+        hash = (hash ^ bits_of(map[i])) * 0x100000001b3u;
     }
 
     CHECK(hash == 0xe67c569c73205cc3u);
