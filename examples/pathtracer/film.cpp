@@ -119,14 +119,16 @@ float auto_exposure(const Film &film) {
 std::string film_warning(const Film &film, const std::string &extent) {
     const bool part = film.pixels.size() < size_t(film.full_width) * film.full_height;
     if (part || film_counts(film).most == 0) return "";
-    const auto any = [&](auto holds) {
-        return std::any_of(film.pixels.begin(), film.pixels.end(), holds);
-    };
-    if (!any([](const FilmPixel &p) { return p.hits > 0; }))
+    bool hit = false, lit = false;
+    for (const FilmPixel &p : film.pixels) {
+        hit = hit || p.hits > 0;
+        lit = lit || max_component(p.radiance) > 0;
+    }
+    if (!hit)
         return "NOTHING IS VISIBLE: no camera ray hits a surface; point the camera at the scene, "
                "which " +
                extent + ", with --eye and --target, or leave them out";
-    if (!any([](const FilmPixel &p) { return max_component(p.radiance) > 0; }))
+    if (!lit)
         return "THE IMAGE IS BLACK: no light reaches the visible surfaces; add some with --env "
                "sky, look from inside with --eye and --target, or raise --max-depth";
     return "";

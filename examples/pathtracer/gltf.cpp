@@ -15,7 +15,6 @@
 #include <glm/gtc/type_ptr.hpp>
 #include <nlohmann/json.hpp>
 
-#include "files.h"
 #include "scene.h"
 
 namespace {
@@ -193,14 +192,13 @@ struct Emission {
 struct Reader {
     const std::string &path;
     const SceneOptions &options;
-    InputRecord own_record = {};
-    Bytes bytes = read(path); // the scene file
+    Scene scene = {};
+    Bytes bytes = scene.inputs.read(path); // the scene file
     Json json = {};
     Span chunk = {};                       // the binary chunk of a .glb
     std::map<int64_t, Bytes> buffers = {}; // those that were read
     std::map<int64_t, Elements> accessors = {};
 
-    Scene scene = {};
     std::vector<Point3d> points = {};                            // the vertices
     std::vector<Emission> emission = {};                         // one per material
     std::vector<std::pair<const Json *, Transform>> placed = {}; // nodes with a camera or a light
@@ -246,17 +244,13 @@ struct Reader {
         return text;
     }
 
-    Bytes read(const std::filesystem::path &file) {
-        return (options.record ? *options.record : own_record).read(file);
-    }
-
     std::filesystem::path resolve(const std::string &uri) const {
         return std::filesystem::path(path).parent_path() / percent_decoded(uri);
     }
 
     // The bytes in a data URI, or in the file that a URI names.
     Bytes resource(const std::string &uri) {
-        if (!holds_data(uri)) return read(resolve(uri));
+        if (!holds_data(uri)) return scene.inputs.read(resolve(uri));
         const size_t comma = uri.find(";base64,");
         if (comma == std::string::npos) throw Error("is not base64");
         return base64_decoded(uri, comma + 8);

@@ -213,12 +213,9 @@ glm::vec4 texture_at(const Texture &t, Vec2 uv) {
 }
 
 Vec3 texture_mean(const Texture &t) {
-    const std::vector<uint8_t> &rgba = t.texels->rgba;
+    const int width = t.texels->width, height = t.texels->height;
     glm::dvec3 sum(0);
-    for (size_t i = 0; i < rgba.size(); i += 4)
-        for (int c = 0; c < 3; ++c) {
-            const uint8_t value = rgba[i + size_t(c)];
-            sum[c] += t.srgb ? double(srgb_table()[value]) : value / 255.0;
-        }
-    return sum / double(rgba.size() / 4);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) sum += glm::dvec3(texel(t, x, y));
+    return sum / (double(width) * height);
 }

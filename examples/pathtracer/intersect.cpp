@@ -29,11 +29,6 @@ struct Geometry {
 
 namespace {
 
-void record_error(void *user, RTCError, const char *message) {
-    auto *first = static_cast<std::string *>(user);
-    if (first->empty()) *first = message ? message : "unknown error";
-}
-
 // Marks rays that pass through the backs of single-sided surfaces.
 constexpr unsigned SEES_FRONTS = 1;
 
@@ -67,12 +62,10 @@ void ask(Function function, const Geometry &geometry, Query &query) {
 } // namespace
 
 GeometryPointer geometry_build(const Scene &scene) {
-    std::string error;
     const auto geometry = std::make_shared<Geometry>();
     geometry->device = rtcNewDevice(nullptr);
     if (!geometry->device)
         throw Error("Embree cannot start on this machine, or not with so little --max-memory");
-    rtcSetDeviceErrorFunction(geometry->device, record_error, &error);
 
     // Robust mode: rays must not slip through the seam between neighbouring triangles.
     geometry->scene = rtcNewScene(geometry->device);
@@ -99,15 +92,15 @@ GeometryPointer geometry_build(const Scene &scene) {
         rtcSetGeometryIntersectFilterFunction(mesh, pass_through);
         if (scene.has_cut_outs) rtcSetGeometryOccludedFilterFunction(mesh, pass_through);
     }
-    if (error.empty()) {
+    const RTCError error = rtcGetDeviceError(geometry->device);
+    if (error == RTC_ERROR_NONE) {
         rtcCommitGeometry(mesh);
         rtcAttachGeometry(geometry->scene, mesh);
         rtcCommitScene(geometry->scene);
     }
     rtcReleaseGeometry(mesh);
-
-    rtcSetDeviceErrorFunction(geometry->device, nullptr, nullptr);
-    if (!error.empty()) throw Error("Embree cannot build the scene: ", error);
+    if (error != RTC_ERROR_NONE || rtcGetDeviceError(geometry->device) != RTC_ERROR_NONE)
+        throw Error("Embree cannot build the scene: out of memory; see --max-memory");
     return geometry;
 }
 

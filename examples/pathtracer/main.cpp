@@ -77,8 +77,8 @@ void listen_to_interrupts() {
 
 // ---- Before the first ray
 
-// Builds or reads the scene, and prints what it lacks. `record` gets every file that is read.
-Scene load_scene(const Options &o, InputRecord &record) {
+// Builds or reads the scene, and prints what it lacks. Its inputs include the environment and the sampler's file.
+Scene load_scene(const Options &o) {
     SceneOptions options = {o.optional<uint32_t>("--camera"),
                             o.point("--eye"),
                             o.point("--target"),
@@ -86,7 +86,7 @@ Scene load_scene(const Options &o, InputRecord &record) {
                             o.optional<float>("--lens"),
                             o.optional<float>("--focus")};
     options.photometric = o.flag("--photometric");
-    options.record = &record;
+    InputRecord record;
     const std::string &sampler = o.text("--sampler"), &environment = o.text("--env");
     for (const std::string &file : plugin_files(sampler)) record.add_file(file);
     if (!environment.empty() && environment != "sky" && environment != "none")
@@ -95,6 +95,7 @@ Scene load_scene(const Options &o, InputRecord &record) {
         options.environment =
             std::make_shared<Environment>(environment_read(environment, o.flag("--clamp")));
     Scene scene = scene_build(o.text("--scene"), options);
+    scene.inputs.files.merge(record.files);
     for (const std::string &note : scene.notes) say(note);
     return scene;
 }
@@ -109,7 +110,7 @@ void check_samples(const Options &o, const Scene &scene, const Sampler &sampler)
 }
 
 // The header, as far as it is known before rendering. The camera must already be fitted.
-ExrHead image_head(const Options &o, const Scene &scene, const InputRecord &record) {
+ExrHead image_head(const Options &o, const Scene &scene) {
     const std::vector<int> size = o.integers("--size");
     ExrHead head{{size[0], size[1], o.crop()}};
     for (const std::string &name : Options::settings())
@@ -119,7 +120,7 @@ ExrHead image_head(const Options &o, const Scene &scene, const InputRecord &reco
         camera = "--camera " + std::to_string(o.number<uint32_t>("--camera")) + " ";
     camera += camera_text(scene, scene.camera);
     head.settings["draws"] = std::to_string(BN_DRAW_TABLE_VERSION);
-    head.settings["inputs"] = record.text(); // the rest may depend on their contents
+    head.settings["inputs"] = scene.inputs.text(); // the rest may depend on their contents
     head.settings["light-samples"] = std::to_string(scene.light_samples);
     head.settings["noise-exposure"] =
         o.is_adaptive() ? shortest(o.number<double>("--exposure")) : "";
@@ -298,14 +299,13 @@ void print_summary(const Options &o, const Film &film, const RenderTotals &total
 int run_render(Options o) {
     const bool resumes = !o.text("--resume").empty();
     const ExrHead resumed = resumes ? resume_settings(o) : ExrHead{};
-    InputRecord record;
-    Scene scene = load_scene(o, record);
+    Scene scene = load_scene(o);
     if (scene.cameras.size() > 1 && o.text("--camera").empty() && o.text("--eye").empty() &&
         !o.flag("--quiet"))
         say(joined(o.text("--scene"), ": shows the first of ", scene.cameras.size(),
                    " cameras; see --list-cameras and --camera"));
     std::vector<std::string> inputs;
-    for (const auto &file : record.files) inputs.push_back(file.first);
+    for (const auto &file : scene.inputs.files) inputs.push_back(file.first);
     check_outputs(o, inputs);
     if (!o.text("--light-samples").empty())
         scene.light_samples = o.number<uint32_t>("--light-samples");
@@ -314,7 +314,7 @@ int run_render(Options o) {
     const SamplerPointer sampler = sampler_create(o.text("--sampler"), o.number<uint64_t>("--seed"),
                                                   o.number<uint32_t>("--declare"));
     check_samples(o, scene, *sampler);
-    ExrHead head = image_head(o, scene, record);
+    ExrHead head = image_head(o, scene);
     Film film = resumes ? resume_film(o, resumed, head) : film_create(size[0], size[1], o.crop());
     const RenderSettings settings = {
         o.number<uint32_t>("--spp"),        o.number<uint32_t>("--first-sample"),
@@ -324,13 +324,10 @@ int run_render(Options o) {
     const GeometryPointer geometry = geometry_build(scene);
     std::vector<int> offset = o.integers("--draw-offset");
     offset.resize(2);
-    const Integrator integrator{&scene,
-                                geometry.get(),
-                                sampler.get(),
-                                o.number<uint32_t>("--max-depth"),
-                                offset[0],
-                                offset[1],
-                                o.text("--filter") == "gaussian"};
+    const auto max_depth = o.number<uint32_t>("--max-depth");
+    const bool gaussian = o.text("--filter") == "gaussian";
+    const Integrator integrator{&scene,    geometry.get(), sampler.get(), max_depth,
+                                offset[0], offset[1],      gaussian};
     RenderTotals totals;
     const bool show_progress = !o.flag("--quiet") && isatty(STDERR_FILENO);
     const auto progress = [&](double fraction, const RenderTotals &so_far) {
@@ -402,17 +399,15 @@ int main(int argc, char **argv) {
     try {
         const Options options(argc, argv);
         limit_memory(options);
-        InputRecord record;
         if (options.flag("--help")) {
             std::fputs(Options::help().c_str(), stdout);
         } else if (options.flag("--list")) {
             print_entries("scenes", scene_entries());
             print_entries("samplers", sampler_entries());
         } else if (options.flag("--list-cameras")) {
-            std::fputs(camera_list(load_scene(options, record)).c_str(), stdout);
+            std::fputs(camera_list(load_scene(options)).c_str(), stdout);
         } else if (options.flag("--list-inputs")) {
-            load_scene(options, record);
-            std::fputs(record.text().c_str(), stdout);
+            std::fputs(load_scene(options).inputs.text().c_str(), stdout);
         } else if (!options.merge.empty()) {
             run_merge(options);
         } else if (const int signal = run_render(options)) {

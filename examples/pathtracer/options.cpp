@@ -142,8 +142,7 @@ bool fits(const Row &row, const std::string &value) {
         return numbers.size() == count && std::all_of(numbers.begin(), numbers.end(), inside);
     };
     if (row.kind == WHOLE) return in_range(split<uint64_t>(value), 1);
-    if (row.kind == OFFSET) return in_range(split<int>(value), 2);
-    if (row.kind == EXTENT) return in_range(split<int>(value), 2);
+    if (row.kind == OFFSET || row.kind == EXTENT) return in_range(split<int>(value), 2);
     if (row.kind != REGION) return in_range(split<double>(value), row.kind == POINT ? 3 : 1);
     const std::vector<int> c = split<int>(value);
     return in_range(c, 4) && c[0] < c[2] && c[1] < c[3];

@@ -5,8 +5,6 @@
 #include <iomanip>
 #include <limits>
 
-#include "files.h"
-
 namespace {
 
 void include(Bounds &b, Vec3 v) {

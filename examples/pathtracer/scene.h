@@ -7,6 +7,7 @@
 #include <glm/mat3x2.hpp>
 
 #include "camera.h"
+#include "files.h"
 #include "image.h"
 #include "light.h"
 #include "material.h"
@@ -75,6 +76,7 @@ struct Scene {
     int32_t environment_light = -1; // index of the environment's light, or -1 if it is not sampled
 
     std::vector<std::string> notes; // tell the user what was left out of a scene file
+    InputRecord inputs;             // the files that were read
 };
 
 inline const Material &material_of(const Scene &scene, uint32_t triangle) {
@@ -123,8 +125,6 @@ struct SceneEntry {
 // The built-in scenes, in the order of --list.
 const std::vector<SceneEntry> &scene_entries();
 
-struct InputRecord;
-
 struct SceneOptions {
     // The camera to render with. Points are in the scene file's coordinates. Unset fields keep the values of
     // the scene's camera.
@@ -134,8 +134,7 @@ struct SceneOptions {
     std::optional<float> lens, focus; // the lens radius and the focus distance
 
     std::shared_ptr<const Environment> environment = {}; // replaces the scene's own; may be empty
-    bool photometric = false;      // a file's punctual lights are in candela and lux
-    InputRecord *record = nullptr; // receives the scene's files
+    bool photometric = false; // a file's punctual lights are in candela and lux
 };
 
 // Builds a scene by name, or reads it from a .gltf or .glb file, and finishes it. Throws Error with a list

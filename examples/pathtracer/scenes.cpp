@@ -87,14 +87,11 @@ void add_sphere(Scene &scene, uint32_t material, Vec3 middle, float radius, int 
             const Vec3 n = {std::sin(theta) * std::cos(phi), std::cos(theta),
                             std::sin(theta) * std::sin(phi)};
             add_vertex(scene, middle + radius * n, n);
-            if (ring == rings) continue;
-            const auto index = [&](int row, int place) {
-                return top + uint32_t(row * around + place % around);
-            };
-            const uint32_t a = index(ring, column), b = index(ring, column + 1);
-            const uint32_t c = index(ring + 1, column), d = index(ring + 1, column + 1);
-            if (ring > 0) add_triangle(scene, material, a, b, c);
-            if (ring + 1 < rings) add_triangle(scene, material, b, d, c);
+            const auto a = uint32_t(top + ring * around + column);
+            const auto b = uint32_t(top + ring * around + (column + 1) % around);
+            const auto below = uint32_t(around);
+            if (ring > 0 && ring < rings) add_triangle(scene, material, a, b, a + below);
+            if (ring + 1 < rings) add_triangle(scene, material, b, b + below, a + below);
         }
 }
 
@@ -282,8 +279,7 @@ Scene scene_lens() {
         const float t = float(i);
         add_sphere(scene, ball, {-0.52f + 0.36f * t, 0.25f, 1.75f - 0.9f * t}, 0.25f);
     }
-    const uint32_t chalk = add_diffuse(scene, {0.78f, 0.76f, 0.70f});
-    add_sphere(scene, chalk, {0.42f, 0.16f, 1.55f}, 0.16f);
+    add_sphere(scene, add_diffuse(scene, {0.78f, 0.76f, 0.70f}), {0.42f, 0.16f, 1.55f}, 0.16f);
     const uint32_t post = add_diffuse(scene, {0.5f, 0.5f, 0.5f});
     for (int i = 0; i < 7; ++i) {
         const float x = -2.4f + 0.7f * float(i);
@@ -385,8 +381,6 @@ Scene scene_glass() {
     const uint32_t red = add_diffuse(scene, {0.60f, 0.10f, 0.07f});
     const uint32_t teal = add_diffuse(scene, {0.07f, 0.36f, 0.38f});
     const uint32_t black = add_diffuse(scene, {0.02f, 0.02f, 0.02f});
-    const uint32_t clear = add_dielectric(scene, 1.5f, 0);
-    const uint32_t satin = add_dielectric(scene, 1.5f, 0.22f);
     const uint32_t frosted = add_dielectric(scene, 1.45f, 0.5f, {0.80f, 0.95f, 0.90f});
     const uint32_t amber = add_dielectric(scene, 1.6f, 0.05f, {0.95f, 0.70f, 0.30f});
 
@@ -399,8 +393,8 @@ Scene scene_glass() {
         const float x = -1.5f + 0.375f * float(i);
         add_bar(scene, i % 2 ? red : teal, {x, 0, -1.1f}, {x, 1.3f, -1.1f}, 0.05f);
     }
-    add_sphere(scene, clear, {-0.78f, 0.401f, 0.25f}, 0.4f);
-    add_sphere(scene, satin, {0.08f, 0.401f, -0.1f}, 0.4f);
+    add_sphere(scene, add_dielectric(scene, 1.5f, 0), {-0.78f, 0.401f, 0.25f}, 0.4f);
+    add_sphere(scene, add_dielectric(scene, 1.5f, 0.22f), {0.08f, 0.401f, -0.1f}, 0.4f);
     add_sphere(scene, frosted, {0.9f, 0.351f, 0.25f}, 0.35f);
     add_box(scene, amber, {0.2f, 0.121f, 0.85f}, {0.22f, 0, 0.1f}, {0, 0.12f, 0},
             {-0.06f, 0, 0.132f});

@@ -27,7 +27,7 @@ struct Random {
         uint64_t z = (state += 0x9e3779b97f4a7c15u);
         z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
         z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-        return static_cast<float>((z ^ (z >> 31)) >> 40) / (1 << 24);
+        return float((z ^ (z >> 31)) >> 40) / (1 << 24);
     }
 };
 

@@ -10,7 +10,7 @@ constexpr uint32_t COUNT = 1u << 24;
 
 // Sample i of a ramp from 0 to 1: red is bright, green has low contrast, and blue is constant.
 PathSample sample_at(uint32_t i) {
-    const float ramp = static_cast<float>(i) / COUNT;
+    const float ramp = float(i) / COUNT;
     PathSample sample = {};
     sample.radiance = {1000 * ramp, 1 + ramp / 1024, 0.1f};
     sample.albedo = sample.normal = {ramp, 0.1f, 1};

@@ -19,8 +19,7 @@ void test_distribution_is_exact() {
         CHECK(limits[0] == 0 && limits[n] == 1, "%g to %g", limits[0], limits[n]);
         std::vector<uint32_t> counted(n);
         for (uint32_t i = 0; i < 1u << 24; ++i) {
-            const Choice c =
-                distribution_choose(limits.data(), n, static_cast<float>(i) * DRAW_STEP);
+            const Choice c = distribution_choose(limits.data(), n, float(i) * DRAW_STEP);
             ++counted[c.index];
             CHECK(c.rest > 0 && c.rest < 1, "rest %g of index %zu", c.rest, c.index);
         }
@@ -28,10 +27,9 @@ void test_distribution_is_exact() {
         for (const double w : weights) total += w;
         for (size_t i = 0; i < n; ++i) {
             const float stated = limits[i + 1] - limits[i];
-            CHECK(static_cast<float>(counted[i]) * DRAW_STEP == stated, "%u, not %g", counted[i],
-                  stated);
+            CHECK(float(counted[i]) * DRAW_STEP == stated, "%u, not %g", counted[i], stated);
             CHECK((counted[i] > 0) == (weights[i] > 0), "index %zu: %u", i, counted[i]);
-            CHECK(std::abs(stated - weights[i] / total) < static_cast<double>(n + 1) * DRAW_STEP,
+            CHECK(std::abs(stated - weights[i] / total) < double(n + 1) * DRAW_STEP,
                   "index %zu: %g", i, stated);
         }
     }
@@ -40,14 +38,13 @@ void test_distribution_is_exact() {
 // Checks that the pdf integrates to 1, that directions follow it, and that they return their texels.
 void check_environment(const Environment &e, const char *name) {
     constexpr int COUNT = 400000;
-    const auto w = static_cast<size_t>(e.width), h = static_cast<size_t>(e.height);
+    const auto w = size_t(e.width), h = size_t(e.height);
     std::vector<double> expected, counted(w * h);
     double total = 0;
     for (size_t y = 0; y < h; ++y)
         for (size_t x = 0; x < w; ++x) {
             const float cosine = (e.row_cosines[y] + e.row_cosines[y + 1]) / 2;
-            const float longitude =
-                2 * PI * (0.5f - (static_cast<float>(x) + 0.5f) / static_cast<float>(w));
+            const float longitude = 2 * PI * (0.5f - (float(x) + 0.5f) / float(w));
             const float sine = std::sqrt(1 - cosine * cosine);
             const Vec3 d = {sine * std::sin(longitude), cosine, sine * std::cos(longitude)};
             CHECK(length(environment_radiance(e, d) - e.texels[y * w + x]) == 0, "%s: %zu, %zu",
@@ -66,10 +63,10 @@ void check_environment(const Environment &e, const char *name) {
         CHECK(pdf > 0 && std::isfinite(pdf) && std::abs(length(d) - 1) < 1e-4f, "%s: %g", name,
               pdf);
         differing += std::abs(environment_pdf(e, d) - pdf) > 1e-5f * pdf ? 1 : 0;
-        const float column = (0.5f - std::atan2(d.x, d.z) / (2 * PI)) * static_cast<float>(w);
+        const float column = (0.5f - std::atan2(d.x, d.z) / (2 * PI)) * float(w);
         size_t row = 0;
         while (row + 1 < h && d.y < e.row_cosines[row + 1]) ++row;
-        ++counted[row * w + std::min(static_cast<size_t>(column), w - 1)];
+        ++counted[row * w + std::min(size_t(column), w - 1)];
     }
     CHECK(unevenness(counted, expected) < 4.5, "%s: %g", name, unevenness(counted, expected));
     // A few directions lie so close to a texel's edge that rounding moves them across it.
@@ -206,13 +203,13 @@ void test_light_choice_follows_the_stated_probabilities() {
             expected.push_back(20000 * std::max(1 - total, 0.0));
             Mean left;
             for (int k = 0; k < 20000; ++k) {
-                float u = (static_cast<float>(k) + random()) / 20000;
+                float u = (float(k) + random()) / 20000;
                 const LightChoice choice = light_choose(tree, to, u);
                 if (choice.light < 0) {
                     ++counted.back();
                     continue;
                 }
-                const auto chosen = static_cast<uint32_t>(choice.light);
+                const auto chosen = uint32_t(choice.light);
                 const float again = light_probability(tree, to, chosen);
                 CHECK(std::abs(again - choice.probability) <= 1e-5f * again, "%g and %g", again,
                       choice.probability);

@@ -78,14 +78,14 @@ constexpr int ROWS = 32, COLUMNS = 24;
 int cell_of(Vec3 wi) {
     const float angle = std::atan2(std::sqrt(wi.x * wi.x + wi.y * wi.y), wi.z) / PI;
     const float turn = std::atan2(wi.y, wi.x) / (2 * PI) + 0.5f;
-    return std::min(static_cast<int>(angle * ROWS), ROWS - 1) * COLUMNS +
-           std::min(static_cast<int>(turn * COLUMNS), COLUMNS - 1);
+    return std::min(int(angle * ROWS), ROWS - 1) * COLUMNS +
+           std::min(int(turn * COLUMNS), COLUMNS - 1);
 }
 
 // The integral of the pdf over each cell, by the midpoint rule on a fine grid.
 std::vector<double> cell_probabilities(const Case &c, Vec3 wo) {
     const int fine_rows = 12, fine_columns = 8;
-    const double pi = static_cast<double>(PI);
+    const double pi = double(PI);
     std::vector<double> result(ROWS * COLUMNS);
     for (int y = 0; y < ROWS * fine_rows; ++y) {
         const double angle = pi * (y + 0.5) / (ROWS * fine_rows);
@@ -93,10 +93,9 @@ std::vector<double> cell_probabilities(const Case &c, Vec3 wo) {
             std::sin(angle) * pi / (ROWS * fine_rows) * 2 * pi / (COLUMNS * fine_columns);
         for (int x = 0; x < COLUMNS * fine_columns; ++x) {
             const double longitude = 2 * pi * ((x + 0.5) / (COLUMNS * fine_columns) - 0.5);
-            const Vec3 wi = {static_cast<float>(std::sin(angle) * std::cos(longitude)),
-                             static_cast<float>(std::sin(angle) * std::sin(longitude)),
-                             static_cast<float>(std::cos(angle))};
-            result[static_cast<size_t>(y / fine_rows * COLUMNS + x / fine_columns)] +=
+            const Vec3 wi = {float(std::sin(angle) * std::cos(longitude)),
+                             float(std::sin(angle) * std::sin(longitude)), float(std::cos(angle))};
+            result[size_t(y / fine_rows * COLUMNS + x / fine_columns)] +=
                 solid_angle * material_value(c.material, c.front, wo, wi).pdf;
         }
     }
@@ -128,7 +127,7 @@ void test_samples_follow_the_pdf() {
             const MaterialSample s = material_sample(c.material, c.front, wo, u, random());
             if (!(s.pdf > 0)) continue;
             ++found;
-            ++counted[static_cast<size_t>(cell_of(s.wi))];
+            ++counted[size_t(cell_of(s.wi))];
             if (i < 2000) check_weight(c, wo, s);
             ahead.add(-s.wi.z);
         }
@@ -144,7 +143,7 @@ void test_samples_follow_the_pdf() {
               c.material.roughness, c.front, c.cosine, deviations);
         // If a facet sends a direction below the surface, no sample is returned, and the pdf omits the
         // direction too. So the pdf integrates to the fraction of samples that are returned.
-        const double share = static_cast<double>(found) / count;
+        const double share = double(found) / count;
         CHECK(std::abs(total - share) < 5 * std::sqrt(share * (1 - share) / count) + 2e-3,
               "%s, roughness %g, front %d, cosine %g: the pdf integrates to %g, not %g", c.name,
               c.material.roughness, c.front, c.cosine, total, share);
@@ -179,14 +178,13 @@ void test_reciprocity() {
 // The fraction of uniform incident light that is scattered towards `wo`.
 Vec3 albedo(const Material &m, bool front, Vec3 wo, uint64_t seed, int side) {
     Random random{seed};
-    const float n = static_cast<float>(side);
+    const float n = float(side);
     Point3d sum(0);
     for (int y = 0; y < side; ++y)
         for (int x = 0; x < side; ++x) {
-            const Vec2 u = {(static_cast<float>(x) + random()) / n,
-                            (static_cast<float>(y) + random()) / n};
+            const Vec2 u = {(float(x) + random()) / n, (float(y) + random()) / n};
             // A lattice in three dimensions: the lobe is as stratified as the direction.
-            const float lobe = static_cast<float>(std::fmod((y * side + x) * 0.6180339887, 1));
+            const float lobe = float(std::fmod((y * side + x) * 0.6180339887, 1));
             const MaterialSample s = material_sample(m, front, wo, u, lobe);
             if (!(s.pdf > 0)) continue;
             sum += Point3d(s.weight);
@@ -199,7 +197,7 @@ Vec3 albedo(const Material &m, bool front, Vec3 wo, uint64_t seed, int side) {
 // lose more at grazing angles.
 void test_white_furnace() {
     for (int r = 0; r <= 10; ++r) {
-        const float roughness = static_cast<float>(r) / 10;
+        const float roughness = float(r) / 10;
         std::vector<std::pair<Material, bool>> all; // with the visible side
         for (const float ior : {1.33f, 1.5f, 2.4f, 0.8f})
             for (const bool front : {true, false})

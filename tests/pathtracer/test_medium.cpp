@@ -18,7 +18,7 @@ double optical_depth(const Medium &m, const Ray &ray, double end) {
     const int steps = 20000;
     double sum = 0;
     for (int i = 0; i < steps; ++i) {
-        const Vec3 p = ray.origin + static_cast<float>(end * (i + 0.5) / steps) * ray.direction;
+        const Vec3 p = ray.origin + float(end * (i + 0.5) / steps) * ray.direction;
         const bool inside = p.x > m.low.x && p.x < m.high.x && p.y > m.low.y && p.y < m.high.y &&
                             p.z > m.low.z && p.z < m.high.z;
         if (inside) sum += medium_density(m, p) * end / steps;
@@ -92,7 +92,7 @@ void test_densities_are_within_their_ranges() {
         const Vec3 p = m.low + Vec3{u[0], u[1], u[2]} * (m.high - m.low);
         size_t index = 0;
         for (int axis = 2; axis >= 0; --axis) {
-            const int cell = static_cast<int>(u[axis] * static_cast<float>(m.size[axis]));
+            const int cell = int(u[axis] * float(m.size[axis]));
             index = index * m.blocks[axis] + cell / Medium::BLOCK;
         }
         const auto [least, most] = m.ranges[index];

@@ -18,7 +18,7 @@ void test_degenerate_and_duplicate_faces() {
     Scene clean = scene_build("cornell", {});
     Scene broken = clean;
     const auto triangle = [&](Vec3 a, Vec3 b, Vec3 c) {
-        const auto first = static_cast<uint32_t>(broken.vertices.size());
+        const auto first = uint32_t(broken.vertices.size());
         broken.vertices.insert(broken.vertices.end(), {a, b, c});
         broken.triangles.push_back({{first, first + 1, first + 2}, 0});
     };
@@ -204,7 +204,7 @@ void test_coverage_of_a_moving_square(const char *sampler, float lens, uint32_t 
             coverage(2.0 * x / SIDE - 1, 2.0 * (x + 1) / SIDE - 1, -0.5, 0.3, 0.7);
         Mean sky;
         for (size_t i = 0; i < seen.samples.size(); ++i)
-            if (static_cast<int>(i / spp % SIDE) == x) sky.add(seen.samples[i].radiance.x);
+            if (int(i / spp % SIDE) == x) sky.add(seen.samples[i].radiance.x);
         const double deviation = std::sqrt(covered * (1 - covered) / sky.count);
         CHECK(std::abs(1 - sky.mean() - covered) <= 5 * deviation + 1e-4,
               "%s, column %d: %g, should be %g", sampler, x, 1 - sky.mean(), covered);
