@@ -173,7 +173,7 @@ class Report:
 
     def time_over(self, label, base):
         """CPU time per sample over the base's (times.py)."""
-        return self.times[label] / self.times[base]
+        return self.times.get(label, math.nan) / self.times[base]
 
     def over(self, label, base, level, rule="--visible-noise"):
         """(a sampler's samples over the base's, number of scenes): over the scenes in which neither reached the cap."""

@@ -38,7 +38,7 @@ EXPOSURES = {"cornell": 1.0, "interior": 1.0}
 # cornell shows a square box.
 LARGE_SIZE, LARGE_SIZES = (1280, 960), {"cornell": (1280, 1280)}
 CROP, QUICK_CROP = (64, 48), (48, 36)
-SEEDS, QUICK_SPP, REFERENCE_SPP = 4, 16, 1024
+SEEDS, REFERENCE_SPP = 4, 1024
 TURN, SHIFT, ZOOM = 6.0, 0.04, 0.12  # maxima: degrees, fraction of the distance to the target, fraction of the angle of view
 
 
@@ -164,12 +164,12 @@ def parse_options(command, text, arguments, counts, choose=True, **defaults):
                         f"{LARGE_SIZE[0]}x{LARGE_SIZE[1]} or more)")
     parser.add_argument("--crop", type=parse_size, metavar="WxH",
                         help=f"size of the crops, four per image (default {CROP[0]}x{CROP[1]})")
-    parser.add_argument("--quick", action="store_true", help=f"crops of {QUICK_CROP[0]}x{QUICK_CROP[1]} pixels, at most {QUICK_SPP} samples, with "
+    parser.add_argument("--quick", action="store_true", help=f"crops of {QUICK_CROP[0]}x{QUICK_CROP[1]} pixels, with "
                         "figures written only to out/")
     if choose:
         parser.add_argument("--samplers", type=names_of("sampler", variants.OWN), default=variants.OWN, metavar="A,B,...",
                             help=f"samplers from {', '.join(variants.OWN)}; {', '.join(variants.ALWAYS)} are always included")
-    parser.number("--spp", None, f"largest sample count, at most {max(counts)}", f" {max(counts)}; with --quick {QUICK_SPP}")
+    parser.number("--spp", max(counts), f"largest sample count, at most {max(counts)}")
     parser.number("--seeds", SEEDS, "number of seeds per image")
     parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of the references, a multiple of 32")
     parser.number("--jobs", os.cpu_count() or 1, "number of single-threaded renders to run in parallel", ": one per core")
@@ -178,7 +178,6 @@ def parse_options(command, text, arguments, counts, choose=True, **defaults):
     parser.set_defaults(**defaults)
     options = parser.parse_args(arguments)
     options.scenes = options.scenes or (BUILT_IN if options.quick else SCENES)
-    options.spp = options.spp or (QUICK_SPP if options.quick else max(counts))
     if options.reference_spp % 32:
         parser.error(f"--reference-spp must be a multiple of 32, not {options.reference_spp}")
     try:
