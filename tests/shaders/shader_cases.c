@@ -46,12 +46,6 @@ static uint32_t random_size(void) {
     return v >> (random_u32() & 31u);
 }
 
-static uint32_t bits_of(float v) {
-    uint32_t bits;
-    memcpy(&bits, &v, sizeof bits);
-    return bits;
-}
-
 /* Mostly multiples of 2^-24 in [0, 1), and sometimes 0, 1, other floats or floats outside [0, 1). NaNs and
  * subnormal numbers are excluded, because shaders may treat them differently. */
 static float random_number(void) {
@@ -164,12 +158,6 @@ static uint32_t path_words(uint32_t *record, uint32_t *expected) {
            41u * last.index + 43u * last.domain +
            45u * bn_loop_later_bits(seed, branch, bn_ray_loop_domain(ray.domain, k), k) +
            47u * bn_ray_child(&ray, k).domain + 49u * domain;
-}
-
-static float float_of(uint32_t bits) {
-    float v;
-    memcpy(&v, &bits, sizeof v);
-    return v;
 }
 
 /* A pan followed by any float, NaN included, and by a small one; and a film's frame. */
