@@ -89,11 +89,6 @@ def choose_u32(count: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.u
     rest : ndarray of float32
         The unused part of `u`; see `choose`.
 
-    Raises
-    ------
-    ValueError, TypeError
-        See `choose`.
-
     Examples
     --------
     >>> index, rest = choose_u32(4, [0.125, 0.8125])
@@ -122,11 +117,6 @@ def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uin
         The first item for which ``u * cdf[-1] < cdf[index]``.
     rest : ndarray of float32
         The unused part of `u`; see `choose`.
-
-    Raises
-    ------
-    ValueError, TypeError
-        See `choose`. Also raised if `cdf` is empty, not ascending or not one-dimensional.
 
     Examples
     --------

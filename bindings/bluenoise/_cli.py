@@ -21,19 +21,14 @@ import numpy as np
 
 from . import __version__, _files, dither
 from . import _arguments as arguments
-from . import _masks as masks
 from . import measure as measure_mask
 from . import points as make_points
 from ._arguments import NeuralProvider
+from ._masks import METHODS as MASKS
 from ._noise import COLOURS, false_colour, visible_noise
 from ._points import METHODS as POINTS_METHODS
 
-# Method -> the function that makes such a mask.
-_MASKS: dict[str, Callable[..., arguments.Ranks]] = {
-    "auto": masks.mask, "void-and-cluster": masks.void_and_cluster, "relax": masks.relax, "anneal": masks.anneal,
-    "neural": masks.neural, "builtin": masks.builtin,
-}
-_MASK_METHODS = {method: tuple(inspect.signature(make).parameters) for method, make in _MASKS.items()}
+_MASK_METHODS = {method: tuple(inspect.signature(make).parameters) for method, make in MASKS.items()}
 _POINTS_SUFFIXES = (".csv", ".npy")
 _EXAMPLES = """\
 examples:
@@ -370,7 +365,7 @@ def _mask(options: argparse.Namespace) -> None:
             raise ValueError("a built-in mask has no --seed")
     else:
         given.update(seed=options.seed, progress=_progress(options.quiet))
-    ranks = _MASKS[method](shape, **given)
+    ranks = MASKS[method](shape, **given)
     channels = ranks.shape[0] if ranks.ndim > len(shape) else 1
     if channels > 4 and suffix != ".npy":
         raise ValueError(f"a {channels}-channel mask does not fit in {suffix}; write .npy")

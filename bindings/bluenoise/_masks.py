@@ -284,6 +284,11 @@ def builtin(shape: Shape, *, out: Optional[Ranks] = None) -> Ranks:
     return ranks
 
 
+METHODS: dict[str, Callable[..., Ranks]] = {
+    "auto": mask, "void-and-cluster": void_and_cluster, "relax": relax, "anneal": anneal, "neural": neural, "builtin": builtin,
+}
+
+
 def _flat(shape: Shape, generator: str) -> tuple[int, ...]:
     extents = arguments.shape(shape, 3)
     if len(extents) > 2:

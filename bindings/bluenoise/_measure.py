@@ -128,11 +128,6 @@ def dithering_error(mask: npt.ArrayLike, sigma: float = 1.0) -> float:
     float
         Smaller is better. White noise has errors of 0.152, 0.115, 0.076 and 0.057 after blurs of 0.75, 1, 1.5 and 2 texels,
         respectively.
-
-    Raises
-    ------
-    ValueError, TypeError, MemoryError
-        See `measure`.
     """
     return _core.mask_error(ranks_of("mask", mask)[0], arguments.real("sigma", sigma, 0, 1000))
 
@@ -151,11 +146,6 @@ def anisotropy(masks: Union[npt.ArrayLike, Sequence[npt.ArrayLike]]) -> float:
         In dB: the mean, over rings of at least 32 texels, of 10 log10(variance of the power on the ring / squared mean power).
         Rings are one frequency step wide. NaN if no ring is large enough. An isotropic generator gives about -10 log10 k, for
         example -12 dB for 16 masks.
-
-    Raises
-    ------
-    ValueError, TypeError, MemoryError
-        See `measure`.
 
     References
     ----------
@@ -209,11 +199,6 @@ def power_spectrum(mask: npt.ArrayLike) -> npt.NDArray[np.float32]:
     ndarray of float32
         The power, as an array of the mask's shape, or ``(1, n)`` for a row. White noise has a mean power of 1. Frequencies are
         ordered as in `numpy.fft.fftfreq`; the power at frequency 0 is 0.
-
-    Raises
-    ------
-    ValueError, TypeError, MemoryError
-        See `measure`.
     """
     given = arguments.array("mask", mask)
     if given.ndim == 3 and given.size:
@@ -236,11 +221,6 @@ def radial_power(mask: npt.ArrayLike) -> tuple[npt.NDArray[np.float64], npt.NDAr
         wide. Frequency 0 and empty rings are omitted.
     power : ndarray of float64
         The mean power on each ring. If there are multiple channels or slices, each has its own row.
-
-    Raises
-    ------
-    ValueError, TypeError, MemoryError
-        See `measure`.
     """
     power = power_spectrum(mask)
     ring, width = _rings(power.shape[-2:])

@@ -145,11 +145,6 @@ class NeuralGenerator:
         -------
         ndarray of uint32
             Ranks of shape ``(height, width)``, or ``(channels, height, width)``.
-
-        Raises
-        ------
-        ValueError, TypeError, MemoryError
-            See `bluenoise.mask`.
         """
         extents = arguments.shape(shape, 2)
         if len(extents) != 2:
@@ -188,11 +183,6 @@ class NeuralGenerator:
         ndarray of float32
             Values in [0, 1) of shape ``(height, width)``, or ``(channels, height, width)``. They are uniformly distributed over
             the plane. Overlapping windows with the same seed agree to within 1e-5.
-
-        Raises
-        ------
-        ValueError, TypeError, MemoryError
-            See `bluenoise.mask`.
         """
         x0, y0, width, height = _window(x0, y0, width, height, _FARTHEST)
         values = arguments.output(out, self._shape(height, width), np.float32)

@@ -29,12 +29,6 @@ def test_points_continue_reset_and_skip():
     assert engine.random(0).shape == (0, 3)
 
 
-def test_discrepancy_is_low():
-    points = Sampler("blue", seed=1).qmc(2).random(256)
-    white = np.random.default_rng(0).random((256, 2))
-    assert qmc.discrepancy(points) < qmc.discrepancy(white) / 10
-
-
 def test_scipy_integrates_with_independent_samplers():
     found = [integrate.qmc_quad(lambda x: x[0] * x[1], [0, 0], [1, 2], n_estimates=6, n_points=256, qrng=Sampler(seed=seed).qmc(2))
              for seed in (1, 1, 2)]
