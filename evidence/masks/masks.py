@@ -50,21 +50,16 @@ UNTIMED = ("void-and-cluster, sigma 1.9", "builtin")
 class Method:
     name: str
     options: str
-    make: Callable  # make(size, seed, threads)
+    make: Callable  # make(shape, seed=, and threads= with many_threads)
     sizes: tuple = SIZES
     many_threads: bool = False
     most_repeats: int = 20
 
 
-def network(model, channels=1):
-    """make() of a Method that runs a network, with one generator per thread count."""
-    generator = functools.cache(lambda threads: bluenoise.NeuralGenerator(model, threads=threads, channels=channels))
-    return lambda size, seed, threads: generator(threads).mask((size, size), seed=seed)
-
-
-def one_thread(make, **options):
-    """make() of a Method that uses one thread."""
-    return lambda size, seed, threads: make((size, size), seed=seed, **options)
+def network(file, channels):
+    """make() of a network, with one generator per thread count."""
+    generator = functools.cache(lambda threads: bluenoise.NeuralGenerator(ROOT / "libbn/data" / file, threads=threads, channels=channels))
+    return lambda shape, seed, threads: generator(threads).mask(shape, seed=seed)
 
 
 def white(shape, seed):
@@ -72,62 +67,52 @@ def white(shape, seed):
     return np.random.default_rng(seed).permutation(shape[0] * shape[1]).astype(np.uint32).reshape(shape)
 
 
-def methods():
-    return [
-        Method("white", "", one_thread(white)),
-        Method("void-and-cluster", "", one_thread(bluenoise.void_and_cluster)),
-        Method("void-and-cluster", "sigma 1.9", one_thread(bluenoise.void_and_cluster, sigma=1.9), (PLAIN,)),
-        Method("relax", "", lambda size, seed, threads: bluenoise.relax((size, size), seed=seed, threads=threads), many_threads=True),
-        *(Method("anneal", f"{sweeps} sweeps", one_thread(bluenoise.anneal, sweeps=sweeps), tuple(n for n in SIZES if n <= most), most_repeats=repeats)
-          for sweeps, most, repeats in ((100, 256, 3), (1000, 128, 1), (10000, 128, 1))),
-        Method("builtin", "", lambda size, seed, threads: bluenoise.builtin((size, size)), (16, 32, 64, 128, 256)),
-        *(Method(name, "", network(ROOT / "libbn/data" / file, 1 + (name == "vector network")), many_threads=True)
-          for name, file in NETWORKS.items()),
-    ]
+METHODS = (
+    Method("white", "", white),
+    Method("void-and-cluster", "", bluenoise.void_and_cluster),
+    Method("void-and-cluster", "sigma 1.9", functools.partial(bluenoise.void_and_cluster, sigma=1.9), (PLAIN,)),
+    Method("relax", "", bluenoise.relax, many_threads=True),
+    *(Method("anneal", f"{sweeps} sweeps", functools.partial(bluenoise.anneal, sweeps=sweeps), tuple(n for n in SIZES if n <= most), most_repeats=repeats)
+      for sweeps, most, repeats in ((100, 256, 3), (1000, 128, 1), (10000, 128, 1))),
+    Method("builtin", "", lambda shape, seed: bluenoise.builtin(shape), (16, 32, 64, 128, 256)),
+    *(Method(name, "", network(file, 1 + (name == "vector network")), many_threads=True) for name, file in NETWORKS.items()),
+)
 
 
 # ---- Measuring
 
-def errors_of(masks):
-    """{error: mean over masks and their channels} for all of ERRORS."""
+def row_of(method, options, width, threads, repeats, seconds, masks):
+    """seconds: (wall-clock, CPU). Errors are means over masks and their channels."""
     channels = [channel for ranks in masks for channel in ranks.reshape(-1, *ranks.shape[-2:])]
-    return {key: statistics.mean(bluenoise.dithering_error(ranks, float(key[2:])) for ranks in channels) for key in ERRORS}
+    errors = (statistics.mean(bluenoise.dithering_error(ranks, float(key[2:])) for ranks in channels) for key in ERRORS)
+    return dict(zip(FIELDS, (method, options, width, threads, repeats, *(f"{value:.6f}" for value in seconds), *(f"{error:.5f}" for error in errors))))
 
 
-def row_of(method, options, width, threads, repeats, seconds, found):
-    """seconds: (wall-clock, CPU)."""
-    return dict(zip(FIELDS, (method, options, width, threads, repeats, *(f"{value:.6f}" for value in seconds),
-                             *(f"{error:.5f}" for error in found.values()))))
-
-
-def measure(threads):
+def measure(cores):
     """Yields rows as dicts. Runs of different methods are interleaved at each size, so that other jobs on the machine affect all of them alike."""
     for size in (16, 32, *SIZES):
-        jobs = [(method, count) for method in methods() if size in method.sizes
-                for count in ((1, threads) if method.many_threads and threads > 1 else (1,))]
         repeats = {64: 20, 128: 20, 256: 9, 512: 5, 1024: 3}.get(size, 1)
-        times, masks = [[] for _ in jobs], [[] for _ in jobs]
+        jobs = [(method, threads, [], []) for method in METHODS if size in method.sizes for threads in sorted({1, cores if method.many_threads else 1})]
         # The first run of the fast methods is a warm-up. It makes no difference at the largest size.
         for seed in range(-1 if size < 2048 else 0, repeats):
-            for (method, count), own, made in zip(jobs, times, masks):
+            for method, threads, times, masks in jobs:
                 if seed < 0 and method.most_repeats < 20 or seed >= method.most_repeats:
                     continue
                 wall, cpu = time.perf_counter(), time.process_time()
-                ranks = method.make(size, max(seed, 0), count)
+                ranks = method.make((size, size), seed=max(seed, 0), **({"threads": threads} if method.many_threads else {}))
                 if seed >= 0:
-                    own.append((time.perf_counter() - wall, time.process_time() - cpu))
+                    times.append((time.perf_counter() - wall, time.process_time() - cpu))
                     # Measuring the errors of large masks takes longer than generating them, and they barely differ between seeds.
-                    if len(made) < (1 if size >= 512 else repeats):
-                        made.append(ranks)
-        for (method, count), own, made in zip(jobs, times, masks):
-            row = row_of(method.name, method.options, size, count, len(own), map(min, zip(*own)), errors_of(made))
+                    if len(masks) < (1 if size >= 512 else repeats):
+                        masks.append(ranks)
+        for method, threads, times, masks in jobs:
+            row = row_of(method.name, method.options, size, threads, len(times), map(min, zip(*times)), masks)
             print(f"bench: {size}x{size} {label(row)}", file=sys.stderr)
             yield row
 
 
 def run_peer(name, command):
-    """A row for another library's generator. `command WIDTH HEIGHT FILE` writes ranks to FILE as little-endian 32-bit
-    integers and prints the wall-clock time and the CPU time it took, in seconds."""
+    """A row for another library's generator (--peer)."""
     seconds = []
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "ranks"
@@ -136,7 +121,7 @@ def run_peer(name, command):
             if result.returncode != 0:
                 sys.exit(f"bench: the peer {name} ({command}) failed with status {result.returncode}")
             seconds.append([float(word) for word in result.stdout.split()[-2:]])
-        return row_of(name, "", PLAIN, 1, 3, map(statistics.median, zip(*seconds)), errors_of([np.fromfile(path, "<u4").reshape(PLAIN, PLAIN)]))
+        return row_of(name, "", PLAIN, 1, 3, map(statistics.median, zip(*seconds)), [np.fromfile(path, "<u4").reshape(PLAIN, PLAIN)])
 
 
 # ---- Tables, the plot and the image
@@ -234,6 +219,6 @@ def run(arguments):
     generator, count = bluenoise.NeuralGenerator(), 16
     picture({name: [make((128, 128), seed=seed) for seed in range(count)] for name, make in (
         ("network", generator.mask), ("void-and-cluster", bluenoise.void_and_cluster), ("white", white))}, options.picture)
-    known = {method.name for method in methods()}
+    known = {method.name for method in METHODS}
     write_page(options.out / "masks.md", globals(), rows=rows, threads=threads, others=dict.fromkeys(row["method"] for row in rows if row["method"] not in known),
                size=max(row["width"] for row in rows if row["width"] <= 1024 and row["method"] == "network"))
