@@ -48,13 +48,10 @@ def test_version_matches_the_library():
         assert set(re.findall(r'^version = "(\S+)"$', (CRATES / file).read_text(), re.M)) == {VERSION}, file
 
 
-def test_readme_program(cargo, tmp_path):
+def test_readme_program(cargo):
     (text,) = re.findall(r"^```rust\n(.*?)^```", (CRATES / "README.md").read_text(encoding="utf-8"), re.M | re.S)
-    (tmp_path / "src").mkdir()
-    (tmp_path / "src" / "main.rs").write_text(text)
-    (tmp_path / "Cargo.toml").write_text('[package]\nname = "readme"\nversion = "0.1.0"\nedition = "2021"\n'
-                                         f'[dependencies]\nlibbn = {{ path = "{cargo.crates / "libbn"}" }}\n[workspace]\n')
-    printed = cargo("run", "--quiet", "--manifest-path", str(tmp_path / "Cargo.toml"), RUSTFLAGS="-D warnings")
+    (cargo.crates / "libbn" / "examples" / "readme.rs").write_text(text)
+    printed = cargo("run", "--quiet", "--example", "readme", RUSTFLAGS="-D warnings")
     assert len(printed.splitlines()) == 3
 
 
