@@ -70,6 +70,8 @@ def name_and_file(text):
     """An argument type: NAME=FILE as a pair."""
     if not (match := re.fullmatch(r"([A-Za-z0-9][\w.+-]*)=(.+)", text)):
         raise argparse.ArgumentTypeError(f"must be NAME=FILE, such as mine=./mine.so, not '{text}'")
+    if not Path(match[2].partition(":")[0]).is_file():
+        raise argparse.ArgumentTypeError(f"there is no file {match[2].partition(':')[0]}")
     return match[1], match[2]
 
 

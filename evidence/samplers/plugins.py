@@ -78,8 +78,6 @@ def key_of(file, folder="."):
 def load(file):
     """The Plugin in FILE.so, FILE.so:ARGUMENT or FILE.py:function."""
     path, _, rest = str(file).partition(":")
-    if not Path(path).is_file():
-        raise CommandError(f"there is no sampler {path}")
     path = os.path.abspath(path)
     if path.endswith(".py"):
         spec = importlib.util.spec_from_file_location(Path(path).stem, path)

@@ -134,7 +134,7 @@ def test_resumed_images_do_not_load_libraries_by_themselves(program, tmp_path):
     assert run("--resume", "a.exr", "--spp", "2", "--sampler", "./mine.so").returncode == 0
 
 
-@pytest.mark.parametrize(("file", "said"), [("nowhere.so", "there is no sampler nowhere.so"), ("mine.py:other", "has no function 'other'"), ("text.so", "cannot load the sampler")])
+@pytest.mark.parametrize(("file", "said"), [("nowhere.so", "cannot load the sampler: .*nowhere.so"), ("mine.py:other", "has no function 'other'"), ("text.so", "cannot load the sampler")])
 def test_bench_refuses_what_is_no_sampler(python, tmp_path, monkeypatch, file, said):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "text.so").write_text("no library")
@@ -154,3 +154,11 @@ def test_mitsubas_multijittered_points_are_stratified():
         assert all(len(set(line)) == 16 for line in np.moveaxis((16 * pair).astype(int), -1, 2).reshape(-1, 16).tolist())
     assert found.tuned and len({pixel.tobytes() for pixel in u.reshape(9, -1)}) == 9
     assert not np.array_equal(found.numbers(1, 3, 0, 16, 0, 4, 16), u) and np.array_equal(found.numbers(1, 3, 4, 2, 4, 2, 16), u[:, :, 4:6, :2])
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (["--sampler", "mine.so"], "must be NAME=FILE, such as mine=./mine.so"), (["--sampler", "mine=nowhere.so"], "there is no file {}/nowhere.so"),
+    (["--sampler"], "--sampler needs a path")])
+def test_bench_rejects_invalid_options_before_it_builds(tmp_path, words, said):
+    done = subprocess.run([ROOT / "scripts" / "bench", "renders", *words], cwd=tmp_path, check=False, capture_output=True, text=True)
+    assert done.returncode != 0 and done.stdout == "" and said.format(tmp_path) in done.stderr and "building" not in done.stderr, done.stderr
