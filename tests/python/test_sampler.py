@@ -176,24 +176,21 @@ def test_shader_tables_and_seeds():
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("index_count", [1, 3])
+@pytest.mark.parametrize("shape", [(7, 6, 3), (2, 3, 1), (1, 1, 1), (5, 1, 1), (1, 5, 1), (1, 1, 3)])
 @pytest.mark.parametrize("dims", [1, 2, 3, 4])
-def test_blocks_with_fewer_dimensions(kind, index_count, dims):
-    sampler = Sampler(kind, seed=3)
-    whole = sampler.block(-3, 5, 6, 7, 2**32 - 3, index_count, 9)
-    found = sampler.block(-3, 5, 6, 7, 2**32 - 3, index_count, 9, dims)
-    assert found.shape == (7, 6, index_count, dims) and found.dtype == np.float32
-    np.testing.assert_array_equal(found, whole[..., :dims])
-    corner = sampler.block(2**31 - 2, 2**31 - 2, 2, 2, 0, index_count, dims=dims)
-    np.testing.assert_array_equal(corner, sampler.block(2**31 - 2, 2**31 - 2, 2, 2, 0, index_count)[..., :dims])
+def test_blocks_overwrite_all_of_out(kind, shape, dims):
+    """At the first and the last coordinates and indices."""
+    sampler, (height, width, count) = Sampler(kind, seed=3, samples_per_pixel=4), shape
+    for x0, y0, first in ((-(2**31), 5, 2**32 - count), (2**31 - width, 2**31 - height, 0)):
+        y, x, index = np.ogrid[y0 : y0 + height, x0 : x0 + width, first : first + count]
+        out = np.full((*shape, dims), 7, np.float32)
+        assert sampler.block(x0, y0, width, height, first, count, 9, dims, out=out) is out
+        np.testing.assert_array_equal(out, sampler.sample(x, y, index, 9)[..., :dims])
 
 
 @pytest.mark.parametrize("dims", [2, 4])
 def test_out(dims):
     sampler = Sampler(seed=1)
-    out = np.full((7, 6, 3, dims), np.nan, np.float32)
-    assert sampler.block(0, 0, 6, 7, 0, 3, dims=dims, out=out) is out
-    np.testing.assert_array_equal(out, sampler.block(0, 0, 6, 7, 0, 3, dims=dims))
     out = np.full((7, 6, dims), np.nan, np.float32)
     y, x = np.mgrid[:7, :6]
     assert sampler.sample(x, y, 5, dims=dims, out=out) is out
@@ -218,17 +215,6 @@ def test_array_domains():
         assert domain == bluenoise.domain(3, int(keys[at]), 4 + at[1])
     assert type(bluenoise.domain(np.array(7), np.uint8(3))) is int
     assert Sampler().sample(0, 0, 0, found).shape == (2, 3, 4)
-
-
-@pytest.mark.parametrize("type", ["blue", "sobol", "white", "zorder"])
-def test_every_sample_of_a_block_is_written(type):
-    """Blocks of a single sample, row or column overwrite all earlier contents of `out`."""
-    sampler = Sampler(type, seed=3, samples_per_pixel=4 if type == "zorder" else 0)
-    for width, height, count in ((1, 1, 1), (1, 5, 1), (5, 1, 1), (3, 2, 1), (1, 1, 3)):
-        out = np.full((height, width, count, 4), 7, np.float32)
-        sampler.block(9, 8, width, height, 0, count, out=out)
-        y, x = np.mgrid[8 : 8 + height, 9 : 9 + width][..., None]
-        assert (out == sampler.sample(x, y, np.arange(count))).all()
 
 
 def test_out_may_overlap_the_coordinates():
