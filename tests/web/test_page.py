@@ -187,8 +187,8 @@ def test_moving_average_starts_as_the_mean_and_then_decays(small):
     # A pixel's surface may change with the position within it. Where it does not, two frames have equal weights.
     same = np.isclose(frames_of(small, "average", 2)[0], two / 2, rtol=1e-3, atol=1e-4).all(-1)
     assert same.mean() > 0.85
-    white, blue = np.clip(frames_of(small, "average", 40, ("white", "blue")), 0, 1)
-    reference = np.clip(frames_of(small, "sum", 64)[0] / 64, 0, 1)
+    white, blue = np.clip(frames_of(small, "average", 24, ("white", "blue")), 0, 1)
+    reference = np.clip(frames_of(small, "sum", 32)[0] / 32, 0, 1)
     errors = [gaussian_filter(picture - reference, (1, 1, 0)).std() for picture in (white, blue)]
     assert errors[1] < 0.9 * errors[0] and errors[0] < 0.05, errors
 
