@@ -2,8 +2,8 @@
 """The comparisons in pbrt-v4 and Cycles. If BN_PBRT_PROGRAM names a patched pbrt, or BN_CYCLES_PROGRAM and BN_CYCLES name a patched
 Cycles and its sources, the tests also render: crops, threads, seeds and the wavefront integrator."""
 
+import dataclasses
 import os
-import re
 import subprocess
 from types import SimpleNamespace
 
@@ -47,25 +47,16 @@ def test_page_states_errors_relative_to_blue(tmp_path):
 
 # ---- With pbrt
 
-@pytest.fixture(scope="module")
-def pbrt_program():
+@pytest.fixture
+def picture(tmp_path):
+    def picture(scene="penumbra", bounds=(600, 640, 400, 430), spp=4, seed=1, threads=1, sampler="blue", flags=(), **changed):
+        path = pbrt_scenes.write_files(tmp_path, dataclasses.replace(pbrt_scenes.OWN[scene], **changed), sampler, pbrt.SAMPLERS[sampler])
+        subprocess.run([os.environ["BN_PBRT_PROGRAM"], "--quiet", "--nthreads", str(threads), "--spp", str(spp), "--seed", str(seed), *flags,
+                        "--pixelbounds", ",".join(map(str, bounds)), "--outfile", tmp_path / "out.exr", path], check=True)
+        return read_exr(tmp_path / "out.exr")[0]
+
     if not os.environ.get("BN_PBRT_PROGRAM"):
         pytest.skip("BN_PBRT_PROGRAM is not set to a patched pbrt-v4")
-    return os.environ["BN_PBRT_PROGRAM"]
-
-
-@pytest.fixture(scope="module")
-def picture(pbrt_program, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("pictures")
-
-    def picture(scene="penumbra", bounds=(600, 640, 400, 430), spp=4, seed=1, threads=1, sampler="blue", more=(), edit=lambda text: text):
-        path = pbrt_scenes.write_files(folder, pbrt_scenes.OWN[scene], sampler, pbrt.SAMPLERS[sampler])
-        path.write_text(edit(path.read_text()))
-        out = folder / "out.exr"
-        subprocess.run([pbrt_program, "--quiet", "--nthreads", str(threads), "--spp", str(spp), "--seed", str(seed), *more,
-                        "--pixelbounds", ",".join(map(str, bounds)), "--outfile", out, path], check=True)
-        return read_exr(out)[0]
-
     return picture
 
 
@@ -78,47 +69,34 @@ def test_crops_threads_and_seeds(picture):
 
 def test_wavefront_integrator_renders_the_same_image(picture):
     """Both integrators draw the same numbers up to the light and direction at the first surface; only their rounding differs."""
-    def once(text):
-        return re.sub('"integer maxdepth" [0-9]+', '"integer maxdepth" 1', text)
-
-    ours, theirs = picture(edit=once), picture(edit=once, more=["--wavefront"])
-    assert np.mean(np.abs(ours - theirs) > 1e-3 * (1 + ours)) < 0.01
-    other = picture(edit=once, seed=2)
-    assert np.mean(np.abs(ours - other) > 1e-3 * (1 + ours)) > 0.5
+    ours, theirs, other = picture(depth=1), picture(depth=1, flags=["--wavefront"]), picture(depth=1, seed=2)
+    assert np.mean(np.abs(ours - theirs) > 1e-3 * (1 + ours)) < 0.01 and np.mean(np.abs(ours - other) > 1e-3 * (1 + ours)) > 0.5
 
 
 @pytest.mark.parametrize(("scene", "lens"), [("skin", 0), ("penumbra", 0.12)])
 def test_both_integrators_agree_with_another_sampler(picture, scene, lens):
     """Compares the mean values of a patch, which differ by a few per cent at 64 samples per pixel."""
-    def edit(text):
-        return text.replace('"float fov" 40', f'"float fov" 40 "float lensradius" {lens} "float focaldistance" 5.6')
-
-    wanted = picture(scene, spp=64, sampler="independent", edit=edit).mean()
-    for more in ((), ("--wavefront",)):
-        assert picture(scene, spp=64, more=more, edit=edit).mean() == pytest.approx(wanted, rel=0.05)
+    means = [picture(scene, spp=64, sampler=sampler, flags=flags, more=f' "float lensradius" {lens} "float focaldistance" 5.6').mean()
+             for sampler, flags in (("independent", ()), ("blue", ()), ("blue", ["--wavefront"]))]
+    assert means == pytest.approx(means[:1] * 3, rel=0.05)
 
 
 # ---- With Cycles
 
-@pytest.fixture(scope="session")
-def cycles_program():
+@pytest.fixture
+def cycles_run():
     if not os.environ.get("BN_CYCLES_PROGRAM") or not os.environ.get("BN_CYCLES"):
         pytest.skip("BN_CYCLES_PROGRAM and BN_CYCLES are not set to a patched Cycles and its sources")
-    return os.environ["BN_CYCLES_PROGRAM"]
+    work = cycles.CyclesRun(os.environ["BN_CYCLES_PROGRAM"], os.environ["BN_CYCLES"], 1)
+    return lambda sampler, told, spp, seed=1: work.rendered(other_renderer.Task(cycles.view_of("penumbra"), sampler, told=told), spp, seed)[1]
 
 
-def cycles_picture(program, sampler, told, spp, seed=1):
-    task = other_renderer.Task(cycles.view_of("penumbra"), sampler, told=told)
-    return cycles.CyclesRun(program, os.environ["BN_CYCLES"], 1).rendered(task, spp, seed)[1]
-
-
-def test_images_differ_only_between_seeds(cycles_program):
-    first, again, other = (cycles_picture(cycles_program, "blue", 2, 2, seed) for seed in (1, 1, 2))
+def test_images_differ_only_between_seeds(cycles_run):
+    first, again, other = (cycles_run("blue", 2, 2, seed) for seed in (1, 1, 2))
     assert np.array_equal(first, again) and np.mean(first != other) > 0.5 and abs(first.mean() / other.mean() - 1) < 0.02
 
 
 @pytest.mark.parametrize("sampler", cycles.SAMPLERS)
-def test_only_cycles_own_blue_noise_depends_on_the_declared_sample_count(cycles_program, sampler):
+def test_only_cycles_own_blue_noise_depends_on_the_declared_sample_count(cycles_run, sampler):
     """The declared sample count changes Cycles' own blue noise, as the table "Stopped early" assumes, but no other pattern."""
-    told_four, told_more = (cycles_picture(cycles_program, sampler, told, 4) for told in (4, 64))
-    assert np.array_equal(told_four, told_more) == (sampler not in cycles.PREVIEW)
+    assert np.array_equal(cycles_run(sampler, 4, 4), cycles_run(sampler, 64, 4)) == (sampler not in cycles.PREVIEW)
