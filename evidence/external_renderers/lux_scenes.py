@@ -23,104 +23,97 @@ FIXED = "-fixed"
 
 
 def read(path):
-    """A properties file as nested dicts; values are lists of words."""
-    tree = {}
+    """A properties file as {key: words}, without "scene." in front of the keys."""
+    found = {}
     for line in path.read_text(encoding="utf-8").splitlines():
         name, equals, value = line.partition("=")
         if equals and not line.startswith("#"):
-            node, *parts = tree, *name.strip().split(".")
-            for part in parts:
-                node = node.setdefault(part, {})
-            node[""] = [value.strip().strip('"')] if value.strip()[-4:].strip('"') in (".ply", ".exr", ".png") else value.replace('"', " ").split()
-    return tree["scene"]
-
-
-def word(node, *path, default=""):
-    for part in path:
-        node = node.get(part, {})
-    return node.get("", [default])[0]
-
-
-def floats(node, *path, default):
-    for part in path:
-        node = node.get(part, {})
-    return [float(value) for value in node.get("", default)]
+            is_file = value.strip()[-4:].strip('"') in (".ply", ".exr", ".png")
+            found[name.strip().removeprefix("scene.")] = [value.strip().strip('"')] if is_file else value.replace('"', " ").split()
+    return found
 
 
 class Converter:
+    """Nodes are prefixes of keys, such as "materials.glass"."""
+
     def __init__(self, checkout, name, folder):
-        self.checkout, self.place, self.out = checkout, checkout / "scenes" / Path(name).parent, folder
-        self.tree = read(checkout / "scenes" / f"{name}.scn")
-        self.lines = []
+        self.checkout, self.place, self.out, self.lines = checkout, checkout / "scenes" / Path(name).parent, folder, []
+        self.values = read(checkout / "scenes" / f"{name}.scn")
+
+    def word(self, key, default=""):
+        return self.values.get(key, [default])[0]
+
+    def floats(self, key, *default):
+        return [float(word) for word in self.values.get(key, default)]
+
+    def nodes(self, group):
+        return dict.fromkeys(".".join(key.split(".")[:2]) for key in self.values if key.startswith(f"{group}."))
 
     def file(self, name):
         """The path to one of the scene's files, or None if the checkout lacks it."""
         return next((path for path in (self.checkout / name, self.place / name) if path.is_file()), None)
 
-    def colour(self, node, name, default):
+    def colour(self, key, default):
         """A colour parameter: numbers, or the image of a texture."""
-        words = node.get(name, {}).get("", default)
-        texture = self.tree.get("textures", {}).get(words[0], {}) if isinstance(words[0], str) else {}
-        if texture and word(texture, "type") == "imagemap" and (path := self.file(word(texture, "file"))):
+        words = self.values.get(key, [default])
+        texture = f"textures.{words[0]}"
+        if self.word(f"{texture}.type") == "imagemap" and (path := self.file(self.word(f"{texture}.file"))):
             self.lines.append(f'Texture "{words[0]}" "spectrum" "imagemap" "string filename" "{path}"')
             return "texture", f'"{words[0]}"'
-        if texture:
-            words = texture.get("value", {}).get("", default)
+        if texture in self.nodes("textures"):
+            words = self.values.get(f"{texture}.value", [default])
         values = [float(value) for value in words]
         return "rgb", numbers(np.clip(values if len(values) == 3 else values[:1] * 3, 0, 1))
 
     def material(self, name):
         """The lines of a material; None for a material that light passes through."""
-        node = self.tree.get("materials", {}).get(name, {})
-        kind = word(node, "type", default="matte")
+        node = f"materials.{name}"
+        kind, rough = self.word(f"{node}.type", "matte"), self.word(f"{node}.uroughness", "0.1")
         if kind == "null":
             return None
         if kind == "mix":
-            parts = [self.material(word(node, part)) for part in ("material1", "material2")]
-            amount = word(node, "amount")
+            parts = [self.material(self.word(f"{node}.{part}")) for part in ("material1", "material2")]
+            amount = self.word(f"{node}.amount")
             if None in parts or amount[:1].isalpha():
                 return parts[1] or parts[0]
             for part, lines in zip("12", parts):
                 self.lines.append(lines.replace("Material ", f'MakeNamedMaterial "{name} {part}" "string type" ', 1))
             return f'Material "mix" "string materials" [ "{name} 1" "{name} 2" ] "float amount" {amount}'
         if kind in ("mirror", "metal", "metal2"):
-            exponent = floats(node, "exp", default=[0])[0]
-            rough = (2 / (exponent + 2)) ** 0.5 if exponent else floats(node, "uroughness", default=[0.1])[0] if kind != "mirror" else 0
-            return f'Material "conductor" "{{}} reflectance" {{}} "float roughness" {rough:.6g}'.format(*self.colour(node, "kr", [0.75]))
+            exponent = self.floats(f"{node}.exp", 0)[0]
+            rough = (2 / (exponent + 2)) ** 0.5 if exponent else float(rough) if kind != "mirror" else 0
+            return f'Material "conductor" "{{}} reflectance" {{}} "float roughness" {rough:.6g}'.format(*self.colour(f"{node}.kr", 0.75))
         if kind in ("glass", "roughglass"):
-            rough = floats(node, "uroughness", default=[0.1])[0] if kind == "roughglass" else 0
-            return f'Material "dielectric" "float eta" {floats(node, "iorinside", default=[1.5])[0]} "float roughness" {rough}'
+            return f'Material "dielectric" "float eta" {self.floats(f"{node}.iorinside", 1.5)[0]} "float roughness" {float(rough) if kind == "roughglass" else 0}'
         if kind == "archglass":
             return 'Material "thindielectric"'
-        base = self.colour(node, "basecolor" if kind == "disney" else "kd", [0.5])
+        base = self.colour(f"{node}.{'basecolor' if kind == 'disney' else 'kd'}", 0.5)
         if kind in ("matte", "roughmatte"):
             return 'Material "diffuse" "{} reflectance" {}'.format(*base)
         if kind == "mattetranslucent":
-            return ('Material "diffusetransmission" "{} reflectance" {}'.format(*self.colour(node, "kr", [0.5]))
-                    + ' "{} transmittance" {}'.format(*self.colour(node, "kt", [0.5])))
-        rough = word(node, "uroughness", default="0.1")
+            return 'Material "diffusetransmission" "{} reflectance" {} "{} transmittance" {}'.format(
+                *self.colour(f"{node}.kr", 0.5), *self.colour(f"{node}.kt", 0.5))
         return f'Material "coateddiffuse" "{{}} reflectance" {{}} "float roughness" {0.1 if rough[:1].isalpha() else rough}'.format(*base)
 
     def add_object(self, node):
-        shape = self.tree.get("shapes", {}).get(word(node, "shape"), node)
-        path, material = self.file(word(shape, "ply")), self.material(word(node, "material"))
+        name = self.word(f"{node}.material")
+        path, material = self.file(self.word(f"shapes.{self.word(f'{node}.shape')}.ply") or self.word(f"{node}.ply")), self.material(name)
         if not path or not material:
             return
-        lines = [material]
-        emission = self.tree["materials"].get(word(node, "material"), {}).get("emission", {})
-        if "" in emission and emission[""][0] not in ("0", "0.0"):
-            light = [1.0] if emission[""][0][:1].isalpha() else [float(value) for value in emission[""]]
-            gain = floats(emission, "gain", default=[1, 1, 1]) if light != [1.0] else [1, 1, 1]
+        lines, emission = [material], f"materials.{name}.emission"
+        if (light := self.word(emission, "0")) not in ("0", "0.0"):
+            is_texture = light[:1].isalpha()
+            light, gain = ([1.0], [1, 1, 1]) if is_texture else (self.floats(emission), self.floats(f"{emission}.gain", 1, 1, 1))
             lines.append(f'AreaLightSource "diffuse" "bool twosided" true "rgb L" {numbers(np.array(light) * gain)}')
-        if "transformation" in node:
-            lines.append(f'ConcatTransform {numbers(floats(node, "transformation", default=[]))}')
+        if f"{node}.transformation" in self.values:
+            lines.append(f'ConcatTransform {numbers(self.floats(f"{node}.transformation"))}')
         self.lines.append(inside(*lines, f'Shape "plymesh" "string filename" "{path}"'))
 
     def add_light(self, node):
-        gain, kind = floats(node, "gain", default=[1, 1, 1]), word(node, "type", default="infinite")
-        place, target = (numbers(floats(node, part, default=[0, 0, 0])) for part in ("position", "target"))
+        gain, kind = self.floats(f"{node}.gain", 1, 1, 1), self.word(f"{node}.type", "infinite")
+        place, target = (numbers(self.floats(f"{node}.{part}", 0, 0, 0)) for part in ("position", "target"))
         if kind == "infinite":
-            picture = read_exr(self.file(word(node, "file")))[0]
+            picture = read_exr(self.file(self.word(f"{node}.file")))[0]
             d = sphere_of_square(SKY_SIZE)
             x = ((np.arctan2(d[..., 1], d[..., 0]) / (2 * np.pi)) % 1 * picture.shape[1]).astype(int)
             y = (np.arccos(np.clip(d[..., 2], -1, 1)) / np.pi * picture.shape[0]).astype(int)
@@ -128,7 +121,7 @@ class Converter:
             write_exr(path, picture[y.clip(0, picture.shape[0] - 1), x.clip(0, picture.shape[1] - 1)] * np.float32(gain), {})
             self.lines.append(f'LightSource "infinite" "string filename" "{path}"')
         elif kind == "constantinfinite":
-            self.lines.append(f'LightSource "infinite" "rgb L" {numbers(np.array(floats(node, "color", default=[1, 1, 1])) * gain)}')
+            self.lines.append(f'LightSource "infinite" "rgb L" {numbers(np.array(self.floats(f"{node}.color", 1, 1, 1)) * gain)}')
         elif kind in ("point", "sphere"):
             self.lines.append(f'LightSource "point" "point3 from" {place} "rgb I" {numbers(gain)}')
         elif kind == "spot":
@@ -137,18 +130,17 @@ class Converter:
             self.lines.append(SKY_LIGHT)
 
     def scene(self, name):
-        camera, tree = self.tree["camera"], self.tree
-        look = floats(camera, "lookat", default=[]) or floats(camera, "lookat", "orig", default=[]) + floats(camera, "lookat", "target", default=[])
-        lights = [*tree.get("lights", {}).values(), *([tree["infinitelight"]] if "infinitelight" in tree else []),
-                  *([{"type": {"": ["sky"]}}] if {"sunlight", "skylight"} & set(tree) else [])]
-        for light in lights:
+        look = self.floats("camera.lookat") or self.floats("camera.lookat.orig") + self.floats("camera.lookat.target")
+        if {"sunlight", "skylight"} & {key.split(".")[0] for key in self.values}:
+            self.values["skylight.type"] = ["sky"]
+        for light in (*self.nodes("lights"), *(light for light in ("infinitelight", "skylight") if self.nodes(light))):
             self.add_light(light)
-        for node in tree["objects"].values():
+        for node in self.nodes("objects"):
             self.add_object(node)
-        lens = floats(camera, "lensradius", default=[0])[0]
-        more = f' "float lensradius" {lens} "float focaldistance" {word(camera, "focaldistance", default="10")}' if lens else ""
+        lens = self.floats("camera.lensradius", 0)[0]
+        more = f' "float lensradius" {lens} "float focaldistance" {self.word("camera.focaldistance", "10")}' if lens else ""
         return Scene(name, f"LuxCoreRender's {SCENES[name]}", "\n".join(self.lines), tuple(look[:3]), tuple(look[3:]),
-                     min(floats(camera, "fieldofview", default=[45])[0], 90), 6, more)
+                     min(self.floats("camera.fieldofview", 45)[0], 90), 6, more)
 
 
 def scenes(checkout, folder):
