@@ -100,7 +100,7 @@ class Render:
     """Renders films, and measures each way to number samples."""
 
     def __init__(self, options):
-        self.program, self.seeds, self.spp = options.frames, options.seeds, options.reference_spp
+        self.program, self.seeds = options.frames, options.seeds
         self.store = Store(cache_folder() / "films")
         self.sum = hashlib.sha256(Path(self.program).read_bytes()).hexdigest()
 
