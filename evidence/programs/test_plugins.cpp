@@ -85,6 +85,22 @@ bool fills_cells(const Sampler &sampler, uint32_t decision, uint32_t a, uint32_t
     return cells.size() == size_t{a} * b;
 }
 
+// With any table, consecutive dimensions are nets, if the samples are as many as declared.
+void test_cascaded_sobol() {
+    const std::string path = "test_plugins_cascaded.txt";
+    std::ofstream file(path);
+    for (int d = 1; d <= 16; ++d) file << d << (d % 2 != 0 ? " 1 0 1\n" : " 2 1 1 3\n");
+    file.close();
+    for (const uint32_t samples : {4u, 16u, 64u}) {
+        const SamplerPointer sampler = create("cascaded_sobol.so:" + path, 7, samples);
+        for (const uint32_t decision : {0u, 4u})
+            for (uint32_t a = 1; a <= samples; a *= 2)
+                CHECK(fills_cells(*sampler, decision, a, samples / a),
+                      "%u samples, decision %u, %u columns", samples, decision, a);
+    }
+    std::remove(path.c_str());
+}
+
 // Each dimension of the Halton sequence is stratified in the powers of its prime, alone and in pairs.
 void test_halton() {
     for (uint64_t seed = 0; seed < 3; ++seed) {
@@ -198,6 +214,7 @@ int main(int argc, char **argv) {
     test_heitz();
     test_the_screen_is_a_net();
     test_split_samples();
+    test_cascaded_sobol();
     test_halton();
     test_lattice();
     return 0;

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cascaded Sobol' sampling (Paulin et al., "Cascaded Sobol' Sampling", 2021), tuned for a power of two of samples: the value
+// of each dimension is the index of the next, so consecutive dimensions form nets. The argument is a file with initial
+// direction numbers, one line for each dimension: number, degree, polynomial, numbers. The authors' table is
+// data/cascaded_sobol_init_tab.dat in https://github.com/loispaulin/CascadedSobol (MIT). Each pixel and dimension has its
+// own Owen scrambling.
+#include <array>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+#include "plugin.hpp"
+
+namespace {
+
+using Columns = std::array<uint32_t, 32>; // by the index's bit
+
+// Sobol's recurrence, from `degree` initial numbers. The polynomial's coefficients are in the order of its powers.
+Columns columns_of(uint32_t degree, uint32_t polynomial, std::istream &numbers) {
+    Columns m{};
+    for (uint32_t k = 0; k < 32; ++k) {
+        if (k < degree) {
+            if (!(numbers >> m[k])) throw std::invalid_argument("numbers");
+            continue;
+        }
+        m[k] = m[k - degree] ^ m[k - degree] << degree;
+        for (uint32_t i = 1; i < degree; ++i)
+            if (polynomial >> (degree - 1 - i) & 1u) m[k] ^= m[k - i] << i;
+    }
+    for (uint32_t k = 0; k < 32; ++k) m[k] <<= 31 - k;
+    return m;
+}
+
+class CascadedSobol {
+  public:
+    CascadedSobol(uint64_t, uint32_t samples, const std::string &path) {
+        std::ifstream file(path);
+        uint32_t number, degree, polynomial;
+        for (std::string line; std::getline(file, line);) {
+            std::istringstream words(line);
+            if (!(words >> number >> degree >> polynomial) || degree == 0 || degree > 31)
+                throw std::invalid_argument(line);
+            dimensions_.push_back(columns_of(degree, polynomial, words));
+        }
+        if (dimensions_.size() < 16) throw std::invalid_argument(path);
+        while (bits_ < 31 && (1u << bits_) < (samples > 0 ? samples : 256u)) ++bits_;
+    }
+
+    void draw(uint64_t seed, int32_t x, int32_t y, uint32_t index, uint32_t decision,
+              uint32_t dimensions, float *u) const {
+        const uint64_t pixel = mix64(mix64(seed + 1) + (uint64_t{uint32_t(x)} << 32 | uint32_t(y)));
+        for (uint32_t pair = 0; pair < dimensions / 2; ++pair, u += 2) {
+            const uint32_t first = dimension_of(decision, pair);
+            if (first >= dimensions_.size() - 1) {
+                draw_white(seed, x, y, index, decision + pair, u);
+                continue;
+            }
+            uint32_t value = index;
+            for (uint32_t d = 0; d < first + 2; ++d) {
+                const uint32_t before = d == 0 || bits_ == 0 ? value : value >> (32 - bits_);
+                value = 0;
+                for (uint32_t k = 0; before >> k > 0; ++k)
+                    if (before >> k & 1u) value ^= dimensions_[d][k];
+                if (d >= first)
+                    u[d - first] = bn_draw_float(bn_owen(value, uint32_t(mix64(pixel + d))));
+            }
+        }
+    }
+
+  private:
+    std::vector<Columns> dimensions_;
+    uint32_t bits_ = 0; // log2 of the number of samples
+};
+
+} // namespace
+
+SAMPLER_PLUGIN(CascadedSobol, 1)
