@@ -59,6 +59,11 @@ def test_samples_in_three_languages_draw_the_same_numbers(tmp_path, python):
         np.testing.assert_array_equal(plugins.load(file).numbers(2**31, 24, 5, 8, 14, 4), numbers)
 
 
+@pytest.mark.parametrize("compiler", [("cc", "-std=c99", "-xc"), ("c++", "-std=c++11", "-xc++")])
+def test_header_is_plain_c_and_cpp(compiler):
+    subprocess.run([*compiler, "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only", HEADER / "sampler_plugin.h"], check=True)
+
+
 def test_numbers_reach_the_tables_of_integrands(tmp_path, python):
     """A plug-in that draws the numbers of `blue` has its errors; a library and a Python function with the same numbers have the same errors."""
     def draw(seed, x, y, index, decision, dimensions):
