@@ -21,9 +21,9 @@ from ..measure import compare
 from ..measure.compare import Comparison
 from ..measure.image_error import displayed, displayed_rmse, own_errors, relative_rmse
 from ..measure.statistics import estimate
+from ..samplers.variants import NAMES
 from . import views
 from .judge import Cells, Run, Task, pictures_of, plan, render_references
-from .renders import NAMES
 
 # The inputs of the denoiser.
 WAYS = {

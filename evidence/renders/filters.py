@@ -9,7 +9,8 @@ import dataclasses
 from ..base.files import write_rows
 from ..base.page import write_page
 from ..measure import compare
-from . import renders, variants, views
+from ..samplers import variants
+from . import renders, views
 
 COUNTS = (1, 2, 4, 8, 16)
 FILTERS = {"box": (), "gaussian": ("--filter", "gaussian")}

@@ -16,7 +16,7 @@ from ..base.cache import Store, cache_folder
 from ..base.files import read_exr
 from ..base.progress import Progress, in_parallel
 from ..measure.image_error import LUMINANCE, all_errors, own_errors
-from . import variants
+from ..samplers import variants
 from .renderer import REFERENCE_SEED, RenderError, files_beside, make_reference, progressive
 from .views import View
 

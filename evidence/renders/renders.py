@@ -16,14 +16,14 @@ from ..base.tables import md_table, series
 from ..measure import compare, statistics
 from ..measure.compare import Comparison, row_of
 from ..measure.image_error import LUMINANCE, MEASURES, measure_name
-from . import models, variants, views
+from ..samplers import variants
+from ..samplers.variants import NAMES
+from . import models, views
 from .judge import COUNTS, Cells, Run, plan, render_references
 from .renderer import REFERENCE_PARTS
 
 HEADLINE = "displayed_2.1"
 TABLES = (HEADLINE, "displayed_1.0", "displayed", "rmse_2.1", "rmse_1.0", "rmse")
-NAMES = {"white": "white noise", "sobol": "padded Sobol'", "sobol-global": "global Sobol'", "zorder": "Z-order, tuned for N", "mask": "a mask",
-         "blue": "`blue`", "heitz": "Heitz et al. 2019, tuned for N", "openqmc-sobolbn": "OpenQMC sobolbn", "openqmc-pmjbn": "OpenQMC pmjbn", "openqmc-latticebn": "OpenQMC latticebn"}
 TO_REACH = (4, 16)  # sample counts of the base whose error is to be reached
 TO_WHITE = "samples for white noise's error, displayed_2.1"  # in the CSV
 

@@ -22,10 +22,11 @@ from ..base.page import write_page
 from ..base.plots import STYLES, finish, plt, save
 from ..base.tables import md_table, update_table
 from ..measure.image_error import visible_error
-from . import times, variants, views
+from ..samplers import variants
+from ..samplers.variants import NAMES
+from . import times, views
 from .judge import Run, Task, render_references
 from .renderer import progressive, run_pathtracer
-from .renders import NAMES
 
 COUNTS = (2, 4, 8, 16, 32, 64, 128)
 CAP = 256  # samples per pixel at which the stop rules give up

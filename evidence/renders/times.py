@@ -12,7 +12,8 @@ from ..base.command import Parser
 from ..base.files import write_rows
 from ..base.progress import Progress
 from ..base.tables import md_table
-from . import variants, views
+from ..samplers import variants
+from . import views
 from .renderer import processor_seconds
 
 SPP, ROUNDS = 32, 3

@@ -14,7 +14,8 @@ import os
 from pathlib import Path
 
 from ..base.command import Parser, command_shown, names_of, parse_size
-from . import models, variants
+from ..samplers import variants
+from . import models
 from .renderer import Request, scene_label
 
 BUILT_IN = ("cornell", "penumbra", "glossy", "lens", "glass", "interior", "motion", "fog")

@@ -16,10 +16,9 @@ from ..base.page import render
 from ..base.plots import finish, plt, save, style
 from ..base.progress import in_parallel
 from ..base.tables import md_table
-from ..renders import variants
-from ..renders.renders import NAMES
-from . import heitz, integrands, plugins
+from . import heitz, integrands, plugins, variants
 from .integrands import COUNTS, EVERY_COUNT, SIDE
+from .variants import NAMES
 
 EVERY, RUNS_OF_EVERY = ("white", "sobol", "zorder", "sobol-global", "blue"), 4  # the samplers measured at every count
 OWN = ("white", "sobol", "zorder", "mask", "blue")

@@ -7,9 +7,10 @@ from ..base.page import render
 from ..base.tables import md_table, series, update_table
 from ..measure.statistics import Estimate
 from ..realtime.realtime import in_order
-from ..renders.renders import HEADLINE, NAMES, TO_WHITE
+from ..renders.renders import HEADLINE, TO_WHITE
 from ..renders.times import over
 from ..samplers.samplers import PEAKS
+from ..samplers.variants import NAMES
 
 COMMAND = "scripts/bench summary"
 COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)

@@ -8,8 +8,7 @@ import pytest
 from conftest import ROOT
 
 from evidence.base.command import CommandError
-from evidence.renders import variants
-from evidence.samplers import heitz, integrands, plugins, samplers
+from evidence.samplers import heitz, integrands, plugins, samplers, variants
 
 
 def test_every_row_is_relative_to_padded_sobol():

@@ -35,8 +35,8 @@ from evidence.measure.statistics import ratio
 from evidence.renders.judge import Cells, Run, Task, pictures_of, render_references
 from evidence.renders.renderer import REFERENCE_PARTS, progressive, scene_label
 from evidence.renders.renderer import notes_of as notes_on
-from evidence.renders.variants import OWN
 from evidence.renders.views import View
+from evidence.samplers.variants import OWN
 
 from .to_gltf import scene_for
 

@@ -6,12 +6,14 @@ import subprocess
 
 from ..base.cache import cache_folder
 from ..base.command import CommandError
-from ..samplers import heitz, plugins
+from . import heitz, plugins
 
 # OpenQMC's blue-noise samplers.
 PEERS = ("openqmc-pmjbn", "openqmc-sobolbn", "openqmc-latticebn")
 # sobol-global is a plug-in, which needs Boost.
 SAMPLERS = ("white", "sobol", "zorder", "mask", "sobol-global", "heitz", *PEERS, "blue")
+NAMES = {"white": "white noise", "sobol": "padded Sobol'", "sobol-global": "global Sobol'", "zorder": "Z-order, tuned for N", "mask": "a mask",
+         "blue": "`blue`", "heitz": "Heitz et al. 2019, tuned for N", "openqmc-sobolbn": "OpenQMC sobolbn", "openqmc-pmjbn": "OpenQMC pmjbn", "openqmc-latticebn": "OpenQMC latticebn"}
 OWN = tuple(name for name in SAMPLERS if name not in (*PEERS, "heitz"))
 ALWAYS = ("white", "sobol", "blue")  # the headline figures compare blue with the others
 PLUGINS = {}  # {name: plugins.Plugin} of chosen()
