@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 import operator
 import os
@@ -205,6 +206,14 @@ def enough_memory(what: str, size: int) -> None:
     """Raises MemoryError at once if work that needs this many bytes would fail later."""
     if size > memory():
         raise MemoryError(f"{what} needs about {size / 1e9:.1f} GB of memory, but at most {memory() / 1e9:.1f} GB can be used")
+
+
+def needed(module: str, words: str, package: str) -> Any:
+    """A module that only some functions need."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise ImportError(f"{words}; run: pip install {package}") from None
 
 
 def is_permutation(flat: npt.NDArray[Any]) -> bool:

@@ -292,15 +292,11 @@ _POINTS_OPTIONS: dict[str, dict[str, Any]] = {
 }
 
 
-def _add_seed(command: argparse.ArgumentParser, default: int) -> None:
-    command.add_argument("--seed", default=default, type=_seed, help=f"0 to 2**64 - 1, or random (default {default})")
-
-
 def _add_method(
     command: argparse.ArgumentParser, known: Mapping[str, Sequence[str]], default: Optional[str], note: str, options: Mapping[str, Any]
 ) -> None:
     command.add_argument("--method", default=default, choices=known, help=f"default {note}")
-    _add_seed(command, 0)
+    command.add_argument("--seed", default=0, type=_seed, help="0 to 2**64 - 1, or random (default 0)")
     for name, words in options.items():
         methods = ", ".join(method for method in known if name in known[method])
         command.add_argument(f"--{name.replace('_', '-')}", **{**words, "help": f"{methods}: {words['help']}"})
@@ -480,7 +476,8 @@ def _points(options: argparse.Namespace) -> None:
     if options.channel and "mask" not in given:
         raise ValueError("--channel needs --mask")
     if "mask" in given:
-        given["mask"] = _files.ranked(options.mask, _files.load_mask(options.mask, options.channel), False, "load(..., rank=True)")
+        values = _files.one_channel(options.mask, _files.load_values(options.mask), options.channel)
+        given["mask"] = _files.ranked(options.mask, values, False, "load(..., rank=True)")
     if "density" not in given and (options.dark or options.count is None):
         raise ValueError("--dark needs --density" if options.dark else "points needs --count or --density")
     if "density" in given:

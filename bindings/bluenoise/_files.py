@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import importlib
 import io
 import itertools
 import os
@@ -47,20 +46,12 @@ _EXR_CHANNELS = {1: "Y", 2: "RG", 3: "RGB", 4: "RGBA"}
 _NPY_MAGIC, _PNG_MAGIC, _EXR_MAGIC = b"\x93NUMPY", b"\x89PNG\r\n\x1a\n", b"\x76\x2f\x31\x01"
 
 
-def needed(module: str, words: str, package: str) -> Any:
-    """A module that only some functions need."""
-    try:
-        return importlib.import_module(module)
-    except ImportError:
-        raise ImportError(f"{words}; run: pip install {package}") from None
-
-
 def pillow() -> Any:
-    return needed("PIL.Image", "images need Pillow", "Pillow")
+    return arguments.needed("PIL.Image", "images need Pillow", "Pillow")
 
 
 def openexr() -> Any:
-    return needed("OpenEXR", "EXR files need OpenEXR", "OpenEXR")
+    return arguments.needed("OpenEXR", "EXR files need OpenEXR", "OpenEXR")
 
 
 def standard(name: str) -> BinaryIO:
@@ -364,12 +355,8 @@ def load_light(path: Path) -> npt.NDArray[Any]:
     return next(iter(planes.values()))
 
 
-def load_mask(path: Path, channel: int = 0) -> npt.NDArray[Any]:
-    """A two-dimensional mask from a file. ``channel`` counts from 1; 0 means that the file has only one channel."""
-    return one_channel(path, load_values(path), channel)
-
-
 def one_channel(path: Path, array: npt.NDArray[Any], channel: int) -> npt.NDArray[Any]:
+    """A two-dimensional mask from the values of a file. ``channel`` counts from 1; 0 means that the file has only one channel."""
     if channel:
         if array.ndim != 3 or channel > len(array):
             raise ValueError(f"{path} has no channel {channel}: its shape is {array.shape}")

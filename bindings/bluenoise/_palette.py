@@ -13,6 +13,8 @@ from typing import Any, Callable
 import numpy as np
 import numpy.typing as npt
 
+from . import _arguments as arguments
+
 _Floats = npt.NDArray[np.float64]
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 _PART, _PIXELS = 2**20, 2**18  # distances and pixels computed at a time
@@ -22,10 +24,7 @@ class _Palette:
     """Colours of shape (count, channels)."""
 
     def __init__(self, colours: _Floats) -> None:
-        try:
-            from scipy.spatial import Delaunay
-        except ImportError:
-            raise ImportError("a palette needs SciPy; run: pip install scipy") from None
+        Delaunay = arguments.needed("scipy.spatial", "a palette needs SciPy", "scipy").Delaunay
         self.colours, self.first = np.unique(colours, axis=0, return_index=True)
         self.centre = self.colours.mean(0)
         _, spread, axes = np.linalg.svd(self.colours - self.centre, full_matrices=False)

@@ -129,11 +129,8 @@ def points(
     return found
 
 
-def _scipy(method: str) -> None:
-    try:
-        import scipy  # noqa: F401
-    except ImportError:
-        raise ImportError(f"method {method!r} needs SciPy; run: pip install scipy") from None
+def _tree(method: str) -> Any:
+    return arguments.needed("scipy.spatial", f"method {method!r} needs SciPy", "scipy").cKDTree
 
 
 def _white(seed: int, most: int, dims: int) -> Callable[[int, int], npt.NDArray[np.float32]]:
@@ -184,9 +181,7 @@ def _best_candidate(n: int, seed: int, dims: int, *, progress: Optional[Progress
     """A grid stores the distance from each cell's centre to the closest point. This bounds the distance of every candidate in the
     cell, so only candidates that may be the farthest are examined. The grid is updated only around each new point."""
     candidates = arguments.integer("candidates", candidates, 1, 64)
-    _scipy("best-candidate")
-    from scipy.spatial import cKDTree
-
+    cKDTree = _tree("best-candidate")
     white = _white(seed, _MAX_CANDIDATES, dims)
     result = np.empty((n, dims))
     in_tree, tree = 0, None
@@ -246,9 +241,7 @@ def _poisson_disk(
     """Two points conflict if they are closer than both of their radii. A density scales the radii and selects the trials. Its box
     has the proportions of its grid, and is not toroidal."""
     candidates = arguments.integer("candidates", candidates, 1, 1000)
-    _scipy("poisson-disk")
-    from scipy.spatial import cKDTree
-
+    cKDTree = _tree("poisson-disk")
     white = _white(seed, max(n, _LEAST_THROWN), dims + (density is not None))
     box = np.ones(dims) if density is None else density.extents / density.extents.prod() ** (1 / dims)
     wrap = box if density is None else None
