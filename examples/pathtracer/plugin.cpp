@@ -1,21 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugin.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <dlfcn.h>
 #include <mutex>
+#include <type_traits>
 
 #include "files.h"
-
-namespace {
-
-// A function of a shared library; null if it has none of this name.
-template <typename Function>
-void find(Function *&function, void *library, const char *name) {
-    function = reinterpret_cast<Function *>(dlsym(library, name));
-}
-
-} // namespace
 
 std::vector<std::string> plugin_files(const std::string &name) {
     if (name.find_first_of("./") == std::string::npos) return {};
@@ -35,11 +27,15 @@ Plugin plugin_load(const std::string &name, uint64_t seed, uint32_t samples) {
     decltype(&sampler_plugin_version) version;
     decltype(&sampler_plugin_create) create;
     decltype(&sampler_plugin_destroy) destroy;
-    find(version, library, "sampler_plugin_version");
-    find(plugin.draw, library, "sampler_plugin_draw");
-    find(plugin.split, library, "sampler_plugin_split");
-    find(create, library, "sampler_plugin_create");
-    find(destroy, library, "sampler_plugin_destroy");
+    const auto find = [&](auto *&function, const char *symbol) { // null if there is none
+        function =
+            reinterpret_cast<std::remove_reference_t<decltype(function)>>(dlsym(library, symbol));
+    };
+    find(version, "sampler_plugin_version");
+    find(plugin.draw, "sampler_plugin_draw");
+    find(plugin.split, "sampler_plugin_split");
+    find(create, "sampler_plugin_create");
+    find(destroy, "sampler_plugin_destroy");
     if (!version || !plugin.draw)
         throw Error(name, " does not export sampler_plugin_", version ? "draw" : "version",
                     "(); see sampler_plugin.h");
