@@ -6,10 +6,10 @@ from pathlib import Path
 import jinja2
 
 from .files import write_text
-from .tables import md_table, series
+from .tables import series
 
 ENVIRONMENT = jinja2.Environment(undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
-ENVIRONMENT.globals.update(MARKED="Bold values have a 95% interval that excludes 1.", md_table=md_table, len=len, min=min, max=max, zip=zip)
+ENVIRONMENT.globals.update(MARKED="Bold values have a 95% interval that excludes 1.")
 ENVIRONMENT.filters.update(series=lambda words: series(list(words)), code=lambda word: f"`{word}`", fixed=lambda value, digits=2: f"{value:.{digits}f}",
                            percent=lambda share: f"{100 * share:.0f}%")
 
