@@ -238,7 +238,6 @@ def say(text):
     print(f"demo: {text}", file=sys.stderr, flush=True)
 
 
-
 def parse_options(arguments):
     parser = Parser("", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
                     epilog="Arguments after -- are passed to the path tracer: scripts/demo my.gltf -- --env sky.exr")
