@@ -27,7 +27,7 @@ COUNTS, REFERENCE_SEED, DEPTH = (4, 16), 1_000_003, 8
 # {way: text}. Frames of the base are independent: each has its own seed, which is as good as a stream.
 BASE, STILL, PANS = "stream", {"count": "count on", "wide": "count on, stride four times as large"}, {"count": "count on", "follow": "count on and follow"}
 MEAN_OF, CROP = 4, (48, 36)
-PAN_FRAMES, PAN_CROP, PAN_COUNTS, SPEEDS = 8, (112, 40), (4,), (1, 3, 8)  # SPEEDS: pixels per frame
+PAN_FRAMES, PAN_CROP, SPEEDS = 8, (112, 40), (1, 3, 8)  # SPEEDS: pixels per frame
 PAN_SCENES = {"cornell": (560, 640), "interior": (560, 590), "lens": (540, 400)}  # the crop's corner in the first frame
 GAZES = ("follows", "is fixed")
 # The temporal response of the eye: the sustained channel of FovVideoVDP (Mantiuk et al., "FovVideoVDP: A Visible Difference Predictor for
@@ -164,12 +164,12 @@ def scenes_table(measured):
 
 def pans_table(found, rate=24):
     return table("error over a stream per frame", {
-        f"gaze {gaze}, {speed} px": (found[speed], f"gaze {gaze}, {rate} fps, 2.1") for gaze in GAZES for speed in SPEEDS}, PANS, PAN_COUNTS)
+        f"gaze {gaze}, {speed} px": (found[speed], f"gaze {gaze}, {rate} fps, 2.1") for gaze in GAZES for speed in SPEEDS}, PANS, COUNTS)
 
 
 def run(arguments):
     parser = Parser("films", __doc__)
-    parser.number("--seeds", 2, "number of seeds per crop")
+    parser.number("--seeds", 4, "number of seeds per crop")
     parser.number("--reference-spp", 512, "samples per pixel of the references, an even number")
     parser.out()
     parser.hidden("--frames", "build/evidence/programs/render_frames")
@@ -185,7 +185,7 @@ def run(arguments):
             still[view] = render.measure(view, still_film(view), STILL, COUNTS, still_errors, options.reference_spp, CROP)
             progress(view.label, done := done + 1)
         for (scene, speed), view in pan_views.items():
-            pans[speed][view] = render.measure(view, pan_film(scene, speed), PANS, COUNTS, pan_errors(speed), options.reference_spp // 4, PAN_CROP)
+            pans[speed][view] = render.measure(view, pan_film(scene, speed), PANS, COUNTS, pan_errors(speed), options.reference_spp, PAN_CROP)
             progress(view.label, done := done + 1)
     found = {0: ratios(still, STILL), **{speed: ratios(own, PANS) for speed, own in pans.items()}}
     write_rows(options.out / "films.csv", ("speed", "way", "spp", "measure", "error", "low", "high", "crops"), [
