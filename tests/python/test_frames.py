@@ -44,6 +44,7 @@ def error_of_average(motion, followed=(0.0, 0.0), cut=None):
     return np.sqrt(np.mean(blurred**2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", [(2, 1), (-2.3, -1.6)])
 def test_following_keeps_the_error_at_rest(motion):
     rest = error_of_average((0, 0))
@@ -51,6 +52,7 @@ def test_following_keeps_the_error_at_rest(motion):
     assert error_of_average(motion) > 1.4 * rest
 
 
+@pytest.mark.slow
 def test_following_after_a_cut():
     assert error_of_average((2.5, 1.2), (2.5, 1.2), cut=5) < 1.15 * error_of_average((0, 0), cut=5)
 

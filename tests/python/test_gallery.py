@@ -17,6 +17,7 @@ def listings(page):
     return re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S)
 
 
+@pytest.mark.slow
 def test_gallery_listings_make_the_pictures(tmp_path, monkeypatch):
     pytest.importorskip("scipy")
     Image = pytest.importorskip("PIL.Image")

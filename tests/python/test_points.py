@@ -57,6 +57,7 @@ def test_no_two_points_are_close(method, least, dims, seed):
     assert closest(bluenoise.points({2: 256, 3: 512}[dims], method=method, seed=seed, dims=dims), True) > least[dims - 2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["poisson-disk", "mask"])
 def test_density_decides_the_number_of_points_and_nothing_else(method):
     """Four patches have the densities 1, 2, 4 and 8, and the numbers and spectra of uniform points. The limit for a count is four
