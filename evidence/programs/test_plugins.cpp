@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plug-ins for comparison: global Sobol's nets, split samples, and samplers that read tables. The argument is the
-// folder of the plug-ins.
+// The plug-ins for comparison: global Sobol's nets, split samples, and samplers that read tables. The arguments are the
+// folder of the plug-ins and, optionally, the authors' table for quad_optimized.so.
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -21,27 +22,30 @@ SamplerPointer create(const std::string &name, uint64_t seed, uint32_t samples =
     return sampler_create(folder + "/" + name, seed, samples);
 }
 
-// Whether 2^m points are a (t, m, s)-net in base 2 in the first s dimensions of `chosen`: evenly
-// spread over boxes for all ways to share m - t digits between the dimensions.
-bool is_net(const std::vector<Point> &points, int m, int t, const std::vector<size_t> &chosen) {
+// Whether base^m points are a (t, m, s)-net in the first s dimensions of `chosen`: evenly spread over boxes for all ways
+// to share m - t digits between the dimensions.
+bool is_net(const std::vector<Point> &points, int base, int m, int t,
+            const std::vector<size_t> &chosen) {
     const int digits = std::max(m - t, 0);
+    const auto power = [base](int exponent) {
+        return size_t(std::lround(std::pow(base, exponent)));
+    };
     int ways = 1;
     for (size_t d = 0; d < chosen.size(); ++d) ways *= digits + 1;
     for (int way = 0; way < ways; ++way) {
-        std::vector<int> bits;
-        for (int rest = way; bits.size() < chosen.size(); rest /= digits + 1)
-            bits.push_back(rest % (digits + 1));
-        if (std::accumulate(bits.begin(), bits.end(), 0) != digits) continue;
-        std::vector<size_t> counts(size_t{1} << digits);
+        std::vector<int> shares;
+        for (int rest = way; shares.size() < chosen.size(); rest /= digits + 1)
+            shares.push_back(rest % (digits + 1));
+        if (std::accumulate(shares.begin(), shares.end(), 0) != digits) continue;
+        std::vector<size_t> counts(power(digits));
         for (const Point &p : points) {
             size_t cell = 0;
             for (size_t d = 0; d < chosen.size(); ++d)
-                cell = (cell << bits[d]) |
-                       static_cast<size_t>(p[chosen[d]] * static_cast<float>(1 << bits[d]));
+                cell = cell * power(shares[d]) + size_t(p[chosen[d]] * float(power(shares[d])));
             ++counts[cell];
         }
         for (const size_t n : counts)
-            if (n != points.size() >> digits) return false;
+            if (n != points.size() / counts.size()) return false;
     }
     return true;
 }
@@ -63,15 +67,15 @@ void test_the_screen_is_a_net() {
                                  time, other};
                 }));
             }
-            CHECK(is_net(points, 8, 0, {0, 1}), "positions at %d,%d", x0, y0);
-            CHECK(is_net(points, 8, 1, {0, 1, 2}), "positions and time at %d,%d", x0, y0);
-            CHECK(is_net(points, 8, 3, {0, 1, 2, 3}), "all four at %d,%d", x0, y0);
+            CHECK(is_net(points, 2, 8, 0, {0, 1}), "positions at %d,%d", x0, y0);
+            CHECK(is_net(points, 2, 8, 1, {0, 1, 2}), "positions and time at %d,%d", x0, y0);
+            CHECK(is_net(points, 2, 8, 3, {0, 1, 2, 3}), "all four at %d,%d", x0, y0);
         }
         std::vector<Point> own;
         for (uint32_t i = 0; i < 256; ++i)
             own.push_back(
                 with_path(*sampler, 7, 9, i, [](const auto &path) { return path.ray(0).draw(); }));
-        CHECK(is_net(own, 8, 0, {0, 1}), "a pixel's own positions");
+        CHECK(is_net(own, 2, 8, 0, {0, 1}), "a pixel's own positions");
     }
 }
 
@@ -98,6 +102,39 @@ void test_cascaded_sobol() {
                 CHECK(fills_cells(*sampler, decision, a, samples / a),
                       "%u samples, decision %u, %u columns", samples, decision, a);
     }
+    std::remove(path.c_str());
+}
+
+// Each block of 3^m points is a (0, m, 2)-net in both pairs and a (2, m, 4)-net in all four numbers. The authors' table is
+// `table`; in ours, degrees 1 and 2 bound t in the quadruples by 1.
+void test_quad_optimized(const std::string &table) {
+    const std::string path = "test_plugins_quad.txt";
+    std::ofstream file(path);
+    for (int d = 0; d < 12; ++d) file << "1 1 3 1\n2 1 4 1\n3 1 5 1\n4 2 14 1 1\n";
+    file.close();
+    const bool ours = table.empty();
+    const SamplerPointer sampler = create("quad_optimized.so:" + (ours ? path : table), 7);
+    for (const uint32_t decision : {0u, 12u, 28u, 30u}) {
+        uint32_t count = 1;
+        for (int m = 1; m <= 6; ++m) {
+            count *= 3;
+            std::vector<Point> points;
+            for (uint32_t i = 2 * count; i < 3 * count; ++i)
+                points.push_back(PluginPath(*sampler->plugin, -300, 99, i, decision).draw());
+            CHECK(is_net(points, 3, m, 0, {0, 1}), "%u points, decision %u", count, decision);
+            if (decision % 4 != 0) continue;
+            CHECK(is_net(points, 3, m, 0, {2, 3}), "%u points, decision %u", count, decision);
+            CHECK(is_net(points, 3, m, ours ? 1 : 2, {0, 1, 2, 3}), "%u points, decision %u", count,
+                  decision);
+        }
+    }
+    // The scrambling is nested and differs between pixels: the order within a third says nothing about the next.
+    int same = 0;
+    for (int x = 0; x < 64; ++x) {
+        const auto u = [&](uint32_t i) { return PluginPath(*sampler->plugin, x, 0, i).draw()[0]; };
+        same += (u(0) < u(3)) == (u(1) < u(4));
+    }
+    CHECK(same > 16 && same < 48, "%d of 64 pixels keep the order", same);
     std::remove(path.c_str());
 }
 
@@ -208,13 +245,15 @@ void test_heitz() {
 } // namespace
 
 int main(int argc, char **argv) {
-    CHECK(argc == 2, "name the folder of the plug-ins");
+    CHECK(argc == 2 || argc == 3, "name the folder of the plug-ins");
     folder = argv[1];
     test_slices();
     test_heitz();
     test_the_screen_is_a_net();
     test_split_samples();
     test_cascaded_sobol();
+    test_quad_optimized("");
+    if (argc == 3) test_quad_optimized(argv[2]);
     test_halton();
     test_lattice();
     return 0;
