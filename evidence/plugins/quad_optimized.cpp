@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Quad-optimised sequences in base 3 (Ostromoukhov et al., "Quad-Optimized Low-Discrepancy Sequences", 2024):
 // consecutive pairs are (0,2)-sequences and consecutive quadruples (1,4)- or (2,4)-sequences. The argument is a file with
-// initial numbers, one line for each of 48 dimensions: number, degree, polynomial, numbers, all with digits in base 3.
+// initial numbers, one line for each of 48 dimensions: number, degree, polynomial, numbers, written in decimal.
 // The authors' table is initIrreducibleGF3.dat in https://github.com/liris-origami/Quad-Optimized-LDS, which states no
-// licence. Each pixel and dimension has its own Owen scrambling in base 3, as the authors recommend.
+// licence. Each pixel and dimension has its own Owen scrambling in base 3, like the authors' samples.
 #include <array>
 #include <fstream>
 #include <sstream>
@@ -20,7 +20,7 @@ constexpr uint32_t GROUPS = 8, DIMENSIONS = 6 * GROUPS, DIGITS = 20;
 using Digits = std::array<uint8_t, DIGITS>; // most significant first
 using Columns = std::array<Digits, DIGITS>; // by the index's digit, least significant first
 
-// Sobol's recurrence over GF(3), from `degree` initial numbers. The polynomial's digits are its coefficients.
+// Sobol's recurrence over GF(3), from `degree` initial numbers. The base-3 digits of `polynomial` are its coefficients.
 Columns columns_of(uint32_t degree, uint32_t polynomial, std::istream &numbers) {
     Columns c{};
     for (uint32_t k = 0; k < DIGITS; ++k) {
