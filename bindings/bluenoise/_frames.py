@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pan that draws follow, and the samples of a film's frames: the frames of bn_path.h on numbers and arrays."""
+"""Pans that follow a moving image, and sample indices for film frames: bn_path.h on numbers and arrays."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Samplers and domains. */
+ * Samplers, which keep their mask's array alive; draws on arrays and blocks; domains, paths and choices. */
 #include "core.hpp"
 
 #include <bn/bn_choose.h>

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What draws should follow: `scripts/bench follow` averages frames of simple motions, and writes three tables in docs/realtime.md
+"""Ways to follow a moving image: `scripts/bench follow` averages frames of simple motions, and writes three tables in docs/realtime.md
 
 Every pixel integrates the same half-planes at one sample per frame. The first table compares ways to choose the pan: the history is reprojected
 along the motion, read bilinearly, and averaged with a weight of 0.1. The others have a still camera: the second compares frame numbers that

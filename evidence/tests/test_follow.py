@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What draws follow: motions, tiles, and the errors of simple averages."""
+"""Ways to follow a moving image: motions, tiles, and the errors of simple averages."""
 
 import numpy as np
 import pytest

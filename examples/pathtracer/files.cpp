@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// A file is written beside the old one, flushed to the disk, and renamed, so an interrupted run leaves
+// either the old file or the new one.
 #include "files.h"
 
 #include <unistd.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The estimates that need a whole film: --noise, the automatic exposure, and the visible noise of each
+// block, which decides where the next samples go.
 #include "film.h"
 
 #include <bn/bn.h>

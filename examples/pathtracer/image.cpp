@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The tone curve and dithering of previews, PNG and JPEG files through libpng and libjpeg, and bilinear
+// lookups.
 #include "image.h"
 
 #include <bn/bn.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// One row per option: default, range, help. set() checks one value, check() combinations; main.cpp checks
+// what needs the scene and the files.
 #include "options.h"
 
 #include <bn/bn.h>

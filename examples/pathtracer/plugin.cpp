@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Loads a plug-in with dlopen(), and checks the numbers that it returns.
 #include "plugin.h"
 
 #include <algorithm>

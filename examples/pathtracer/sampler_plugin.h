@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The interface of a sampler in a shared library, which the path tracer loads with --sampler ./FILE.so and the
- * benchmarks with --sampler NAME=./FILE.so. C99, also C++; other languages export the same functions. It is no
- * condition on the sampler's licence. docs/bench.md has samples.
+ * The interface of a sampler in a shared library. The path tracer (plugin.cpp) loads it with --sampler ./FILE.so,
+ * and the benchmarks with --sampler NAME=./FILE.so (evidence/samplers/plugins.py, which draws with
+ * evidence/programs/draw_plugin.cpp). evidence/plugins and docs/bench.md have samples. C99, also C++; other
+ * languages export the same functions. It is no condition on the sampler's licence.
  *
  *     cc -O2 -shared -fPIC mine.c -o mine.so
  *

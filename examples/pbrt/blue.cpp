@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// pbrt draws one dimension after another; each group of three becomes a domain. With few samples, wavelengths are evenly spaced.
 
 #include <pbrt/blue.h>
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Shared by the mask tests. */
+ * Shared by the mask tests: checks of ranks, short calls of the generators and measures, and a progress
+ * callback that can cancel. */
 #ifndef BN_TESTS_MASKS_H
 #define BN_TESTS_MASKS_H
 

@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
+"""Fixtures of all path tracer tests."""
+
 from pathtracer_driver import pathtracer
 from scene_files import even_sky
 

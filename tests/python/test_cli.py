@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
+"""The command `bluenoise`: its files match the library's results; errors are one line and leave no files."""
+
 import io
 import json
 import os

@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
+"""Dithering keeps shape, type and mean, uses each mask as thresholds, and gives the same parts as whole images."""
+
 import tracemalloc
 
 import numpy as np

@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
+"""Masks are permutations; options, progress, `out` and errors are the same for all generators."""
+
 import inspect
 
 import numpy as np

@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
+"""Spectra and errors of masks match the NumPy references."""
+
 import numpy as np
 import pytest
 import referee

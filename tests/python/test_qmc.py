@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
+"""Sampler.qmc() is a SciPy engine whose points are the samples of one pixel."""
+
 import numpy as np
 import pytest
 

@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
+"""Sampler: array shapes and types, agreement of single draws and blocks, seeds, domains, copies, and `out`."""
+
 import copy
 import pickle
 

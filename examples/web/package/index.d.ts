@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The types of index.js: the source of the shader modules, the table they read, and seeds.
 
 /**
  * The effect numbers of the decisions that have a role in the layout of paths. Leave out decisions that your renderer does not
