@@ -25,7 +25,7 @@ from ..renders.views import BUILT_IN, CAMERAS, EXPOSURES, View, crops
 
 COUNTS, REFERENCE_SEED, DEPTH = (4, 16), 1_000_003, 8
 # {way: text}. Frames of the base are independent: each has its own seed, which is as good as a stream.
-BASE, STILL, PANS = "stream", {"count": "count on", "wide": "count on, stride four times as large"}, {"count": "count on", "follow": "count on and follow"}
+BASE, STILL, PANS = "stream", {"count": "continue the index", "wide": "continue the index, stride four times as large"}, {"count": "continue the index", "follow": "continue the index and follow"}
 MEAN_OF, CROP = 4, (48, 36)
 PAN_FRAMES, PAN_CROP, SPEEDS = 8, (112, 40), (1, 3, 8)  # SPEEDS: pixels per frame
 PAN_SCENES = {"cornell": (560, 640), "interior": (560, 590), "lens": (540, 400)}  # the crop's corner in the first frame

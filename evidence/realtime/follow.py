@@ -59,9 +59,9 @@ def in_tiles(values):
 # {way: for the pixels `own` of a layer, the motion that its draws follow}
 WAYS = {
     "fixed": lambda x, y, own: even(0, 0),
-    "one pan": lambda x, y, own: even(np.median(x), np.median(y)),
-    "a pan for each tile": lambda x, y, own: (in_tiles(x), in_tiles(y)),
-    "a pan for each layer": lambda x, y, own: even(x[own][0], y[own][0]),
+    "one `bn_pan`": lambda x, y, own: even(np.median(x), np.median(y)),
+    "one for each tile": lambda x, y, own: (in_tiles(x), in_tiles(y)),
+    "one for each layer": lambda x, y, own: even(x[own][0], y[own][0]),
 }
 
 
@@ -99,7 +99,7 @@ def error(kind, motion, way, integrands):
 def motion_table(integrands):
     base = error("sobol", "rest", "fixed", integrands)
     return md_table(["error over padded Sobol' at rest", *WAYS], [
-        [motion, *("" if way == "a pan for each layer" and of is not two_layers else f"{error('blue', motion, way, integrands) / base:.2f}" for way in WAYS)]
+        [motion, *("" if way == "one for each layer" and of is not two_layers else f"{error('blue', motion, way, integrands) / base:.2f}" for way in WAYS)]
         for motion, of in MOTIONS.items()])
 
 
@@ -142,7 +142,7 @@ def period_table(integrands):
         base = settled_blue(weight, integrands)
         found = [settled_blue(weight, integrands, period) / base for period in PERIODS]
         rows += [[f"{what}, weight {name}", *(f"{own[i]:.2f}" for own in found)] for i, what in enumerate(("error", "flicker"))]
-    return md_table(["over frame numbers that never repeat", *(f"repeats after {period}" for period in PERIODS)], rows)
+    return md_table(["relative to frame numbers that never repeat", *(f"repeats after {period}" for period in PERIODS)], rows)
 
 
 def lobe_table(integrands):

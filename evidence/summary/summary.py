@@ -38,7 +38,7 @@ def short_table(found):
         if own := found.get((TO_WHITE, "", label, 16)):
             count = f"{16 * own.value:.1f}"
             rows.append([name, f"**{count}**" if label == "blue" else count, tuned, patterns])
-    return md_table(["sampler", "samples to match 16 of white noise", "must know the count", "visible patterns"], rows, 2)
+    return md_table(["sampler", "samples to match white noise at 16", "must know the sample count", "visible patterns"], rows, 2)
 
 
 def table(found):

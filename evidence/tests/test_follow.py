@@ -23,7 +23,7 @@ INTEGRANDS = [half_plane(np.random.default_rng([7, i])) for i in range(2)]
 
 def test_a_pan_that_follows_has_the_error_at_rest():
     rest, fixed, following = (follow.error("blue", motion, way, INTEGRANDS) for motion, way in (
-        ("rest", "fixed"), ("pan by 2.5 pixels", "fixed"), ("pan by 2.5 pixels", "one pan")))
+        ("rest", "fixed"), ("pan by 2.5 pixels", "fixed"), ("pan by 2.5 pixels", "one `bn_pan`")))
     assert following < 1.15 * rest < fixed
 
 

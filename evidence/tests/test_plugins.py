@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samplers from outside: the samples in docs/bench.md, what the path tracer refuses, and whether their numbers are those in the tables."""
+"""Plug-in samplers: the samples in docs/bench.md, what the path tracer refuses, and whether their numbers are those in the tables."""
 
 import re
 import shutil

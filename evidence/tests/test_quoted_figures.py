@@ -58,7 +58,7 @@ def test_error_over_fast():
     found = {row["way"]: row["error"] for row in read_numbers(RESULTS / "realtime.csv")
              if (row["integrand"], row["outcome"], row["filter"]) == ("half-plane", "average, 0.1", "sigma 1.0")}
     ends = percent(found["blue"] / (found["FAST"] - 0.005), found["blue"] / (found["FAST"] + 0.005))
-    assert quoted("README.md", "the error is # to #% lower than with FAST") == ends
+    assert quoted("README.md", "`blue` has # to #% lower error than FAST") == ends
 
 
 def test_gain_before_a_denoiser():
