@@ -192,8 +192,51 @@ static void test_mask_values(void) {
     }
 }
 
+enum { ORDERED = 16 };
+
+/* How many of the points are at different indices in two orders of the same points; -1 for other points. */
+static int moved_points(const uint64_t one[ORDERED], const uint64_t other[ORDERED]) {
+    int found = 0, moved = 0;
+    for (int i = 0; i < ORDERED * ORDERED; ++i) {
+        const int equal = one[i / ORDERED] == other[i % ORDERED];
+        found += equal;
+        moved += equal && i / ORDERED != i % ORDERED;
+    }
+    return found == ORDERED ? moved : -1;
+}
+
+/* Rank scrambling: MASK takes the same 16 points in all pixels and pairs, up to a digital shift, but in
+ * different orders. There are eight orders. */
+static void test_mask_orders(void) {
+    enum { PIXELS = 64 };
+    static uint64_t points_of[PIXELS][2][ORDERED];
+    const bn_sampler s = make_sampler(BN_SAMPLER_MASK, 0, 3);
+    int next_pixel = 0, other_pair = 0;
+    for (int x = 0; x < PIXELS; ++x) {
+        for (int i = 0; i < ORDERED; ++i) {
+            uint32_t u[4], zero[4];
+            bn_sample_4d_u32(&s, x, 7, (uint32_t)i, 5, u);
+            bn_sample_4d_u32(&s, x, 7, 0, 5, zero);
+            for (int d = 0; d < 4; ++d) u[d] ^= zero[d];
+            points_of[x][0][i] = (uint64_t)u[0] << 32 | u[1];
+            points_of[x][1][i] = (uint64_t)u[2] << 32 | u[3];
+        }
+        for (int pair = 0; x > 0 && pair < 2; ++pair) {
+            const int moved = moved_points(points_of[x][pair], points_of[x - 1][pair]);
+            CHECK(moved >= 0);
+            next_pixel += moved > 0;
+        }
+        const int moved = moved_points(points_of[x][0], points_of[x][1]);
+        CHECK(moved >= 0);
+        other_pair += moved > 0;
+    }
+    CHECK(next_pixel > 2 * PIXELS * 3 / 4);
+    CHECK(other_pair > PIXELS * 3 / 4);
+}
+
 int main(void) {
     test_mask_values();
+    test_mask_orders();
     test_initialisation();
     test_draw_functions();
     test_block_arguments();

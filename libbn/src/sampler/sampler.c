@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Samplers and single draws. bn_draw.glsl implements BLUE, SOBOL and WHITE; zorder.c and mask.c the others. A
- * sampler is a plain value, and a draw is a function of it and the draw's arguments, so nothing is stored from
- * one draw to the next. Draws that need one pair compute only that pair, except for WHITE. */
+ * Samplers and single draws. bn_draw.glsl implements BLUE, SOBOL and WHITE; zorder.c and mask_sampler.c the
+ * others. A sampler is a plain value, and a draw is a function of it and the draw's arguments, so nothing is
+ * stored from one draw to the next. Draws that need one pair compute only that pair, except for WHITE. */
 #include "base/check.h"
 #include "sampler/types.h"
 

@@ -53,7 +53,8 @@ void bn_draw_mask(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t inde
         key = key_y;
         pixel = bn_hash32(pixel_y + 0x9e3779b9u);
         if (!(pairs >> pair & 1u)) continue;
-        /* A nested shuffle that maps each power-of-two prefix to itself. */
+        /* Rank scrambling: a nested shuffle, different for each pixel and pair. Without it, all pairs would repeat
+         * the same points in the same order. It maps each power-of-two prefix to itself. */
         uint32_t digits = reversed ^ (reversed * (pixel_x << 1));
         uint32_t second = bn_sobol_second(digits);
         out[2 * pair] = mask_scramble(digits, BN_MASK_KEY_X) ^ mask_lookup(sampler, x, y, key_x) ^
