@@ -205,6 +205,9 @@ BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE bn_uint2 seed, BN_UINT x, 
     copy = (copy ^ (copy >> 16u)) * 0x21f0aaadu;
     copy ^= copy >> 15u;
     pixel.shuffle = copy;
+    /* The two parts of the pixel's label, its path through the quadtree. Two copies of the code that
+     * reads them are written by hand: for SSE2 in bn_draw.h, and for arrays in
+     * bindings/bluenoise/arrays.py. Tests compare the bits of all three. */
     pixel.at = (row & 63u) << 6u | (column & 63u);
     BN_UINT places = BN_WORD(BN_PIXELS_AT + pixel.at);
     pixel.place = BN_PLACES_AT / 2u + (places >> (8u * member) & 15u) + member * 16u;

@@ -137,6 +137,9 @@ fn bn_draw_blue_pixel(seed: vec2u, x: u32, y: u32, domain: u32) -> bn_blue_pixel
     copy = (copy ^ (copy >> 16u)) * 0x21f0aaadu;
     copy ^= copy >> 15u;
     pixel.shuffle = copy;
+    /* The two parts of the pixel's label, its path through the quadtree. Two copies of the code that
+     * reads them are written by hand: for SSE2 in bn_draw.h, and for arrays in
+     * bindings/bluenoise/arrays.py. Tests compare the bits of all three. */
     pixel.at = ((row & 63u) << 6u) | (column & 63u);
     let places = bn_words[BN_PIXELS_AT + pixel.at];
     pixel.place = BN_PLACES_AT / 2u + ((places >> (8u * member)) & 15u) + member * 16u;

@@ -4,7 +4,7 @@
 // that do not depend on it must not change. Another test detects the bias that shared numbers cause.
 #include <map>
 
-#include "../../tests/pathtracer/scenes.h"
+#include "scenes.h"
 
 namespace {
 
