@@ -27,6 +27,15 @@ bool shows_surface(const FilmPixel &p) {
     return p.hits > 0 && 2 * uint64_t{p.hits} >= p.count;
 }
 
+// A crop's blocks, row by row from its corner; the last ones may be smaller.
+std::vector<Crop> blocks_of(const Crop &crop, int size) {
+    std::vector<Crop> blocks;
+    for (int y = crop.y0; y < crop.y1; y += size)
+        for (int x = crop.x0; x < crop.x1; x += size)
+            blocks.push_back({x, y, std::min(x + size, crop.x1), std::min(y + size, crop.y1)});
+    return blocks;
+}
+
 } // namespace
 
 Film film_create(int full_width, int full_height, const Crop &crop) {
@@ -98,21 +107,18 @@ float auto_exposure(const Film &film) {
     const auto hits = std::count_if(film.pixels.begin(), film.pixels.end(), shows_surface);
     const bool surfaces_only = size_t(hits) * 1000 > film.pixels.size();
     double sum = 0, weight = 0; // for the mean logarithm
-    for (int top = film.crop.y0; top < film.crop.y1; top += LARGE_BLOCK)
-        for (int left = film.crop.x0; left < film.crop.x1; left += LARGE_BLOCK) {
-            double light = 0, count = 0;
-            const Crop block = {left, top, std::min(left + LARGE_BLOCK, film.crop.x1),
-                                std::min(top + LARGE_BLOCK, film.crop.y1)};
-            each_pixel(block, [&](int x, int y) {
-                const FilmPixel &p = film_pixel(film, x, y);
-                if (p.count == 0 || (surfaces_only && !shows_surface(p))) return;
-                light += luminance(p.radiance);
-                ++count;
-            });
-            if (!(light > 0)) continue;
-            sum += count * std::log2(light / count);
-            weight += count;
-        }
+    for (const Crop &block : blocks_of(film.crop, LARGE_BLOCK)) {
+        double light = 0, count = 0;
+        each_pixel(block, [&](int x, int y) {
+            const FilmPixel &p = film_pixel(film, x, y);
+            if (p.count == 0 || (surfaces_only && !shows_surface(p))) return;
+            light += luminance(p.radiance);
+            ++count;
+        });
+        if (!(light > 0)) continue;
+        sum += count * std::log2(light / count);
+        weight += count;
+    }
     if (!(weight > 0)) return 0;
     const double exposure = std::log2(MIDDLE_GREY) - sum / weight;
     return float(std::clamp(std::round(4 * exposure) / 4, -LARGEST, LARGEST));
@@ -286,13 +292,7 @@ struct Renderer {
 
     // Gives every pixel `count` samples, unless its block is done. Returns false if interrupted.
     bool render_pass(uint32_t count, const Progress &progress) {
-        const int size = block_size(settings);
-        const Crop &crop = film.crop, all = whole_blocks(crop, film, size);
-        std::vector<Crop> blocks; // row by row; those at the edges are smaller
-        for (int y = all.y0; y < all.y1; y += size)
-            for (int x = all.x0; x < all.x1; x += size)
-                blocks.push_back({std::max(x, crop.x0), std::max(y, crop.y0),
-                                  std::min(x + size, crop.x1), std::min(y + size, crop.y1)});
+        const std::vector<Crop> blocks = blocks_of(film.crop, block_size(settings));
         const double seconds_before = totals.seconds;
         const Clock::time_point start = Clock::now();
         double reported = 0;
@@ -322,21 +322,6 @@ struct Renderer {
         for (std::thread &thread : threads) thread.join();
         return done == blocks.size();
     }
-
-    bool render(const Progress &progress) {
-        const SampleCounts counts = film_counts(film);
-        for (uint32_t count = counts.least; count < settings.spp;) {
-            const uint32_t step = std::clamp(count / 2, 1u, LONGEST_PASS);
-            const uint32_t next = std::max(std::min(count + step, settings.spp), counts.most);
-            const auto report = [&](double fraction, const RenderTotals &so_far) {
-                const double samples = count + fraction * (next - count) - counts.least;
-                progress(samples / (settings.spp - counts.least), so_far);
-            };
-            if (!render_pass(next, report)) return false;
-            count = next;
-        }
-        return true;
-    }
 };
 
 } // namespace
@@ -349,7 +334,16 @@ bool render_frame(const Integrator &integrator, const RenderSettings &settings, 
     const bool extends = pixel_count(wide) > pixel_count(crop);
     if (extends) film = film_with_crop(film, wide);
     Renderer renderer = {integrator, settings, interrupted, film, totals};
-    const bool complete = renderer.render(progress);
+    const SampleCounts counts = film_counts(film);
+    bool complete = true;
+    for (uint32_t count = counts.least, next; complete && count < settings.spp; count = next) {
+        const uint32_t step = std::clamp(count / 2, 1u, LONGEST_PASS);
+        next = std::max(std::min(count + step, settings.spp), counts.most);
+        complete = renderer.render_pass(next, [&](double fraction, const RenderTotals &so_far) {
+            const double samples = count + fraction * (next - count) - counts.least;
+            progress(samples / (settings.spp - counts.least), so_far);
+        });
+    }
     if (extends) film = film_with_crop(film, crop);
     return complete;
 }

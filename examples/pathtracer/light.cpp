@@ -283,7 +283,10 @@ LightTree light_tree(const std::vector<Light> &lights) {
     for (size_t i = 0; i < order.size(); ++i) order[i] = uint32_t(i);
     tree.nodes.resize(1);
     tree.node_of.resize(lights.size());
-    if (!lights.empty()) add_children(lights, tree, 0, order.data(), order.size());
+    if (lights.size() == 1)
+        tree.nodes[0].light = 0;
+    else if (!lights.empty())
+        add_children(lights, tree, 0, order.data(), order.size());
     return tree;
 }
 
@@ -291,10 +294,6 @@ LightChoice light_choose(const LightTree &tree, const Receiver &receiver, float 
     const LightNode *node = &tree.nodes[0];
     float probability = 1;
     while (node->count > 0) {
-        if (node->count == 1) { // there is nothing to choose
-            node = &tree.nodes[node->first];
-            continue;
-        }
         float weights[WIDTH];
         const float total = weigh(tree, *node, receiver, weights);
         if (!(total > 0)) return {-1, 0};
@@ -317,7 +316,6 @@ float light_probability(const LightTree &tree, const Receiver &receiver, uint32_
     float probability = 1;
     for (uint32_t at = tree.node_of[light]; at != 0; at = tree.nodes[at].parent) {
         const LightNode &parent = tree.nodes[tree.nodes[at].parent];
-        if (parent.count == 1) continue;
         float weights[WIDTH];
         const float total = weigh(tree, parent, receiver, weights);
         if (!(total > 0)) return 0;

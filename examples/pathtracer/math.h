@@ -29,7 +29,7 @@ Number max_component(glm::tvec3<Number> v) {
 }
 template <typename Number>
 Number max_magnitude(glm::tvec3<Number> v) {
-    return std::max(std::abs(v.x), std::max(std::abs(v.y), std::abs(v.z)));
+    return max_component(abs(v));
 }
 
 template <typename Number>
