@@ -8,9 +8,7 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
-#include <exception>
 #include <fstream>
 #include <list>
 #include <random>
@@ -81,14 +79,6 @@ std::string without_controls(std::string text) {
 
 void say(const std::string &message) {
     std::fprintf(stderr, "pathtracer: %s\n", without_controls(message).c_str());
-}
-
-void exit_where_it_would_abort() {
-    std::set_terminate([] {
-        std::fprintf(stderr, "pathtracer: out of memory, or an internal error; --max-memory allows "
-                             "more, where there is more\n");
-        std::_Exit(1);
-    });
 }
 
 void check_regular(const fs::path &path) {

@@ -46,9 +46,6 @@ std::string without_controls(std::string text);
 // Prints one line to standard error, after the program's name.
 void say(const std::string &message);
 
-// If memory runs out inside a library's noexcept function, prints one line and exits with code 1.
-void exit_where_it_would_abort();
-
 // Throws Error unless it is a regular file. The message continues the file's name.
 void check_regular(const std::filesystem::path &path);
 

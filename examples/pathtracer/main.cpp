@@ -7,6 +7,7 @@
 
 #include <cinttypes>
 #include <cstdio>
+#include <exception>
 #include <fstream>
 #include <new>
 
@@ -366,6 +367,15 @@ void run_merge(const Options &o) {
 }
 
 // ---- The process
+
+// If memory runs out inside a library's noexcept function, prints one line and exits with code 1.
+void exit_where_it_would_abort() {
+    std::set_terminate([] {
+        std::fprintf(stderr, "pathtracer: out of memory, or an internal error; --max-memory allows "
+                             "more, where there is more\n");
+        std::_Exit(1);
+    });
+}
 
 // Bytes of private memory already reserved; sanitizers reserve terabytes they never touch.
 double taken() {

@@ -21,6 +21,14 @@ float alpha_of(const Material &m) {
 // the eye, normalised by the mean (Kelemen and Szirmay-Kalos, "A Microfacet Based Coupled
 // Specular-Matte BRDF Model", 2001), so white stays white for any blend.
 
+// The colour of multiply scattered light: a geometric series in which every facet reflects the mean
+// Fresnel term, and a share mean_loss of that light hits another facet.
+Vec3 multiple_colour(Vec3 albedo, float edge, float mean_loss) {
+    if (mean_loss < LEAST_LOSS) return Vec3(0);
+    const Vec3 mean = albedo + (edge - albedo) / 21.0f;
+    return mean * mean * (1 - mean_loss) / (1.0f - mean * mean_loss);
+}
+
 // A material, with the tables interpolated at its roughness.
 struct Mixture : ConductorRow {
     float metallic, alpha;
@@ -34,35 +42,26 @@ struct Mixture : ConductorRow {
     float mean_left;     // mean share that the coat leaves to the base
     Vec3 ground;         // albedo of the base, over mean_left
 
-    explicit Mixture(const Material &m);
+    explicit Mixture(const Material &m)
+        : ConductorRow(std::clamp(m.roughness, SMOOTH, 1.0f)), metallic(m.metallic) {
+        const float roughness = std::clamp(m.roughness, SMOOTH, 1.0f);
+        alpha = roughness * roughness;
+        mean_loss = mean(conductor_table().mean_loss);
+        const float mean_edge = mean(conductor_table().mean_edge);
+        const float root = (m.ior - 1) / (m.ior + 1);
+        coat = root * root;
+        coat_edge = m.coat_edge;
+        coat_multiple = multiple_colour(Vec3(coat), coat_edge, mean_loss).x;
+        mean_left = std::max(1 - coat * (1 - mean_loss - mean_edge) - coat_edge * mean_edge -
+                                 coat_multiple * mean_loss,
+                             1e-4f);
+        grazing = 1 - (1 - metallic) * (1 - coat_edge);
+        reflectance = metallic * m.albedo + (1 - metallic) * coat * m.coat_colour;
+        multiple =
+            metallic * multiple_colour(m.albedo, 1, mean_loss) + (1 - metallic) * coat_multiple;
+        ground = ((1 - metallic) / mean_left) * m.albedo;
+    }
 };
-
-// The colour of multiply scattered light: a geometric series in which every facet reflects the mean
-// Fresnel term, and a share mean_loss of that light hits another facet.
-Vec3 multiple_colour(Vec3 albedo, float edge, float mean_loss) {
-    if (mean_loss < LEAST_LOSS) return Vec3(0);
-    const Vec3 mean = albedo + (edge - albedo) / 21.0f;
-    return mean * mean * (1 - mean_loss) / (1.0f - mean * mean_loss);
-}
-
-Mixture::Mixture(const Material &m)
-    : ConductorRow(std::clamp(m.roughness, SMOOTH, 1.0f)), metallic(m.metallic) {
-    const float roughness = std::clamp(m.roughness, SMOOTH, 1.0f);
-    alpha = roughness * roughness;
-    mean_loss = mean(conductor_table().mean_loss);
-    const float mean_edge = mean(conductor_table().mean_edge);
-    const float root = (m.ior - 1) / (m.ior + 1);
-    coat = root * root;
-    coat_edge = m.coat_edge;
-    coat_multiple = multiple_colour(Vec3(coat), coat_edge, mean_loss).x;
-    mean_left = std::max(1 - coat * (1 - mean_loss - mean_edge) - coat_edge * mean_edge -
-                             coat_multiple * mean_loss,
-                         1e-4f);
-    grazing = 1 - (1 - metallic) * (1 - coat_edge);
-    reflectance = metallic * m.albedo + (1 - metallic) * coat * m.coat_colour;
-    multiple = metallic * multiple_colour(m.albedo, 1, mean_loss) + (1 - metallic) * coat_multiple;
-    ground = ((1 - metallic) / mean_left) * m.albedo;
-}
 
 // The energy that facets lose in single scattering.
 float loss(const Mixture &x, float cosine) {

@@ -150,6 +150,24 @@ bool fits(const Row &row, const std::string &value) {
     return in_range(c, 4) && c[0] < c[2] && c[1] < c[3];
 }
 
+void check_noise(const Options &o) {
+    const auto spp = o.number<uint64_t>("--spp"), least = o.number<uint64_t>("--min-spp");
+    if (!o.is_adaptive()) {
+        if (o.given("--min-spp")) throw Error("--min-spp goes with --noise or --visible-noise");
+        return;
+    }
+    const bool relative = o.number<double>("--noise") > 0;
+    const char *const rule = relative ? "--noise" : "--visible-noise";
+    if (relative && o.number<double>("--visible-noise") > 0)
+        throw Error("a block stops by --noise or by --visible-noise; leave out one");
+    if (o.has_auto_exposure(o.text("--scene")))
+        throw Error(rule,
+                    " has to know the exposure; set --exposure EV, which other renders print");
+    if (o.text("--first-sample") != "0")
+        throw Error(rule, " needs the first samples of a pixel; leave out --first-sample");
+    if (least > spp) throw Error("--min-spp ", least, " is more than --spp ", spp);
+}
+
 } // namespace
 
 std::vector<std::string> Options::settings() {
@@ -242,24 +260,6 @@ image that was stopped. When interrupted, it writes the image so far.
     return help;
 }
 
-void Options::check_noise() const {
-    const auto spp = number<uint64_t>("--spp"), least = number<uint64_t>("--min-spp");
-    if (!is_adaptive()) {
-        if (given("--min-spp")) throw Error("--min-spp goes with --noise or --visible-noise");
-        return;
-    }
-    const bool relative = number<double>("--noise") > 0;
-    const char *const rule = relative ? "--noise" : "--visible-noise";
-    if (relative && number<double>("--visible-noise") > 0)
-        throw Error("a block stops by --noise or by --visible-noise; leave out one");
-    if (has_auto_exposure(text("--scene")))
-        throw Error(rule,
-                    " has to know the exposure; set --exposure EV, which other renders print");
-    if (text("--first-sample") != "0")
-        throw Error(rule, " needs the first samples of a pixel; leave out --first-sample");
-    if (least > spp) throw Error("--min-spp ", least, " is more than --spp ", spp);
-}
-
 void Options::check() const {
     for (const char *name : {"--help", "--list", "--list-cameras", "--list-inputs"})
         if (flag(name)) return;
@@ -278,5 +278,5 @@ void Options::check() const {
         throw Error("--crop extends beyond the --size of ", size[0], "x", size[1]);
     if (pixel_count(c) > MAX_PIXELS)
         throw Error("at most ", MAX_PIXELS, " pixels are rendered at once; use --crop");
-    check_noise();
+    check_noise(*this);
 }

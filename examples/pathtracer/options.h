@@ -51,8 +51,6 @@ class Options {
     std::vector<std::string> merge; // parts to merge instead of rendering
 
   private:
-    void check_noise() const;
-
     std::map<std::string, std::string> values_;
     std::set<std::string> given_;
 };
