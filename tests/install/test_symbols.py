@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The library exports the functions and tables its headers declare, and nothing else."""
+"""The library exports the functions and tables its headers declare, and nothing else. Its folders include only those below them."""
 
 import re
 
@@ -75,3 +75,14 @@ def test_program_that_only_draws_links_no_other_data(static_library, tmp_path):
     run(tmp_path / "draws")
     inside = {name for name in symbols(tmp_path / "draws") if name.startswith("bn_data_") and not name.endswith("_count")}
     assert inside == {"bn_data_mask_64"} and "bn_tables_7" in symbols(tmp_path / "draws")
+
+
+def test_folders_include_only_what_they_may():
+    """CONTRIBUTING.md has the same rules. Outside libbn/src and tests, only public headers are included."""
+    may = {"base": "", "simd": "base", "sampler": "base simd", "masks": "base simd", "measure": "base", "neural": "base masks"}
+    private = re.compile(rf'^#include "({"|".join(may)})/', re.MULTILINE)
+    for folder in ("libbn", "bindings", "examples", "integrations", "evidence/programs", "evidence/plugins"):
+        for path in (each for suffix in ("[ch]", "[ch]pp") for each in (ROOT / folder).rglob(f"*.{suffix}")):
+            parts = path.relative_to(ROOT).parts
+            own = parts[2] if parts[:2] == ("libbn", "src") else None
+            assert {*private.findall(path.read_text(encoding="utf-8"))} <= {own, *may.get(own, "").split()}, path

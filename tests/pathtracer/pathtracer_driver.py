@@ -7,14 +7,17 @@ import re
 import signal
 import subprocess
 import time
+from typing import get_args
 
 import numpy as np
 import OpenEXR
 import pytest
 
+import bluenoise
+
 DEFAULT_BINARY = pathlib.Path(__file__).resolve().parents[2] / "build/examples/pathtracer/pathtracer"
 SCENES = ("cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace")
-SAMPLERS = ("blue", "sobol", "white", "zorder", "mask")
+SAMPLERS = get_args(bluenoise.SamplerType)
 OPENQMC = ("openqmc.so:pmjbn", "openqmc.so:sobolbn", "openqmc.so:latticebn")  # only in builds with OpenQMC
 PEERS = ("sobol_global.so", *OPENQMC)  # plug-ins
 

@@ -3,6 +3,7 @@
 
 import copy
 import pickle
+import typing
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 import bluenoise
 from bluenoise import Sampler
 
-KINDS = ("blue", "sobol", "white", "zorder", "mask")
+KINDS = typing.get_args(bluenoise.SamplerType)
 # Coordinates and indices at the limits of their ranges.
 EDGE_X = np.array([-(2**31), -65537, -1, 0, 1, 127, 128, 2**31 - 1], np.int32)
 EDGE_INDEX = np.array([0, 1, 255, 256, 65535, 65536, 2**31, 2**32 - 1], np.uint32)

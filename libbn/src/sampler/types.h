@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The sampler types. To add one, add a row to bn_sampler_types and a file. */
+ * The sampler types. To add one, add a file, its function below and a row in sampler.c. */
 #ifndef BN_TYPES_H
 #define BN_TYPES_H
 
