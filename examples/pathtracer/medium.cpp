@@ -32,10 +32,13 @@ Medium::Range range_of(const Medium &m, glm::ivec3 block) {
     return range;
 }
 
-// Calls visit(from, to, range) for each block that the ray crosses before `end`, in order, until
-// it returns false (Amanatides and Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", 1987).
-template <typename Visit>
-void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
+// Visits the blocks that the ray crosses before `end`, in order (Amanatides and Woo, "A Fast Voxel Traversal
+// Algorithm for Ray Tracing", 1987). The rate of collisions in a block is rate(range, length). Calls
+// meet(distance, range) at each collision, until it returns false. The optical depth (rate times length) between
+// collisions is exponentially distributed and carries over from block to block.
+template <typename Rate, typename Meet>
+void walk(const Medium &m, const Ray &ray, float end, bn::LoopSampler &numbers, Rate rate_in,
+          Meet meet) {
     const Vec3 origin = ray.origin, direction = ray.direction, low = m.low, high = m.high;
     float from = 0;
     for (int i = 0; i < 3; ++i) { // along a zero direction, both are infinite
@@ -57,13 +60,23 @@ void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
         next[i] = crosses ? (face - origin[i]) / direction[i] : INFINITE;
         length[i] = crosses ? side[i] / std::abs(direction[i]) : INFINITE;
     }
+    const auto draw_depth = [&] { return -std::log(1 - numbers.next_1d()); };
+    float left = -1; // optical depth until the next collision; below 0: not drawn yet
     while (from < end) {
         const int axis =
             next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
         const float to = std::min(next[axis], end);
         if (to > from) {
-            if (!visit(from, to, m.ranges[index_of(m.blocks, block[0], block[1], block[2])]))
-                return;
+            const Medium::Range &range = m.ranges[index_of(m.blocks, block[0], block[1], block[2])];
+            const float rate = rate_in(range, to - from);
+            if (rate > 0) {
+                if (left < 0) left = draw_depth();
+                for (; left < rate * (to - from); left = draw_depth()) {
+                    from += left / rate;
+                    if (!meet(from, range)) return;
+                }
+                left -= rate * (to - from);
+            }
             from = to;
         }
         block[axis] += step[axis];
@@ -71,27 +84,6 @@ void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
         next[axis] += length[axis];
     }
 }
-
-// The optical depth (rate times length) between collisions is exponentially distributed and carries
-// over from block to block.
-struct Meetings {
-    bn::LoopSampler *numbers;
-    float left = -1; // until the next meeting; below 0: not drawn yet
-
-    // Calls meet(distance) at each collision from `from` to `to`, until it returns false.
-    template <typename Meet>
-    bool operator()(float from, float to, float rate, Meet meet) {
-        if (!(rate > 0)) return true;
-        if (left < 0) left = -std::log(1 - numbers->next_1d());
-        while (left < rate * (to - from)) {
-            from += left / rate;
-            if (!meet(from)) return false;
-            left = -std::log(1 - numbers->next_1d());
-        }
-        left -= rate * (to - from);
-        return true;
-    }
-};
 
 } // namespace
 
@@ -127,14 +119,12 @@ float medium_density(const Medium &m, Vec3 point) {
 float medium_free_flight(const Medium &medium, const Ray &ray, float end,
                          bn::LoopSampler &numbers) {
     float found = INFINITE;
-    Meetings meetings{&numbers};
-    walk(medium, ray, end, [&](float from, float to, Medium::Range range) {
-        return meetings(from, to, range.most, [&](float distance) {
-            const float density = medium_density(medium, ray.origin + distance * ray.direction);
-            if (numbers.next_1d() * range.most >= density) return true;
-            found = distance;
-            return false;
-        });
+    const auto rate = [](Medium::Range range, float) { return range.most; };
+    walk(medium, ray, end, numbers, rate, [&](float distance, Medium::Range range) {
+        const float density = medium_density(medium, ray.origin + distance * ray.direction);
+        if (numbers.next_1d() * range.most >= density) return true;
+        found = distance;
+        return false;
     });
     return found;
 }
@@ -142,15 +132,14 @@ float medium_free_flight(const Medium &medium, const Ray &ray, float end,
 float medium_transmittance(const Medium &medium, const Ray &ray, float end,
                            bn::LoopSampler &numbers) {
     float passed = 1, even = 0;
-    Meetings meetings{&numbers};
-    walk(medium, ray, end, [&](float from, float to, Medium::Range range) {
-        even += range.least * (to - from);
-        const float rate = range.most - range.least;
-        return meetings(from, to, rate, [&](float distance) {
-            const float density = medium_density(medium, ray.origin + distance * ray.direction);
-            passed *= std::clamp((range.most - density) / rate, 0.0f, 1.0f);
-            return passed > 0;
-        });
+    const auto rate = [&](Medium::Range range, float length) {
+        even += range.least * length;
+        return range.most - range.least;
+    };
+    walk(medium, ray, end, numbers, rate, [&](float distance, Medium::Range range) {
+        const float density = medium_density(medium, ray.origin + distance * ray.direction);
+        passed *= std::clamp((range.most - density) / (range.most - range.least), 0.0f, 1.0f);
+        return passed > 0;
     });
     return passed * std::exp(-even);
 }
