@@ -3,6 +3,7 @@
 
 import argparse
 import importlib
+import os
 import re
 import subprocess
 import sys
@@ -27,6 +28,11 @@ def output_of(command, remedy, **options):
         return subprocess.run(command, stdout=subprocess.PIPE, check=True, **options).stdout
     except (OSError, subprocess.CalledProcessError) as error:
         raise CommandError(f"{command[0]} failed ({error}); {remedy}") from None
+
+
+def core_count():
+    """The cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def run_or_say_why(run, arguments, program):

@@ -142,7 +142,7 @@ REFERENCE_SAMPLER = "sobol_burley"  # hashes pixel, dimension and seed
 # Patterns that must know the sample count; they are tuned for PREVIEW_SPP and stopped earlier.
 PREVIEW, PREVIEW_SPP = ("blue_noise_first", "blue_noise_pure"), 64
 EARLY = tuple(n for n in COUNTS if n < PREVIEW_SPP)
-TOLD = {f"{than} {PREVIEW_SPP}": f"{NAMES[than]}, tuned for {PREVIEW_SPP}" for than in PREVIEW}
+TUNED = {f"{than} {PREVIEW_SPP}": f"{NAMES[than]}, tuned for {PREVIEW_SPP}" for than in PREVIEW}
 
 
 # ---- Running Cycles
@@ -162,19 +162,19 @@ class CyclesRun(other_renderer.OtherRun):
         self.checkout = checkout
 
     def key(self, task, reference):
-        return {"scene": text(task.view.scene, self.checkout, integrator(task.sampler, task.told, task.seed)), "size": SIZE,
+        return {"scene": text(task.view.scene, self.checkout, integrator(task.sampler, task.tuned_for, task.seed)), "size": SIZE,
                 "counts": task.counts, "build": self.sha256}
 
     def render(self, task, spp, seed, out):
-        scene, told = task.view.scene, task.told or spp
+        scene, tuned_for = task.view.scene, task.tuned_for or spp
         with tempfile.TemporaryDirectory(prefix="libbn-cycles-") as folder:
             path = Path(folder) / "scene.xml"
-            path.write_text(text(scene, self.checkout, integrator(task.sampler, told, seed)), encoding="utf-8")
+            path.write_text(text(scene, self.checkout, integrator(task.sampler, tuned_for, seed)), encoding="utf-8")
             (Path(folder) / "examples").symlink_to(Path(self.checkout).resolve() / "examples")
             # Cycles finds included files only if the scene is given by a relative path.
             command = ["/usr/bin/env", f"--chdir={folder}", str(Path(self.program).resolve()), "--quiet", "--threads", "1", "--samples",
                        str(spp), "--width", str(SIZE[0]), "--height", str(SIZE[1]), "--output", str(out), path.name]
-            seconds = processor_seconds(command, f"Cycles failed on {scene}", {**os.environ, "BN_TOLD": str(told)})
+            seconds = processor_seconds(command, f"Cycles failed on {scene}", {**os.environ, "BN_TOLD": str(tuned_for)})
         if not out.is_file():
             raise RenderError(f"Cycles wrote no image of {scene}")
         return seconds
@@ -203,6 +203,6 @@ set_aa_samples() gets getenv("BN_TOLD") ? atoi(getenv("BN_TOLD")) : params.sampl
     references = work.references(dict.fromkeys(views, REFERENCE_SPP))
     tasks = [Task(view, sampler, seed, COUNTS) for view in views for sampler in SAMPLERS for seed in seeds]
     tasks += [Task(view, sampler, seed, EARLY, PREVIEW_SPP) for view in views for sampler in PREVIEW for seed in seeds]
-    report, thans = other_renderer.OtherReport(options, Cells(work.results(references, tasks)), references, NAMES, {"Scenes": SCENES}, SCENES), {**NAMES, **TOLD}
+    report, thans = other_renderer.OtherReport(options, Cells(work.results(references, tasks)), references, NAMES, {"Scenes": SCENES}, SCENES), {**NAMES, **TUNED}
     if report.write(globals(), report.summary(thans), version=version.strip() or "(unknown version)", thans=thans):
         work.picture(options.pictures / "cycles.jpg", references[view_of(PICTURE_SCENE)])

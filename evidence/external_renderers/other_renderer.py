@@ -4,14 +4,13 @@
 import dataclasses
 import functools
 import math
-import os
 import statistics
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
-from ..base.command import command_shown, names_of
+from ..base.command import command_shown, core_count, names_of
 from ..base.contact_sheet import labelled, preview
 from ..base.files import read_exr, write_image
 from ..base.page import write_page
@@ -52,17 +51,17 @@ def name_of(measure):
 
 @dataclasses.dataclass(frozen=True)
 class Task:
-    """All images of one view, sampler and seed. The sampler is tuned for each image's sample count, or for `told`."""
+    """All images of one view, sampler and seed. The sampler is tuned for each image's sample count, or for `tuned_for`."""
 
     view: object
     sampler: str
     seed: int = 0
     counts: tuple = ()
-    told: int = 0
+    tuned_for: int = 0
 
     @property
     def label(self):
-        return f"{self.sampler} {self.told}" if self.told else self.sampler
+        return f"{self.sampler} {self.tuned_for}" if self.tuned_for else self.sampler
 
     @property
     def cost(self):
@@ -129,7 +128,7 @@ def options_of(parser, name, arguments, scenes, counts):
     parser.add_argument("--scenes", type=names_of("scene", scenes), default=tuple(scenes), metavar="NAME,...",
                         help=f"scenes to render: {', '.join(scenes)}")
     parser.number("--seeds", SEEDS, "number of images per sampler")
-    parser.number("--jobs", os.cpu_count() or 1, "number of single-threaded processes to run in parallel", ": one per core")
+    parser.number("--jobs", core_count(), "number of single-threaded processes to run in parallel", ": one per core")
     parser.add_argument("--out", type=Path, help="folder for the report (default: evidence/results for all scenes, which also updates "
                         f"the table in examples/{name}/README.md, else out/{name})")
     parser.hidden("--guide", f"examples/{name}/README.md")

@@ -7,7 +7,6 @@ other generators given. Writes the tables and the plot of masks.md, and docs/neu
 
 import dataclasses
 import functools
-import os
 import statistics
 import subprocess
 import sys
@@ -20,7 +19,7 @@ import numpy as np
 
 import bluenoise
 
-from ..base.command import Parser
+from ..base.command import Parser, core_count
 from ..base.contact_sheet import enlarged_part, grey, sheet
 from ..base.files import kept, write_image
 from ..base.page import write_page
@@ -211,7 +210,7 @@ def run(arguments):
     peers = [peer.partition("=") for peer in options.peer]
     if not all(command for _, _, command in peers):
         parser.error("--peer must be NAME=COMMAND")
-    threads = os.cpu_count() or 1
+    threads = core_count()
 
     rows = kept(options.out / "masks.csv", options.again, lambda: [
         *measure(threads), *(run_peer(name, command) for name, _, command in peers)])

@@ -4,7 +4,7 @@
 //     draw_plugin NAME SEED SAMPLES DECISION DIMENSIONS SIZE FIRST COUNT
 //
 // writes float32 [SIZE rows][SIZE pixels][COUNT][DIMENSIONS] to standard output, from sample FIRST on. SAMPLES is what the
-// plug-in is told, or 0.
+// plug-in is tuned for, or 0.
 //
 //     draw_plugin NAME
 //

@@ -410,8 +410,8 @@ def film(frames, scene):
 
 # ---- The command
 
-def run(options, packs, heitz, guests, earlier):
-    """packs: {name: realtime.Slices, or another source of frames}; guests: {name: plugins.Plugin}; earlier: rows of the last run, which are kept if they are not measured now."""
+def run(options, packs, heitz, added, earlier):
+    """packs: {name: realtime.Slices, or another source of frames}; added: {name: plugins.Plugin}; earlier: rows of the last run, which are kept if they are not measured now."""
     program = options.frames
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
         for plugin in plugins.FOLDER.glob("*.so"):
@@ -420,7 +420,7 @@ def run(options, packs, heitz, guests, earlier):
         files |= {name: f"./slices.so:{write_slices(source, Path(folder), f'slices-{i}.bin')}" for i, (name, source) in enumerate(packs.items())}
         if heitz:
             files["Heitz et al. 2019"] = f"./heitz.so:{heitz.write(folder).name}"
-        for name, plugin in guests.items():
+        for name, plugin in added.items():
             if plugin.function:
                 raise CommandError(f"--sampler {name}=...: a moving camera needs a shared library")
             path, colon, argument = plugin.file.partition(":")

@@ -371,14 +371,14 @@ def run(arguments):
     options.command = command_shown("realtime", arguments)
     packs = {name: read_pack(name, folder) for name in PACKS if (folder := getattr(options, name.lower()))}
     tables = heitz.Tables(options.heitz) if options.heitz else None
-    guests = {name: plugins.load(file) for name, file in options.sampler}
+    added = {name: plugins.load(file) for name, file in options.sampler}
     before = options.out  # with the rows of the last run
-    if guests and options.out == Path("evidence/results"):
+    if added and options.out == Path("evidence/results"):
         options.out, options.print = Path("out/realtime"), True
     if options.motion:
         earlier = read_numbers(path) if (path := before / "motion.csv").is_file() else []
-        return motion.run(options, {"mask + R2": MovedMask(), **packs}, tables, guests, earlier)
-    ways, path = {**WAYS, **packs, **({"Heitz et al. 2019": HeitzTables(tables)} if tables else {}), **guests}, options.out / "realtime.csv"
+        return motion.run(options, {"mask + R2": MovedMask(), **packs}, tables, added, earlier)
+    ways, path = {**WAYS, **packs, **({"Heitz et al. 2019": HeitzTables(tables)} if tables else {}), **added}, options.out / "realtime.csv"
     result = measure(ways, options.seeds, options.integrands)
     earlier = [row for row in read_numbers(before / path.name) if row["way"] not in ways] if (before / path.name).is_file() else []
     rows = [*rows_of(result, ways), *earlier]

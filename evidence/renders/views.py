@@ -10,10 +10,9 @@ camera rotated, moved and zoomed. The scenes are the path tracer's built-in scen
 import dataclasses
 import hashlib
 import math
-import os
 from pathlib import Path
 
-from ..base.command import Parser, command_shown, names_of, parse_size
+from ..base.command import Parser, command_shown, core_count, names_of, parse_size
 from ..samplers import variants
 from . import models
 from .renderer import Request, scene_label
@@ -173,7 +172,7 @@ def parse_options(command, text, arguments, counts, choose=True, **defaults):
     parser.number("--spp", max(counts), f"largest sample count, at most {max(counts)}")
     parser.number("--seeds", SEEDS, "number of seeds per image")
     parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of the references, a multiple of 32")
-    parser.number("--jobs", os.cpu_count() or 1, "number of single-threaded renders to run in parallel", ": one per core")
+    parser.number("--jobs", core_count(), "number of single-threaded renders to run in parallel", ": one per core")
     parser.add_argument("--out", type=Path, help="folder for the report (default evidence/results; out for trials)")
     parser.pathtracer()
     parser.set_defaults(**defaults)

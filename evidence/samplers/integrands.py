@@ -26,8 +26,8 @@ Y, X = np.mgrid[:SIDE, :SIDE].astype(np.uint32)
 
 def of_library(name):
     def draw(run, count, member):
-        told = {"samples_per_pixel": count} if name == "zorder" else {}
-        return bluenoise.Sampler(name, seed=run, **told).block(0, 0, SIDE, SIDE, 0, count, bluenoise.domain(run, 4 * run + member))
+        tuned = {"samples_per_pixel": count} if name == "zorder" else {}
+        return bluenoise.Sampler(name, seed=run, **tuned).block(0, 0, SIDE, SIDE, 0, count, bluenoise.domain(run, 4 * run + member))
     return draw
 
 

@@ -162,8 +162,8 @@ def run(arguments):
         return write_image(options.picture, integrands.patterns())
     others = {name: plugins.load(f"{file}-4d" if name in variants.PEERS else file) for name, file in variants.files_of(options).items()}
     TUNED.update(name for name, plugin in others.items() if plugin.tuned)
-    guests = dict(options.sampler)
-    if guests and not options.out:  # beside the results of the last complete run
+    added = dict(options.sampler)
+    if added and not options.out:  # beside the results of the last complete run
         options.out = Path("out/samplers")
         for path in Path("evidence/results").glob("samplers*.csv"):
             with written_beside(options.out / path.name) as beside:
@@ -174,19 +174,19 @@ def run(arguments):
     ways = {**{name: integrands.of_library(name) for name in OWN}, "sobol-global": integrands.global_sobol, **{name: plugin.way(SIDE) for name, plugin in others.items()}}
     if options.heitz:
         ways["heitz"] = integrands.of_heitz(heitz.Tables(options.heitz))
-    if options.samplers or guests:
-        ways = {name: draw for name, draw in ways.items() if name in (*(options.samplers or ()), *guests, BASE)}
-    save = with_earlier if options.samplers or guests else lambda path, make: kept(path, options.again, make)
+    if options.samplers or added:
+        ways = {name: draw for name, draw in ways.items() if name in (*(options.samplers or ()), *added, BASE)}
+    save = with_earlier if options.samplers or added else lambda path, make: kept(path, options.again, make)
     again = options.again or options.samplers or options.pairs
-    times = kept(options.out / "samplers_draws.csv", again and not guests, lambda: [
+    times = kept(options.out / "samplers_draws.csv", again and not added, lambda: [
         *(row for row in csv.DictReader(output_of([options.draws], "build it with scripts/setup", text=True).splitlines())
           if row["form"] != "peer" or row["sampler"] in others),
         *({"sampler": name, "form": "single", "nanoseconds": output_of([plugins.PROGRAM, plugin.file], "see docs/bench.md", text=True).strip()}
-          for name, plugin in others.items() if name in guests and not plugin.function)])
+          for name, plugin in others.items() if name in added and not plugin.function)])
     main = options.out / "samplers.csv"
     rows = read_numbers(main) if options.pairs and main.is_file() else save(main, lambda: measure_all(ways, options.runs))
-    some = {name: draw for name, draw in ways.items() if name in EVERY or (name in guests and name not in TUNED)}
-    every = (save if guests else lambda path, make: kept(path, again, make))(options.out / "samplers_counts.csv", lambda: measure_all(
+    some = {name: draw for name, draw in ways.items() if name in EVERY or (name in added and name not in TUNED)}
+    every = (save if added else lambda path, make: kept(path, again, make))(options.out / "samplers_counts.csv", lambda: measure_all(
         some, RUNS_OF_EVERY, EVERY_COUNT, integrands.images_at_every_count))
     paired = save(options.out / "samplers_pairs.csv", lambda: measure_all(ways, options.runs, COUNTS, integrands.images_of_pairs))
     plot(rows, options.out / "samplers.png")

@@ -88,7 +88,7 @@ def cycles_run():
     if not os.environ.get("BN_CYCLES_PROGRAM") or not os.environ.get("BN_CYCLES"):
         pytest.skip("BN_CYCLES_PROGRAM and BN_CYCLES are not set to a patched Cycles and its sources")
     work = cycles.CyclesRun(os.environ["BN_CYCLES_PROGRAM"], os.environ["BN_CYCLES"], 1)
-    return lambda sampler, told, spp, seed=1: work.rendered(other_renderer.Task(cycles.view_of("penumbra"), sampler, told=told), spp, seed)[1]
+    return lambda sampler, tuned_for, spp, seed=1: work.rendered(other_renderer.Task(cycles.view_of("penumbra"), sampler, tuned_for=tuned_for), spp, seed)[1]
 
 
 def test_images_differ_only_between_seeds(cycles_run):

@@ -2,7 +2,7 @@
 // Renders with the shaders: the sample sums of three samplers, and the image on the canvas.
 "use strict";
 
-const KINDS = ["white", "sobol", "blue"];
+const TYPES = ["white", "sobol", "blue"];
 const EXPOSURE = 1.0;
 const WEIGHT = 0.1; // weight of the newest sample in a moving average
 
@@ -57,7 +57,7 @@ function makeTracer(canvas) {
   if (!gl) throw new Error("it needs WebGL 2, which this browser does not offer");
   const words = makeWords(gl);
   const samplers = {};
-  for (const kind of KINDS) samplers[kind] = {program: compile(gl, sampleFragment(kind)), sums: []};
+  for (const type of TYPES) samplers[type] = {program: compile(gl, sampleFragment(type)), sums: []};
   const blurRows = compile(gl, BLUR_ROWS_FRAGMENT), show = compile(gl, SHOW_FRAGMENT);
   const differ = compile(gl, DIFFERENCE_FRAGMENT);
   let rows = [];
@@ -116,21 +116,21 @@ function makeTracer(canvas) {
     /* Shows the image of one sampler to the left of a column, and the image of another to its right. */
     show(left, right, split, sigma, enlarged) {
       const scale = EXPOSURE / (tracer.mode === "sum" ? Math.max(tracer.count, 1) : 1);
-      [left, right].forEach((kind, i) => draw(gl, blurRows, rows[i], tracer.width, tracer.height,
-        {sums: samplers[kind].sums[0], scale: float(scale), sigma: float(sigma)}));
+      [left, right].forEach((type, i) => draw(gl, blurRows, rows[i], tracer.width, tracer.height,
+        {sums: samplers[type].sums[0], scale: float(scale), sigma: float(sigma)}));
       draw(gl, show, null, tracer.width * enlarged, tracer.height * enlarged,
         {left: rows[0], right: rows[1], sigma: float(sigma), split: float(split), enlarged: int(enlarged)});
     },
 
     /* The sums of one sampler, four floats per pixel, rows from the bottom up. */
-    read(kind) {
-      return readWords(samplers[kind].sums[0]);
+    read(type) {
+      return readWords(samplers[type].sums[0]);
     },
 
     /* Yields a sampler's error after 1, 2, 3 ... samples, as displayed and after a blur, from two independent images: they differ by
      * the error times the square root of two. */
-    *errors(kind, sigma) {
-      const {program} = samplers[kind], {width, height} = tracer;
+    *errors(type, sigma) {
+      const {program} = samplers[type], {width, height} = tracer;
       const pictures = [0, 1].map(() => [makeImage(gl, width, height), makeImage(gl, width, height)]);
       try {
         for (let count = 0; ; ++count) {

@@ -120,7 +120,7 @@ def in_cycles(pathtracer):
     """s.blend, rendered in Cycles with 64x64 pixels."""
     files = {"file": str(pathtracer.folder / "s.blend"), "output": str(pathtracer.folder / "cycles.exr")}
     (pathtracer.folder / "request.json").write_text(json.dumps([{**files, "size": 64, "spp": 256, "bounces": 16}]))
-    command = [to_gltf.blender("test"), Path(__file__).with_name("referee.py"), pathtracer.folder / "request.json"]
+    command = [to_gltf.blender("test"), Path(__file__).with_name("render_in_cycles.py"), pathtracer.folder / "request.json"]
     subprocess.run(command, check=True, capture_output=True)
     return read_exr(pathtracer.folder / "cycles.exr")[0]
 

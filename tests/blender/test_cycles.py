@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cycles is the referee: it renders the same glTF scenes, and the means of both images must agree."""
+"""Cycles renders the same glTF scenes as the path tracer, and the means of both images must agree."""
 
 import functools
 import json
@@ -110,7 +110,7 @@ def rendered(folder, program):
         requests.append({"file": str(g.save(folder / f"{name}.glb")), "env": str(sky(folder / "sky.exr")) if has_sky else None,
                          "output": str(folder / f"{name} cycles.exr"), "size": SIZE, "spp": SPP, "bounces": 16})
     (folder / "request.json").write_text(json.dumps(requests))
-    command = [program, Path(__file__).with_name("referee.py"), folder / "request.json"]
+    command = [program, Path(__file__).with_name("render_in_cycles.py"), folder / "request.json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     return {name: request for name, request in zip(SCENES, requests)}

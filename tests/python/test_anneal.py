@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from referee import white
+from reference import white
 
 import bluenoise
 

@@ -6,7 +6,7 @@ import signal
 import numpy as np
 import pytest
 from helpers import assert_interrupted, run_python
-from referee import white
+from reference import white
 
 import bluenoise
 from bluenoise import _core

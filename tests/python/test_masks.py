@@ -6,7 +6,7 @@ import inspect
 import numpy as np
 import pytest
 from helpers import needs_network, needs_package, progress_of, refused, run_python
-from referee import white
+from reference import white
 
 import bluenoise
 from bluenoise import _arguments, anneal, builtin, mask, neural, relax, to_float, void_and_cluster

@@ -3,9 +3,9 @@
 
 import numpy as np
 import pytest
-import referee
+import reference
 from helpers import progress_of
-from referee import white
+from reference import white
 
 import bluenoise
 from bluenoise import anisotropy, dithering_error, mask, measure, power_spectrum, radial_power
@@ -23,7 +23,7 @@ def test_low_frequency_matches_the_reference():
     found = measure(ranks).low_frequency
     assert list(found) == sorted(found) and {1 / 16, 1 / 4, 1 / 2} <= set(found)
     for level, power in found.items():
-        assert power == pytest.approx(referee.low_frequency(ranks, level), rel=1e-9)
+        assert power == pytest.approx(reference.low_frequency(ranks, level), rel=1e-9)
     of_white = measure(white((128, 128), seed=1)).low_frequency
     assert all(0.8 < power < 1.2 for power in of_white.values())  # each is a mean over about 400 or more frequencies
     assert all(power < 0.5 for power in found.values())
@@ -33,11 +33,11 @@ def test_low_frequency_matches_the_reference():
 def test_spectra_and_errors_match_the_reference(shape):
     ranks = white(shape, seed=5)
     power = power_spectrum(ranks)
-    np.testing.assert_allclose(power, referee.power_spectrum(ranks), rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(power, reference.power_spectrum(ranks), rtol=1e-6, atol=1e-6)
     assert power[0, 0] == 0
     np.testing.assert_array_equal(power_spectrum(bluenoise.to_float(ranks)), power)
     for sigma in (0, 0.75, 1.5):
-        assert dithering_error(ranks, sigma) == pytest.approx(referee.mask_error(ranks, sigma), abs=1e-9)
+        assert dithering_error(ranks, sigma) == pytest.approx(reference.mask_error(ranks, sigma), abs=1e-9)
 
 
 @pytest.mark.parametrize("shape", [(64, 64), (40, 17), (1, 30)])
@@ -45,8 +45,8 @@ def test_radial_power_matches_the_reference(shape):
     ranks = mask(shape, seed=6)
     frequency, radial = radial_power(ranks)
     assert frequency.dtype == radial.dtype == np.float64
-    expected = referee.power_spectrum(ranks).ravel()
-    rings = referee.rings(shape)
+    expected = reference.power_spectrum(ranks).ravel()
+    rings = reference.rings(shape)
     np.testing.assert_allclose(frequency, np.array(sorted(rings)) / max(shape))
     np.testing.assert_allclose(
         radial, [expected[rings[ring]].mean() for ring in sorted(rings)], rtol=1e-4, atol=1e-5
@@ -55,9 +55,9 @@ def test_radial_power_matches_the_reference(shape):
 
 def test_anisotropy_matches_the_reference():
     masks = [mask((40, 32), seed=seed) for seed in range(4)]
-    assert anisotropy(masks) == pytest.approx(referee.anisotropy(masks), abs=1e-4)
+    assert anisotropy(masks) == pytest.approx(reference.anisotropy(masks), abs=1e-4)
     assert anisotropy(np.stack(masks)) == anisotropy(masks)
-    assert measure(masks[0]).anisotropy == pytest.approx(referee.anisotropy(masks[:1]), abs=1e-4)
+    assert measure(masks[0]).anisotropy == pytest.approx(reference.anisotropy(masks[:1]), abs=1e-4)
 
 
 def test_anisotropy_decreases_with_the_number_of_masks():

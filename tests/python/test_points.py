@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 from helpers import progress_of
-from referee import white
+from reference import white
 
 import bluenoise
 from bluenoise import _points

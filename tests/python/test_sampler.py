@@ -11,24 +11,24 @@ import pytest
 import bluenoise
 from bluenoise import Sampler
 
-KINDS = typing.get_args(bluenoise.SamplerType)
+TYPES = typing.get_args(bluenoise.SamplerType)
 # Coordinates and indices at the limits of their ranges.
 EDGE_X = np.array([-(2**31), -65537, -1, 0, 1, 127, 128, 2**31 - 1], np.int32)
 EDGE_INDEX = np.array([0, 1, 255, 256, 65535, 65536, 2**31, 2**32 - 1], np.uint32)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_sample_shape_range_and_precision(kind):
-    u = Sampler(kind, seed=7).sample(EDGE_X[:, None], EDGE_X[None, :], EDGE_INDEX[:, None], 5)
+@pytest.mark.parametrize("type", TYPES)
+def test_sample_shape_range_and_precision(type):
+    u = Sampler(type, seed=7).sample(EDGE_X[:, None], EDGE_X[None, :], EDGE_INDEX[:, None], 5)
     assert u.shape == (8, 8, 4) and u.dtype == np.float32
     assert (u >= 0).all() and (u < 1).all()
     assert (u * 2.0**24 == np.floor(u * 2.0**24)).all()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("type", TYPES)
 @pytest.mark.parametrize("dims", (1, 2, 3, 4))
-def test_samples_in_any_array_layout_match_a_block(kind, dims):
-    sampler = Sampler(kind, seed=4)
+def test_samples_in_any_array_layout_match_a_block(type, dims):
+    sampler = Sampler(type, seed=4)
     domain = bluenoise.domain(9)
     block = sampler.block(-20, -5, 37, 11, 250, 9, domain)[..., :dims]
     for grid in (np.mgrid, np.ogrid):
@@ -48,9 +48,9 @@ def test_large_block_matches_its_rows():
         np.testing.assert_array_equal(block[rows:rows + 1], Sampler(seed=4).block(-20, rows - 5, 512, 1, 3, 4))
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_pairs_match_four_dimensional_samples(kind):
-    sampler = Sampler(kind, seed=9)
+@pytest.mark.parametrize("type", TYPES)
+def test_pairs_match_four_dimensional_samples(type):
+    sampler = Sampler(type, seed=9)
     where = np.arange(3000), 3, np.arange(3000) % 300, bluenoise.domain(np.arange(3000) % 5)
     four = sampler.sample(*where)
     for pair in (0, 1):
@@ -127,10 +127,10 @@ def test_mask_sampler_accepts_ranks():
     np.testing.assert_array_equal(sampler.block(0, 0, 24, 16, 0, 2), expected)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("type", TYPES)
 @pytest.mark.parametrize("protocol", range(2, pickle.HIGHEST_PROTOCOL + 1))
-def test_pickle_and_copy(kind, protocol):
-    sampler = Sampler(kind, seed=2**63 + 1, samples_per_pixel=4, mask=bluenoise.mask((8, 8)) if kind == "mask" else None)
+def test_pickle_and_copy(type, protocol):
+    sampler = Sampler(type, seed=2**63 + 1, samples_per_pixel=4, mask=bluenoise.mask((8, 8)) if type == "mask" else None)
     for twin in (pickle.loads(pickle.dumps(sampler, protocol)), copy.copy(sampler), copy.deepcopy(sampler)):
         assert twin == sampler and hash(twin) == hash(sampler)
         np.testing.assert_array_equal(twin.block(0, 0, 4, 4, 0, 4), sampler.block(0, 0, 4, 4, 0, 4))
@@ -174,16 +174,16 @@ def test_shader_tables_and_seeds():
     assert words.dtype == np.uint32 and words.shape == (11904,)
     words[:] = 0  # a copy
     assert bluenoise.tables().any()
-    seeds = {tuple(Sampler(kind, seed=seed).seed_words()) for kind in KINDS for seed in (0, 1, 2**64 - 1)}
+    seeds = {tuple(Sampler(type, seed=seed).seed_words()) for type in TYPES for seed in (0, 1, 2**64 - 1)}
     assert len(seeds) == 3 and tuple(Sampler(seed=0).seed_words()) == (0x7B1DCDAF, 0xE220A839)  # SplitMix64
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("type", TYPES)
 @pytest.mark.parametrize("shape", [(7, 6, 3), (2, 3, 1), (1, 1, 1), (5, 1, 1), (1, 5, 1), (1, 1, 3)])
 @pytest.mark.parametrize("dims", [1, 2, 3, 4])
-def test_blocks_overwrite_all_of_out(kind, shape, dims):
+def test_blocks_overwrite_all_of_out(type, shape, dims):
     """At the first and the last coordinates and indices."""
-    sampler, (height, width, count) = Sampler(kind, seed=3, samples_per_pixel=4), shape
+    sampler, (height, width, count) = Sampler(type, seed=3, samples_per_pixel=4), shape
     for x0, y0, first in ((-(2**31), 5, 2**32 - count), (2**31 - width, 2**31 - height, 0)):
         y, x, index = np.ogrid[y0 : y0 + height, x0 : x0 + width, first : first + count]
         out = np.full((*shape, dims), 7, np.float32)

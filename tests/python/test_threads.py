@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from helpers import HAS_PACKAGE
 from onnx_file import convolution
-from referee import white
+from reference import white
 
 import bluenoise
 from bluenoise import _core as core

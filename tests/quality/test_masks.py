@@ -20,7 +20,7 @@ import bluenoise
 
 HERE = Path(__file__).resolve().parent
 sys.path.append(str(HERE.parent / "python"))
-import referee  # noqa: E402
+import reference  # noqa: E402
 
 ndimage = pytest.importorskip("scipy.ndimage")
 
@@ -30,7 +30,7 @@ ROWS = list(csv.DictReader((HERE / "masks.csv").open(encoding="utf-8")))
 @functools.cache
 def masks(method, width, height, sigma, seeds):
     options = {"void-and-cluster": {"sigma": sigma}, "anneal": {"sigma": sigma, "sweeps": 4000}}.get(method, {})
-    make = referee.white if method == "white" else getattr(bluenoise, method.replace("-", "_"))
+    make = reference.white if method == "white" else getattr(bluenoise, method.replace("-", "_"))
     made = [make((height, width), **({} if method == "builtin" else {"seed": seed}), **options) for seed in range(seeds)]
     assert all((np.sort(ranks, axis=None) == np.arange(ranks.size)).all() for ranks in made)
     return made
@@ -46,7 +46,7 @@ def test_masks_keep_their_limits(row, measure):
     elif kind == "e":
         value = np.mean([bluenoise.dithering_error(ranks, float(argument)) for ranks in made])
     else:
-        value = np.mean([referee.low_frequency(ranks, float(Fraction(argument))) for ranks in made])
+        value = np.mean([reference.low_frequency(ranks, float(Fraction(argument))) for ranks in made])
     assert value <= float(row[measure])
 
 
@@ -69,7 +69,7 @@ def test_masks_tile_without_seams(method, shape, levels):
     total = 0
     for seed in range(1 if method == "builtin" else 6):
         # Annealing starts from white noise, so that only annealing makes the mask blue.
-        options = {"sweeps": 30, "start_from_ranks": referee.white(shape, seed)} if method == "anneal" else {}
+        options = {"sweeps": 30, "start_from_ranks": reference.white(shape, seed)} if method == "anneal" else {}
         options |= {} if method == "builtin" else {"seed": seed}
         total = total + errors(getattr(bluenoise, method.replace("-", "_"))(shape, **options), levels)
     near_y, near_x = (np.minimum(np.arange(extent), np.arange(extent)[::-1]) < 2 for extent in shape)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs in Blender's Python: renders files in Cycles.
 
-    python referee.py REQUEST.json
+    python render_in_cycles.py REQUEST.json
 
 The request is a list of {"file": .glb or .blend, "env": an EXR or None, "output": .exr, "size": pixels, "spp"}.
 """
