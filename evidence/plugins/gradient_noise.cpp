@@ -3,7 +3,7 @@
 // 2014): one regular pattern, shifted by 5.588238 pixels for each index and by other amounts for each number.
 #include <cmath>
 
-#include "plugin.hpp"
+#include "plugin_class.hpp"
 
 namespace {
 

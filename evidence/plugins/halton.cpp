@@ -6,7 +6,7 @@
 // shift the tiles and change the scrambling.
 #include <array>
 
-#include "plugin.hpp"
+#include "plugin_class.hpp"
 
 namespace {
 

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "plugin.hpp"
+#include "plugin_class.hpp"
 
 namespace {
 

@@ -3,7 +3,7 @@
 // Number Theoretic Methods for Multiple Integration", 1976). Samples are taken in the order of the radical inverse of
 // their index, so every power of two is a lattice (Hickernell et al., "Extensible Lattice Sequences for Quasi-Monte Carlo
 // Quadrature", 2000). Each decision has the same four-dimensional Korobov lattice and a shift of its own.
-#include "plugin.hpp"
+#include "plugin_class.hpp"
 
 namespace {
 

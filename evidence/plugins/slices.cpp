@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "plugin.hpp"
+#include "plugin_class.hpp"
 
 namespace {
 

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "plugin.hpp"
+#include "plugin_class.hpp"
 
 namespace {
 
