@@ -83,14 +83,14 @@ def row_table(rows, row, counts=COUNTS):
 
 
 def wins_table(rows):
-    """One row per integrand and sampler with at least 5% less error than `blue` at some sample count."""
+    """One row per integrand and sampler with at least 5% lower error than `blue` at some sample count."""
     errors = {(row["row"], row["sampler"], row["spp"]): row["value"] for row in rows if not row["row"].startswith("spectral")}
     found = {}
     for (row, name, spp), value in errors.items():
         if value < (1 - WIN) * errors[row, "blue", spp]:
             found.setdefault((row if "sigma" in row or "pixels" in row or row.startswith("edges along") else f"{row}, sigma 2.1", name), []).append(
                 f"{100 * (1 - value / errors[row, 'blue', spp]):.0f}% at {spp}")
-    return md_table(["integrand", "sampler", "less error than `blue`"], [[pairs(row), NAMES.get(name, name), ", ".join(less)] for (row, name), less in sorted(found.items())], 2)
+    return md_table(["integrand", "sampler", "lower error than `blue`"], [[pairs(row), NAMES.get(name, name), ", ".join(less)] for (row, name), less in sorted(found.items())], 2)
 
 
 def times_table(times):

@@ -66,7 +66,7 @@ def test_gain_before_a_denoiser():
     counts = (1, 2, 4, 16)
     own, blurred = ([found[measure, "", "blue", spp] for spp in counts] for measure in ("plain:displayed", "plain:displayed_2.1"))
     assert all(each.significant for each in own)
-    assert quoted("docs/faq.md", "At 1, 2, 4 and 16 samples, the denoised image has #%, #%, #% and #% less error") == percent(*(each.value for each in own))
+    assert quoted("docs/faq.md", "At 1, 2, 4 and 16 samples, the denoised image has #%, #%, #% and #% lower error") == percent(*(each.value for each in own))
     assert quoted("docs/faq.md", "the gain is #%, #% and #% at 1, 4 and 16 samples") == percent(*(blurred[i].value for i in (0, 2, 3)))
     assert blurred[2].significant and blurred[3].significant
 

@@ -422,7 +422,7 @@ BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_
 BN_API float bn_rank_to_float(uint32_t rank, size_t count);
 
 /* Returns the built-in mask of size x size texels, whose 16-bit ranks are in static storage (licence:
- * CC0-1.0). Each mask was annealed for up to several minutes and, after a 1-texel blur, has 5% less error
+ * CC0-1.0). Each mask was annealed for up to several minutes and, after a 1-texel blur, has 5% lower error
  * than a void-and-cluster mask. The sizes are 16, 32, 64, 128 and, unless built with BN_SMALL_DATA, 256; for
  * any other size, ranks is NULL. A statically linked program contains these masks (175 KB) only if it calls
  * this function; samplers and bn_dither() use only the 64 x 64 mask. */
