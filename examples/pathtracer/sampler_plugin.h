@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The interface of a sampler in a shared library. The path tracer (plugin.cpp) loads it with --sampler ./FILE.so,
+ * The interface of a sampler in a shared library. The path tracer (sampler.cpp) loads it with --sampler ./FILE.so,
  * and the benchmarks with --sampler NAME=./FILE.so (evidence/samplers/plugins.py, which draws with
  * evidence/programs/draw_plugin.cpp). evidence/plugins and docs/bench.md have samples. C99, also C++; other
  * languages export the same functions. It is no condition on the sampler's licence.
