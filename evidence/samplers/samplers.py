@@ -105,8 +105,8 @@ def plot(rows, path):
     names = list(dict.fromkeys(row["sampler"] for row in rows))
     for axis, row in zip(axes, (*PLOTTED, PEAKS)):
         for name in names:
-            values = [each["value"] for each in rows if (each["row"], each["sampler"]) == (row, name)]
-            axis.plot(COUNTS, values, **style(name, names))
+            found = {each["spp"]: each["value"] for each in rows if (each["row"], each["sampler"]) == (row, name)}  # empty if LEFT_OUT
+            axis.plot(list(found), list(found.values()), **style(name, names))
         finish(axis, "spectral peaks (white noise 5.6)" if row == PEAKS else row, "samples per pixel")
     axes[0].set_ylabel("error over padded Sobol'")
     axes[-1].set_yticks([6, 8, 12, 20, 40, 60])
@@ -163,8 +163,8 @@ def run(arguments):
     others = {name: plugins.load(f"{file}-4d" if name in variants.PEERS else file) for name, file in variants.files_of(options).items()}
     TUNED.update(name for name, plugin in others.items() if plugin.tuned)
     added = dict(options.sampler)
-    if added and not options.out:  # beside the results of the last complete run
-        options.out = Path("out/samplers")
+    if added:  # beside the published results
+        options.out = options.out or Path("out/samplers")
         for path in Path("evidence/results").glob("samplers*.csv"):
             with written_beside(options.out / path.name) as beside:
                 shutil.copy(path, beside)
