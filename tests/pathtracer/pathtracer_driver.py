@@ -18,8 +18,7 @@ import bluenoise
 DEFAULT_BINARY = pathlib.Path(__file__).resolve().parents[2] / "build/examples/pathtracer/pathtracer"
 SCENES = ("cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace")
 SAMPLERS = get_args(bluenoise.SamplerType)
-OPENQMC = ("openqmc.so:pmjbn", "openqmc.so:sobolbn", "openqmc.so:latticebn")  # only in builds with OpenQMC
-PEERS = ("sobol_global.so", *OPENQMC)  # plug-ins
+PLUGINS = [*map(str, DEFAULT_BINARY.parents[2].glob("evidence/plugins/sobol_global.so"))]  # built if Boost is found
 
 
 class PathTracer:
@@ -76,13 +75,6 @@ class PathTracer:
         time.sleep(seconds)
         program.send_signal(number)
         return program
-
-    def needs(self, sampler):
-        """The path tracer's name of a sampler. Skips the test if it is a plug-in that was not built."""
-        path = pathlib.Path(self.binary).parents[2] / "evidence" / "plugins" / sampler
-        if sampler in PEERS and not path.with_name(sampler.partition(":")[0]).is_file():
-            pytest.skip(f"{sampler} is not built")
-        return str(path) if sampler in PEERS else sampler
 
     def render(self, *arguments):
         """Renders to a new file; returns its path. `self.said` is the output on stderr."""

@@ -6,7 +6,7 @@ import resource
 
 import numpy as np
 import pytest
-from pathtracer_driver import PEERS, SAMPLERS, SCENES, assert_same, read_exr, read_layers
+from pathtracer_driver import PLUGINS, SAMPLERS, SCENES, assert_same, read_exr, read_layers
 from PIL import Image
 from scene_files import ONE, floor, over_floor, write_environment
 
@@ -30,10 +30,9 @@ def test_default_threads_are_the_cpus_that_the_process_may_use(pathtracer):
 
 
 @pytest.mark.parametrize(("sampler", "options"), [
-    *(("blue", ["--scene", scene, "--spp", 4]) for scene in SCENES[1:]), *((sampler, ["--spp", 4]) for sampler in (*SAMPLERS, *PEERS)),
+    *(("blue", ["--scene", scene, "--spp", 4]) for scene in SCENES[1:]), *((sampler, ["--spp", 4]) for sampler in (*SAMPLERS, *PLUGINS)),
     *((sampler, ADAPTIVE) for sampler in ("blue", "white", "zorder"))])
 def test_threads_crops_and_ranges_do_not_change_an_image(pathtracer, sampler, options):
-    sampler = pathtracer.needs(sampler)
     common = [*options, "--sampler", sampler, "--size", "29x21", "--light-samples", 3]
     path = pathtracer.render(*common, "--threads", 1)
     whole, (image, header) = read_layers(path), read_exr(path)
