@@ -6,14 +6,7 @@
 
 #define DEVICE_INLINE static inline __host__ __device__
 
-DEVICE_INLINE uint32_t floatBitsToUint(float v) {
-    union {
-        float number;
-        uint32_t bits;
-    } u;
-    u.number = v;
-    return u.bits;
-}
+#define floatBitsToUint bn_float_bits
 
 DEVICE_INLINE float uintBitsToFloat(uint32_t v) {
     union {
