@@ -2,7 +2,7 @@
  * The interface of a sampler in a shared library. The path tracer (sampler.cpp) loads it with --sampler ./FILE.so,
  * and the benchmarks with --sampler NAME=./FILE.so (evidence/samplers/plugins.py, which draws with
  * evidence/programs/draw_plugin.cpp). evidence/plugins and docs/bench.md have samples. C99, also C++; other
- * languages export the same functions. The licence is yours.
+ * languages export the same functions. You choose its licence.
  *
  *     cc -O2 -shared -fPIC mine.c -o mine.so
  *
