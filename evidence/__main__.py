@@ -18,7 +18,7 @@ PARTS = {
     "films": ("films",),
     "masks": ("masks",),
     "renders": ("renders", "headline", "filters", "times", "denoise", "picture", "stop"),
-    "external_renderers": ("mitsuba", "pbrt", "cycles", "web"),
+    "external_renderers": ("mitsuba", "pbrt", "cycles"),
     "summary": ("summary",),
 }
 
