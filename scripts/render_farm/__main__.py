@@ -148,10 +148,8 @@ def run(arguments):
         run_pathtracer(program, [*shared, *merging, *last.arguments(), "-o", os.path.join(folder, "probe.exr")])
     found = worker.fingerprint(program, inputs)
     output.parent.mkdir(parents=True, exist_ok=True)
-    folder = PartsFolder(output, {"arguments": shared, "files": found, "crop": options.crop, "tile": options.tile,
-                                  "samples": [options.first_sample, options.spp]}, listed)
-    for file, wrong in folder.remove_damaged(parts):
-        print(f"farm: {file} {wrong}; it is rendered again", file=sys.stderr)
+    folder = PartsFolder(output, {"arguments": shared, "files": found, "inputs": listed, "crop": options.crop, "tile": options.tile,
+                                  "samples": [options.first_sample, options.spp]})
     kept = folder.count(parts)
     if kept and not options.quiet:
         print(f"farm: {kept} of {len(parts)} parts are in {folder.path}", flush=True)
@@ -159,8 +157,11 @@ def run(arguments):
     try:
         made = render_parts(options, program, inputs, folder, parts, found) / 1e6 if kept < len(parts) else 0
         seconds = time.monotonic() - begun
-        done = run_pathtracer(program, [*(["--quiet"] if options.quiet else []), *merging, "-o", output,
-                                        "--merge", *(part.file_name for part in parts)], folder.path)
+        try:
+            done = run_pathtracer(program, [*(["--quiet"] if options.quiet else []), *merging, "-o", output,
+                                            "--merge", *(part.file_name for part in parts)], folder.path)
+        except FarmError as error:
+            raise FarmError(f"{error}; the parts are kept in {folder.path}: remove damaged ones, and run the same command again") from None
     except KeyboardInterrupt:
         if kept := folder.count(parts):
             raise KeyboardInterrupt(f"{kept} of {len(parts)} parts are kept in {folder.path}; the same command goes on") from None

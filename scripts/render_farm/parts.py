@@ -3,7 +3,6 @@
 
 import contextlib
 import json
-import os
 from pathlib import Path
 from typing import NamedTuple
 
@@ -49,47 +48,11 @@ def names_of(listed):
     return [line.partition("  ")[2] for line in listed.split("\n") if line]
 
 
-@contextlib.contextmanager
-def silent():
-    """Stops C libraries from printing to standard error."""
-    kept, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nothing, 2)
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(nothing)
-
-
-def complaint(path, part, inputs):
-    """Explains why the EXR is not this part rendered from these files; None if it is."""
-    import OpenEXR  # scripts/farm --help works without it
-
-    try:
-        with silent(), OpenEXR.File(str(path), separate_channels=True) as file:
-            header, channels = file.header(), file.channels()
-            (x0, y0), (x1, y1) = (corner.tolist() for corner in header["dataWindow"])
-            samples = channels["count"].pixels
-            first, last = int(header["firstSample"]), int(header["endSample"])
-            same_files = header.get("inputs") == inputs
-    except Exception as error:  # the library raises many exception types
-        return f"is damaged ({type(error).__name__})"
-    if (x0, y0, x1 + 1, y1 + 1) != part[:4]:
-        return f"shows the pixels {x0},{y0},{x1 + 1},{y1 + 1}"
-    if (first, last) != (part.first, part.first + part.count) or (samples != part.count).any():
-        return "has other samples"
-    if not same_files:
-        return "was rendered from other files"
-    return None
-
-
 class PartsFolder:
-    """The finished parts of one image, in a folder beside it. `inputs` is the output of pathtracer --list-inputs."""
+    """The finished parts of one image, in a folder beside it."""
 
-    def __init__(self, output, settings, inputs):
-        self.path, self.inputs = Path(f"{output}.parts"), inputs
-        settings = {**settings, "inputs": inputs}
+    def __init__(self, output, settings):
+        self.path = Path(f"{output}.parts")
         if self.path.is_symlink():
             raise FarmError(f"{self.path}, where parts are kept, is a symbolic link; remove it, or choose another output")
         record, text = self.path / "picture.json", json.dumps(settings, indent=1, sort_keys=True) + "\n"
@@ -109,22 +72,10 @@ class PartsFolder:
     def has(self, part):
         return (self.path / part.file_name).is_file()
 
-    def remove_damaged(self, parts):
-        """Removes damaged files of `parts`, and returns (file, problem) for each of them."""
-        found = []
-        for part in parts:
-            path = self.path / part.file_name
-            if path.is_file() and (wrong := complaint(path, part, self.inputs)):
-                path.unlink()
-                found.append((path, wrong))
-        return found
-
     def add(self, part, data):
-        """Raises FarmError unless `data` is the given part."""
+        """Keeps the bytes of a part's EXR."""
         with written_beside(self.path / part.file_name) as beside:
             beside.write_bytes(data)
-            if wrong := complaint(beside, part, self.inputs):
-                raise FarmError(f"a worker's part {part.file_name} {wrong}; is its disk full, or did a file change?")
 
     def remove(self, parts):
         """Removes the parts and their record, and also the folder if it contains nothing else."""
