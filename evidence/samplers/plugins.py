@@ -36,14 +36,14 @@ class Plugin:
     def key(self):
         return key_of(self.file)
 
-    def numbers(self, seed, size, first, count, decision, dimensions, samples=0):
-        """float32 [size rows][size pixels][count samples][dimensions]."""
+    def numbers(self, seed, size, first, count, decision, dimensions, samples=0, x0=0, y0=0):
+        """float32 [size rows][size pixels][count samples][dimensions], from pixel (x0, y0) on."""
         shape = size, size, count, dimensions
         if not self.function:
-            given = (PROGRAM, self.file, seed, samples, decision, dimensions, size, first, count)
+            given = (PROGRAM, self.file, seed, samples, decision, dimensions, size, first, count, x0, y0)
             found = np.frombuffer(output_of(list(map(str, given)), "see docs/bench.md"), np.float32).reshape(shape)
         else:
-            y, x, index = np.ogrid[:size, :size, first:first + count]
+            y, x, index = np.ogrid[y0:y0 + size, x0:x0 + size, first:first + count]
             found = np.asarray(self.function(seed, x, y, index, decision, dimensions, *[samples] * self.tuned), np.float32)
         if found.shape != shape or not np.all((found >= 0) & (found < 1)):
             raise CommandError(f"{self.file} returned an array of shape {found.shape}, or numbers outside [0, 1); the shape must be {shape}")

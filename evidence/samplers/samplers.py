@@ -178,11 +178,10 @@ def run(arguments):
         ways = {name: draw for name, draw in ways.items() if name in (*(options.samplers or ()), *added, BASE)}
     save = with_earlier if options.samplers or added else lambda path, make: kept(path, options.again, make)
     again = options.again or options.samplers or options.pairs
+    timed = [f"{name}={plugin.file}" for name, plugin in others.items() if name in added and not plugin.function]
     times = kept(options.out / "samplers_draws.csv", again and not added, lambda: [
-        *(row for row in csv.DictReader(output_of([options.draws], "build it with scripts/setup", text=True).splitlines())
-          if row["form"] != "peer" or row["sampler"] in others),
-        *({"sampler": name, "form": "single", "nanoseconds": output_of([plugins.PROGRAM, plugin.file], "see docs/bench.md", text=True).strip()}
-          for name, plugin in others.items() if name in added and not plugin.function)])
+        row for row in csv.DictReader(output_of([options.draws, *timed], "build it with scripts/setup", text=True).splitlines())
+        if row["form"] != "peer" or row["sampler"] in others])
     main = options.out / "samplers.csv"
     rows = read_numbers(main) if options.pairs and main.is_file() else save(main, lambda: measure_all(ways, options.runs))
     some = {name: draw for name, draw in ways.items() if name in EVERY or (name in added and name not in TUNED)}

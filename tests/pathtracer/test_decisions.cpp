@@ -97,6 +97,16 @@ void test_no_domain_is_drawn_twice() {
     }
 }
 
+// The parts of split samples are consecutive samples of one sequence, unless the plug-in splits in its own way.
+void test_split_samples_are_one_sequence() {
+    KnownNumbers numbers;
+    const Sampler sampler = numbers.sampler();
+    for (uint32_t i = 0; i < 12; ++i) {
+        const PluginPath split(*sampler.plugin, -5, 9, i / 3), whole(*sampler.plugin, -5, 9, i);
+        CHECK(split.first_light(3, i % 3) == whole.first_light(1, 0), "part %u", i);
+    }
+}
+
 // A plane whose depth differs at every point.
 constexpr float SLOPE_X = 0.4f, SLOPE_Y = -0.7f;
 
@@ -261,6 +271,7 @@ int main() {
     test_gaussian_filter();
     test_lens_light_and_time_use_separate_numbers();
     test_no_domain_is_drawn_twice();
+    test_split_samples_are_one_sequence();
     test_russian_roulette_is_unbiased();
     return 0;
 }
