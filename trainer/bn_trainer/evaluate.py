@@ -15,7 +15,7 @@ import torch
 import bluenoise
 
 from .config import TrainerError
-from .export import session_of
+from .export import onnx_bytes, session_of
 from .files import load_model
 from .losses import VectorEnergy
 from .model import wrap
@@ -30,14 +30,10 @@ Network = Callable[[npt.NDArray[np.float32]], npt.NDArray[np.float32]]
 
 
 def network_of(path: Path) -> tuple[Network, int, str]:
-    """Loads a checkpoint (run by torch) or an ONNX file (run by ONNX Runtime). Returns the network, its radius, and its cost as text."""
-    if path.suffix != ".onnx":
-        model = load_model(path)
-        parameters = sum(p.numel() for p in model.parameters())
-        cost = f"{parameters} parameters, {model.flop_per_texel() / 1000:.2f} kFLOP per texel, radius {model.receptive_radius}"
-        return lambda noise: model(torch.from_numpy(noise)[None, None]).numpy()[0], model.receptive_radius, cost
+    """Opens an ONNX file, or a checkpoint as the ONNX file that `export` would write. Returns the network, its radius and its cost."""
+    model = None if path.suffix == ".onnx" else load_model(path)
     try:
-        data = path.read_bytes()
+        data = path.read_bytes() if model is None else onnx_bytes(model)
         proto = onnx.load_from_string(data)
         radius = int({p.key: p.value for p in proto.metadata_props}["bn.receptive_radius"])
         session = session_of(data)
@@ -51,9 +47,9 @@ def network_of(path: Path) -> tuple[Network, int, str]:
     def run(noise: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         return np.asarray(session.run(None, {"noise": noise[None, None]})[0][0])
 
-    parameters = sum(int(np.prod(t.dims)) for t in proto.graph.initializer)
-    cost = f"{parameters} stored numbers, {flop_of(proto) / 1000:.2f} kFLOP per texel, radius {radius}"
-    return run, radius, cost
+    numbers = f"{sum(int(np.prod(t.dims)) for t in proto.graph.initializer)} stored numbers" if model is None else \
+        f"{model.vector().numel()} parameters"
+    return run, radius, f"{numbers}, {flop_of(proto) / 1000:.2f} kFLOP per texel, radius {radius}"
 
 
 def flop_of(proto: Any) -> int:
@@ -104,7 +100,7 @@ def run(model: Path, seeds: int, flatness_seeds: int, threads: int) -> None:
         print(f"{f'{width}x{height}':>9} {cells}", flush=True)
     values = values_of(network, radius, 256, 256, 0)
     if len(values) == 2:
-        print(f"vector energy at 64x64: {energies(network, radius, 64, seeds).mean():.5f} (white noise: .6119)")
+        print(f"vector energy at 64x64: {energies(network, radius, 64, seeds).mean():.5f} (white noise: 0.6119)")
     print(f"raw values at 256x256: mean {values.mean():.4f}, standard deviation {values.std():.4f} (uniform: 0.5, 0.2887), "
           f"{values.min():.4f} to {values.max():.4f}")
     masks = [ranks_of(values_of(network, radius, 128, 128, seed))[0] for seed in range(ANISOTROPY_MASKS)]

@@ -172,12 +172,6 @@ class Relaxation(nn.Module):
         self.gain.fill_(1.0)
         self.gain.fill_(12**-0.5 / float((self.torus(noise) - 0.5).square().mean().sqrt().clamp_min(1e-9)))
 
-    def flop_per_texel(self) -> int:
-        """Values computed per output texel of the exported graph, ignoring margins."""
-        pairs = sum(len(halves(group)) for step in self.steps for group in step.orbits)
-        sums = sum(len(step.orbits) + 1 for step in self.steps)
-        return 4 * pairs + sums + 4 if self.channels == 1 else 15 * pairs + 2 * sums + 11
-
 
 def wrap(values: Tensor, margin: int) -> Tensor:
     """Adds a toroidal margin, which may be wider than the extent."""

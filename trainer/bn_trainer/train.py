@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 import os
 import random
+import shutil
 import sys
 import time
 from pathlib import Path
@@ -129,7 +130,8 @@ def run(config: Path | None, folder: Path | None, resume: bool, device: str, thr
     trainer = Trainer(settings, where)
     if checkpoint is not None:
         trainer.restore(checkpoint)
-    write_atomically(folder / "config.toml", lambda path: path.write_text(as_toml(settings)))
+    if config:
+        write_atomically(folder / "config.toml", lambda path: shutil.copyfile(config, path))
     # Resuming writes the rows after the checkpoint again.
     rows = log.read_text().splitlines()[1:] if log.exists() else []
     rows = [row for row in rows if int(row.partition(",")[0]) <= trainer.iteration]
@@ -158,13 +160,3 @@ def difference(run: Config, given: Config) -> str:
     tables = run.model_dump(), given.model_dump()
     return ", ".join(f"{table}.{key} is {value}, not {tables[1][table][key]}"
                      for table, values in tables[0].items() for key, value in values.items() if value != tables[1][table][key])
-
-
-def as_toml(config: Config) -> str:
-    lines = []
-    for table, values in config.model_dump().items():
-        lines.append(f"[{table}]")
-        for key, value in values.items():
-            lines.append(f"{key} = {str(value).lower() if isinstance(value, bool) else value}")
-        lines.append("")
-    return "\n".join(lines)
