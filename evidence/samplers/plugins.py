@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plug-in samplers: shared libraries with the functions in examples/pathtracer/sampler_plugin.h, and Python functions
+"""Plug-in samplers: shared libraries with the functions in examples/sampler_plugin/sampler_plugin.h, and Python functions
 
     draw(seed, x, y, index, decision, dimensions)   or   draw(seed, x, y, index, decision, dimensions, samples)
 

@@ -17,7 +17,7 @@ from evidence.realtime import realtime
 from evidence.renders import renderer
 from evidence.samplers import integrands, plugins, samplers
 
-HEADER = ROOT / "examples" / "pathtracer"
+HEADER = ROOT / "examples" / "sampler_plugin"
 
 
 def code(language):

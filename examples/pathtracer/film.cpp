@@ -7,10 +7,10 @@
 
 #include <atomic>
 #include <chrono>
+#include <future>
 #include <mutex>
 #include <new>
 #include <system_error>
-#include <thread>
 
 #include "files.h"
 
@@ -313,13 +313,14 @@ struct Renderer {
                 progress(double(done) / double(blocks.size()), totals);
             }
         };
-        std::vector<std::thread> threads;
+        std::vector<std::future<void>> threads;
         try {
-            while (threads.size() + 1 < settings.threads) threads.emplace_back(work);
+            while (threads.size() + 1 < settings.threads)
+                threads.push_back(std::async(std::launch::async, work));
         } catch (const std::system_error &) { // the threads that did start do the work
         }
         work();
-        for (std::thread &thread : threads) thread.join();
+        for (std::future<void> &thread : threads) thread.get(); // throws what the thread threw
         return done == blocks.size();
     }
 };

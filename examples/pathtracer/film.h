@@ -103,7 +103,8 @@ using Progress = std::function<void(double fraction, const RenderTotals &)>;
 
 // Adds samples to a film, which may already hold some; blocks that are done get fewer. Reports progress
 // as a fraction, a few times per second. Returns false soon after `interrupted` becomes non-zero; pixels
-// then have different sample counts. The result does not depend on the number of threads or the crop.
+// then have different sample counts. The result does not depend on the number of threads or the crop. Throws
+// what a plug-in sampler throws.
 bool render_frame(const Integrator &integrator, const RenderSettings &settings, Film &film,
                   RenderTotals &totals, const Progress &progress,
                   const volatile std::sig_atomic_t &interrupted);

@@ -40,7 +40,7 @@ struct SamplerEntry {
 const std::vector<SamplerEntry> &sampler_entries();
 
 // The sampler of this name, or the plug-in "FILE" or "FILE:ARGUMENT". `declared_spp` is for "zorder" and
-// plug-ins; 0 means unknown. Throws Error.
+// plug-ins; 0 means unknown. Throws std::runtime_error.
 SamplerPointer sampler_create(const std::string &name, uint64_t seed = 0,
                               uint32_t declared_spp = 0);
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The interface of a sampler in a shared library. The path tracer (sampler.cpp) loads it with --sampler ./FILE.so,
- * and the benchmarks with --sampler NAME=./FILE.so (evidence/samplers/plugins.py, which draws with
- * evidence/programs/draw_plugin.cpp). evidence/plugins and docs/bench.md have samples. C99, also C++; other
+ * The interface of a sampler in a shared library. The path tracer loads it with --sampler ./FILE.so, and the benchmarks
+ * with --sampler NAME=./FILE.so; both use plugin.h. evidence/plugins and docs/bench.md have samples. C99, also C++; other
  * languages export the same functions. You choose its licence.
  *
  *     cc -O2 -shared -fPIC mine.c -o mine.so

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samplers from shared libraries (sampler_plugin.h).
+// Loads samplers from shared libraries (sampler_plugin.h) and draws from them.
 #pragma once
 
 #include <bn/bn.hpp>
@@ -26,10 +26,11 @@ constexpr uint64_t PLUGIN_INDEX_LIMIT = uint64_t{1} << 31;
 // The files of a plug-in "FILE" or "FILE:ARGUMENT": its own, and its argument if that is one. None if the name has
 // no dot or slash, and is another sampler's.
 std::vector<std::string> plugin_files(const std::string &name);
-// `samples`: 0 means unknown. Throws Error.
+// `samples`: 0 means unknown. Throws std::runtime_error.
 Plugin plugin_load(const std::string &name, uint64_t seed, uint32_t samples);
 
-// The numbers of a path, or of one of its rays: what the integrator uses of bn::PathSampler and bn::RaySampler.
+// The numbers of a path, or of one of its rays: what the path tracer uses of bn::PathSampler and bn::RaySampler.
+// Throws std::runtime_error if a number is not in [0, 1).
 class PluginPath {
   public:
     static constexpr uint32_t CAMERA = 12; // in place of ray 3, which moves up, as in bn_path.h
@@ -80,7 +81,7 @@ class PluginPath {
             if (!(number >= 0 && number < 1)) refuse(number, decision);
         return u;
     }
-    // Prints a number that is not in [0, 1) and exits with code 1.
+    // Throws std::runtime_error with a number that is not in [0, 1).
     [[noreturn]] void refuse(float number, uint32_t decision) const;
 
     const Plugin *plugin_;

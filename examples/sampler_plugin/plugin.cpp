@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plugin.h"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <sstream>
+#include <stdexcept>
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// The places of a name's colon and of its argument, or the name's end.
+std::pair<size_t, size_t> argument_of(const std::string &name) {
+    const size_t colon = std::min(name.find(':'), name.size());
+    return {colon, std::min(colon + 1, name.size())};
+}
+
+} // namespace
+
+std::vector<std::string> plugin_files(const std::string &name) {
+    if (name.find_first_of("./") == std::string::npos) return {};
+    const auto [colon, argument] = argument_of(name);
+    std::vector<std::string> files = {name.substr(0, colon)};
+    std::error_code none;
+    if (fs::is_regular_file(name.substr(argument), none)) files.push_back(name.substr(argument));
+    return files;
+}
+
+Plugin plugin_load(const std::string &name, uint64_t seed, uint32_t samples) {
+    const auto [colon, argument] = argument_of(name);
+    // Stays open.
+    void *const library = dlopen(fs::absolute(name.substr(0, colon)).c_str(), RTLD_NOW);
+    if (!library) throw std::runtime_error(std::string("cannot load the sampler: ") + dlerror());
+#define FIND(function) reinterpret_cast<decltype(&(function))>(dlsym(library, #function)) // or null
+    const auto version = FIND(sampler_plugin_version);
+    const auto create = FIND(sampler_plugin_create);
+    const auto destroy = FIND(sampler_plugin_destroy);
+    Plugin plugin{name,
+                  seed,
+                  FIND(sampler_plugin_draw),
+                  FIND(sampler_plugin_split),
+                  nullptr,
+                  bn::Sampler(bn::Type::white, seed)};
+#undef FIND
+    if (!version || !plugin.draw)
+        throw std::runtime_error(name + " does not export sampler_plugin_" +
+                                 (version ? "draw" : "version") + "(); see sampler_plugin.h");
+    if (version() != SAMPLER_PLUGIN_VERSION)
+        throw std::runtime_error(name + " is for version " + std::to_string(version()) +
+                                 " of sampler_plugin.h, not " +
+                                 std::to_string(SAMPLER_PLUGIN_VERSION) + "; compile it again");
+    if (create)
+        plugin.state = {create(seed, samples, &name[argument]), [=](void *state) {
+                            if (destroy && state) destroy(state);
+                        }};
+    if (create ? !plugin.state : colon < name.size())
+        throw std::runtime_error(name + " refuses its argument or " + std::to_string(samples) +
+                                 " samples");
+    return plugin;
+}
+
+void PluginPath::refuse(float number, uint32_t decision) const {
+    std::ostringstream text;
+    text << plugin_->name << " draws " << number << ", which is not in [0, 1), for seed "
+         << plugin_->seed << ", pixel " << x_ << "," << y_ << ", sample " << index_ << ", decision "
+         << decision;
+    throw std::runtime_error(text.str());
+}
