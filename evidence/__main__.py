@@ -15,6 +15,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # benches run several jobs a
 PARTS = {
     "samplers": ("samplers",),
     "realtime": ("realtime", "follow"),
+    "films": ("films",),
     "masks": ("masks",),
     "renders": ("renders", "headline", "filters", "times", "denoise", "picture", "stop"),
     "external_renderers": ("mitsuba", "pbrt", "cycles"),
