@@ -2,8 +2,7 @@
 """A moving camera: `scripts/bench realtime --motion` measures the noise of averaged one-sample frames of rendered scenes
 
 Each frame is rendered with one sample per pixel (program render_frames) and blended with the frames before it, which are reprojected per
-pixel from the depth. The measured part of the image moves with the camera's motion, so its content stays the same. Writes
-evidence/results/motion.* and a table in docs/realtime.md.
+pixel from the depth. Writes evidence/results/motion.* and a table in docs/realtime.md.
 """
 
 import dataclasses
@@ -11,6 +10,7 @@ import hashlib
 import math
 import subprocess
 import tempfile
+import typing
 from pathlib import Path
 
 import numpy as np
@@ -96,14 +96,14 @@ def moved(camera, motion, amount):
     return Camera(tuple(eye), tuple(target), camera.fov)
 
 
-def centres(corner):
-    y, x = np.mgrid[:CROP[1], :CROP[0]]
+def centres(corner, shape):
+    y, x = np.mgrid[:shape[0], :shape[1]]
     return x + corner[0] + 0.5, y + corner[1] + 0.5
 
 
 def motion_between(before, now, corner, depth):
     """x and y in the frame before, and the depth there, of the points seen at the centres of the crop's pixels."""
-    x, y = centres(corner)
+    x, y = centres(corner, depth.shape)
     return before.project(now.points(x, y, np.where(depth > 0, depth, FAR)))
 
 
@@ -112,12 +112,11 @@ def motion_between(before, now, corner, depth):
 class Frames:
     """Renders frames of one scene. `folder` holds the tables of samplers."""
 
-    def __init__(self, program, scene, folder, size=(WIDTH, HEIGHT), depth=DEPTH):
-        self.command, self.folder = [Path(program).resolve(), scene, "{}x{}".format(*size), str(depth)], folder
+    def __init__(self, program, scene, folder):
+        self.command, self.folder = [Path(program).resolve(), scene, f"{WIDTH}x{HEIGHT}", str(DEPTH)], folder
 
-    def render(self, wanted, crop=None):
+    def render(self, wanted, crop):
         """float32 [frames][height][width] for tuples (sampler, seed, index, spp, corner, offset, camera)."""
-        crop = crop or CROP
         lines = "".join(" ".join(map(str, (sampler, seed, index, spp, *corner, corner[0] + crop[0], corner[1] + crop[1], *offset,
                                            *camera.eye, *camera.target, camera.fov))) + "\n"
                         for sampler, seed, index, spp, corner, offset, camera in wanted)
@@ -129,7 +128,7 @@ class Frames:
             raise CommandError(f"{self.command[0].name} failed: {error.stderr.decode(errors='replace').strip()}") from None
         return np.frombuffer(done, np.float32).reshape(len(wanted), crop[1], crop[0])
 
-    def depth(self, camera, corner, crop=None):
+    def depth(self, camera, corner, crop):
         return self.render([("depth", 0, 0, 1, corner, (0, 0), camera)], crop)[0]
 
 
@@ -155,47 +154,53 @@ def ways_of(files):
 
 # ---- A sequence, which ends at the scene's own camera
 
-@dataclasses.dataclass
-class Sequence:
-    """One entry per frame: the camera; the image's motion so far in whole pixels; the crop's corner; and, for each of its pixels, the place
-    in the crop of the frame before, and whether that place shows the same surface. Each is None in the first frame."""
+class Step(typing.NamedTuple):
+    """A frame: the camera; the image's motion so far in whole pixels; the crop's corner; and, for each of its pixels, the place in the crop
+    of the frame before, and whether that place shows the same surface (None in the first frame)."""
 
-    cameras: list
-    offsets: list
-    corners: list
-    before: list
-    known: list
+    camera: Camera
+    offset: tuple
+    corner: tuple
+    before: tuple | None
+    known: np.ndarray | None
 
 
-def sequence(frames, scene, motion, speed):
-    start, corner = Camera(*CAMERAS[scene]), np.array(SCENES[scene])
+def sequence(frames, scene, motion, speed, corner=None, crop=None, count=None):
+    """The Steps of `count` frames. The crop moves with the image, so that its content stays the same."""
+    start, corner, crop = Camera(*CAMERAS[scene]), np.array(corner or SCENES[scene]), crop or CROP
 
     def step(before, now, corner, depth):
         """The motion of the median pixel."""
-        return np.array([np.median(here - there) for here, there in zip(centres(corner), motion_between(before, now, corner, depth))])
+        return np.array([np.median(here - there) for here, there in zip(centres(corner, depth.shape), motion_between(before, now, corner, depth))])
 
-    amount, depths = 0.0, [frames.depth(start, corner)]
+    amount, depths = 0.0, [frames.depth(start, corner, crop)]
     if speed:  # the amount per frame is in proportion to that of a small motion; pans and turns move the image to the right
         small = 1e-4
         found = step(moved(start, motion, -small), start, corner, depths[0])
         amount = speed * small / np.hypot(*found) * (1 if motion == "dolly" else np.sign(found[0]))
-    cameras, steps, corners = [start], [], [corner]
-    for t in range(1, FRAMES):  # backwards in time
+    cameras, motions, corners = [start], [], [corner]
+    for t in range(1, count or FRAMES):  # backwards in time
         cameras.append(moved(start, motion, -amount * t) if speed else start)
-        steps.append(step(cameras[t], cameras[t - 1], corners[t - 1], depths[t - 1]))
-        corners.append(corner - np.floor(np.sum(steps, 0) + 0.5).astype(int))
-        depths.append(frames.depth(cameras[t], corners[t]))
-    cameras, steps, corners, depths = cameras[::-1], steps[::-1], corners[::-1], depths[::-1]
-    pan, offsets, before, known = bluenoise.Pan(), [(0, 0)], [None], [None]
-    for t in range(1, FRAMES):
-        pan.follow(*steps[t - 1])
-        offsets.append((int(pan.x), int(pan.y)))
-        x, y, away = motion_between(cameras[t - 1], cameras[t], corners[t], depths[t])
-        x, y = x - corners[t - 1][0] - 0.5, y - corners[t - 1][1] - 0.5
-        was = depths[t - 1][nearest(x, y, CROP)]
-        before.append((x, y))
-        known.append(is_inside(x, y, CROP) & (np.abs(np.where(was > 0, was, FAR) - away) < SAME_DEPTH * away))
-    return Sequence(cameras, offsets, [tuple(own) for own in corners], before, known)
+        motions.append(step(cameras[t], cameras[t - 1], corners[t - 1], depths[t - 1]))
+        corners.append(corner - np.floor(np.sum(motions, 0) + 0.5).astype(int))
+        depths.append(frames.depth(cameras[t], corners[t], crop))
+    pan, (was, *later) = bluenoise.Pan(), list(zip(cameras, corners, depths))[::-1]
+    steps = [Step(was[0], (0, 0), tuple(was[1]), None, None)]
+    for now, moving in zip(later, motions[::-1]):
+        pan.follow(*moving)
+        x, y, away = motion_between(was[0], *now)
+        x, y = x - was[1][0] - 0.5, y - was[1][1] - 0.5
+        seen = was[2][nearest(x, y, crop)]
+        known = is_inside(x, y, crop) & (np.abs(np.where(seen > 0, seen, FAR) - away) < SAME_DEPTH * away)
+        steps.append(Step(now[0], (int(pan.x), int(pan.y)), tuple(now[1]), (x, y), known))
+        was = now
+    return steps
+
+
+def rendered(frames, steps, ways, seeds, crop):
+    """float32 [frames][height][width][ways * seeds]."""
+    images = frames.render([way.frame(seed, t, step.corner, step.offset, step.camera) for way in ways for seed in range(seeds) for t, step in enumerate(steps)], crop)
+    return np.moveaxis(images.reshape(-1, len(steps), *crop[::-1]), 0, -1)
 
 
 def nearest(x, y, size):
@@ -209,7 +214,7 @@ def is_inside(x, y, size):
 
 # ---- Averaging
 
-def taps(resampling, x, y, size=None):
+def taps(resampling, x, y, size):
     """The sparse matrix that reads an image of `size` at the given positions, in pixels from the first pixel's centre."""
     def along(at):
         first = np.floor(at)
@@ -219,7 +224,6 @@ def taps(resampling, x, y, size=None):
         return first, [(-1, ((-0.5 * f + 1) * f - 0.5) * f), (0, (1.5 * f - 2.5) * f * f + 1),  # Catmull and Rom's spline
                        (1, ((-1.5 * f + 2) * f + 0.5) * f), (2, (0.5 * f - 0.5) * f * f)]
 
-    size = size or CROP
     (column, wide), (row, high) = along(x.ravel()), along(y.ravel())
     rows, columns, values = [], [], []
     for dy, down in high:
@@ -259,18 +263,16 @@ class Averages:
 def measure(frames, scene, motion, speed, ways):
     """Rows with mean squares, as displayed: `noise` is half the difference of two seeds, in which neither blurred history nor the reference
     counts; `total` is the difference from a converged frame, in which both do."""
-    found, exposure = sequence(frames, scene, motion, speed), EXPOSURES.get(scene, 0)
-    images = frames.render([way.frame(seed, t, found.corners[t], found.offsets[t], found.cameras[t])
-                            for way in ways.values() for seed in range(SEEDS) for t in range(FRAMES)])
-    images = np.moveaxis(images.reshape(len(ways) * SEEDS, FRAMES, *CROP[::-1]), 0, -1)
-    reference = displayed(frames.render([("sobol", REFERENCE_SEED, 0, REFERENCE_SPP, found.corners[-1], (0, 0), found.cameras[-1])])[0], exposure)
+    steps, exposure = sequence(frames, scene, motion, speed), EXPOSURES.get(scene, 0)
+    images = rendered(frames, steps, ways.values(), SEEDS, CROP)
+    reference = displayed(frames.render([("sobol", REFERENCE_SEED, 0, REFERENCE_SPP, steps[-1].corner, (0, 0), steps[-1].camera)], CROP)[0], exposure)
     inner = np.zeros(CROP[::-1], bool)
     inner[BORDER:-BORDER, BORDER:-BORDER] = True
     rows = []
     for resampling in RESAMPLING:
         averages, noise, total = Averages(resampling), {sigma: [] for sigma in SIGMAS}, {}
-        for t in range(FRAMES):
-            averages.add(images[t], found.before[t], found.known[t])
+        for t, step in enumerate(steps):
+            averages.add(images[t], step.before, step.known)
             if t not in MEASURED:
                 continue
             counted = inner & (averages.age >= AGE)
@@ -281,7 +283,7 @@ def measure(frames, scene, motion, speed, ways):
         rows += [{"way": way, "resampling": resampling, "clamped": clamped, "weight": weight, "sigma": sigma,
                   "noise": float(np.mean(noise[sigma], 0)[i, j]), "total": float(total[sigma][i, j])}
                  for sigma in SIGMAS for i, (clamped, weight) in enumerate(COMBINATIONS) for j, way in enumerate(ways)]
-    return rows, {}
+    return rows
 
 
 # ---- Errors over padded Sobol' with a still camera. The cache's keys contain the source of everything above.
@@ -293,11 +295,6 @@ BASE = "padded Sobol'"
 WINNER = 1.03  # ways with at most 3% more than the lowest error are winners too
 SETTINGS = {"no blur": (MAIN, 0.0), "sigma 2.1": (MAIN, 2.1), "bicubic": (("bicubic", False, 0.1), 1.0), "clamped": (("bilinear", True, 0.1), 1.0),
             "bicubic, clamped": (("bicubic", True, 0.1), 1.0), "weight 0.05": (("bilinear", False, 0.05), 1.0)}
-
-
-def wanted(options):
-    """[(scene, motion, speed)]."""
-    return [(scene, motion, speed) for motion, own in {"rest": (0,), **dict.fromkeys(options.motions, options.speeds)}.items() for speed in own for scene in SCENES]
 
 
 def rows_of(found):
@@ -347,25 +344,18 @@ def named(speed):
     return {0: "at rest", 0.25: "1/4"}.get(speed, f"{speed:g}")
 
 
-def measured(errors):
-    """{motion: speeds} in the results."""
-    keys = {key[:2] for key in errors["`blue`"]}
-    return {motion: own for motion in MOTIONS if (own := [speed for speed in SPEEDS if (motion, speed) in keys])}
-
-
 def main_table(errors):
-    columns = {"at rest": at("rest", 0), **{f"{motion}, {named(speed)}": at(motion, speed) for motion, own in measured(errors).items() for speed in own}}
+    columns = {"at rest": at("rest", 0), **{f"{motion}, {named(speed)}": at(motion, speed) for motion in MOTIONS for speed in SPEEDS}}
     return winners_table("pixels per frame", columns, errors)
 
 
 def summaries(errors):
     """The largest noise of `blue` at 1 pixel per frame or more, relative to its noise at rest, for each motion."""
-    lines = []
-    for motion, own in measured(errors).items():
-        if own := [speed for speed in own if speed >= 1]:
-            most = [max(errors[way][at(motion, speed)][0] for speed in own) / errors["`blue`"][at("rest", 0)][0] for way in ("`blue`, following", "`blue`")]
-            lines.append(f"- {PLURALS[motion]} of {' to '.join(dict.fromkeys(f'{end:g}' for end in (own[0], own[-1])))} pixels per frame: at most {most[0]:.2f} times if its "
-                         f"draws follow the image, and {most[1]:.2f} times if they are fixed to the screen.")
+    lines, speeds = [], [speed for speed in SPEEDS if speed >= 1]
+    for motion in MOTIONS:
+        most = [max(errors[way][at(motion, speed)][0] for speed in speeds) / errors["`blue`"][at("rest", 0)][0] for way in ("`blue`, following", "`blue`")]
+        lines.append(f"- {PLURALS[motion]} of {' to '.join(dict.fromkeys(f'{end:g}' for end in (speeds[0], speeds[-1])))} pixels per frame: at most {most[0]:.2f} times if its "
+                     f"draws follow the image, and {most[1]:.2f} times if they are fixed to the screen.")
     return "\n".join(["The noise of `blue`, relative to its noise at rest:", "", *lines])
 
 
@@ -376,10 +366,10 @@ def settings_table(errors, motion):
     return winners_table(f"{motion}, {speed} pixels per frame" if speed else "at rest", columns, errors)
 
 
-def scenes_table(errors, speeds):
-    return md_table(["scene", *(f"{name}, {named(speed)}" for name in ("fixed", "following") for speed in speeds)], [
+def scenes_table(errors):
+    return md_table(["scene", *(f"{name}, {named(speed)}" for name in ("fixed", "following") for speed in SPEEDS)], [
         [scene, *(f"{errors[way][at('pan', speed, scene)][0] / errors['`blue`'][at('rest', 0, scene)][0]:.2f}"
-                  for way in ("`blue`", "`blue`, following") for speed in speeds)] for scene in SCENES])
+                  for way in ("`blue`", "`blue`, following") for speed in SPEEDS)] for scene in SCENES])
 
 
 # ---- A film of blue, fixed and following
@@ -388,24 +378,14 @@ FILM_SIZE, FILM_CORNER, FILM_FRAMES, FILM_SPEED, GAMMA = (208, 160), (420, 480),
 
 
 def film(frames, scene):
-    """Pillow images of a crop at rest on the screen, in which the image pans: blue fixed to the screen on the left, following on the right."""
-    start, ways = Camera(*CAMERAS[scene]), (Way("blue"), Way("blue", follows=True))
-    cameras = [moved(start, "pan", -FILM_SPEED * start.pixel * t) for t in range(FILM_FRAMES)]
-    here = [at + corner + 0.5 for at, corner in zip(np.meshgrid(*map(np.arange, FILM_SIZE)), FILM_CORNER)]
-    pan, before, wanted = bluenoise.Pan(), [None], [[way.frame(0, 0, FILM_CORNER, (0, 0), start) for way in ways]]
-    for t in range(1, FILM_FRAMES):
-        depth = frames.depth(cameras[t], FILM_CORNER, FILM_SIZE)
-        was = cameras[t - 1].project(cameras[t].points(*here, np.where(depth > 0, depth, FAR)))[:2]
-        before.append([own - corner - 0.5 for own, corner in zip(was, FILM_CORNER)])
-        pan.follow(*(np.median(at - own) for at, own in zip(here, was)))
-        wanted.append([way.frame(0, t, FILM_CORNER, (int(pan.x), int(pan.y)), cameras[t]) for way in ways])
-    images = frames.render(sum(wanted, []), FILM_SIZE).reshape(FILM_FRAMES, 2, *FILM_SIZE[::-1])
+    """Images of a crop that moves with a pan: blue fixed to the screen on the left, following the image on the right."""
+    steps = sequence(frames, scene, "pan", FILM_SPEED, FILM_CORNER, FILM_SIZE, FILM_FRAMES)
     averages, shown = Averages("bilinear"), []
-    for image, was in zip(np.moveaxis(images, 1, -1), before):
-        averages.add(image, was, was and is_inside(*was, FILM_SIZE))
+    for image, step in zip(rendered(frames, steps, (Way("blue"), Way("blue", follows=True)), 1, FILM_SIZE), steps):
+        averages.add(image, step.before, step.known)
         own = displayed(averages.histories[:, :, COMBINATIONS.index(MAIN[1:])], EXPOSURES.get(scene, 0)) ** (1 / GAMMA)
-        shown.append(Image.fromarray(np.uint8(255 * np.hstack([own[..., 0], np.ones((FILM_SIZE[1], 8)), own[..., 1]]) + 0.5)))
-    return shown
+        shown.append(np.uint8(255 * np.hstack([own[..., 0], np.ones((FILM_SIZE[1], 8)), own[..., 1]]) + 0.5))
+    return np.stack(shown)
 
 
 # ---- The command
@@ -432,18 +412,15 @@ def run(options, packs, heitz, added, earlier):
                    "source": hashlib.sha256(Path(__file__).read_bytes().split(b"# ---- Errors over")[0]).hexdigest()}
         except OSError as error:
             raise CommandError(f"cannot read {program} ({error.strerror}); build it with scripts/setup") from None
-        some = {name: way for name, way in ways.items() if short_name(name) in options.samplers} if options.samplers else ways
-        found, sequences = {}, wanted(options)
-        with Progress(len(sequences), "sequences") as progress:
-            for done, (scene, motion, speed) in enumerate(sequences):
-                progress(f"{scene}, {motion}, {speed:g} pixels per frame", done)
-                own = ways if motion == "rest" else some
-                rows, _ = store.get({**key, "ways": {name: dataclasses.astuple(way) for name, way in own.items()}, "scene": scene, "motion": motion, "speed": speed},
-                                    lambda at=(scene, motion, speed), own=own: measure(Frames(program, at[0], folder), *at, own))
-                found[scene, motion, speed] = rows
-        _, shown = store.get({**key, "film": FILM_SIZE}, lambda: (
-            [], {f"frame{i:03d}": np.asarray(picture) for i, picture in enumerate(film(Frames(program, "penumbra", folder), "penumbra"))}))
-        shown = [Image.fromarray(shown[name]) for name in sorted(shown)]
+        wanted = [(scene, "rest", 0) for scene in SCENES] + [(scene, motion, speed) for motion in MOTIONS for speed in SPEEDS for scene in SCENES]
+        found = {}
+        with Progress(len(wanted), "sequences") as progress:
+            for done, at in enumerate(wanted):
+                progress("{}, {}, {:g} pixels per frame".format(*at), done)
+                found[at], _ = store.get({**key, "ways": {name: dataclasses.astuple(way) for name, way in ways.items()}, "at": at},
+                                         lambda at=at: (measure(Frames(program, at[0], folder), *at, ways), {}))
+        _, shown = store.get({**key, "film": FILM_SIZE}, lambda: ([], {"film": film(Frames(program, "penumbra", folder), "penumbra")}))
+        shown = [Image.fromarray(image) for image in shown["film"]]
     rows = rows_of(found)
     own = {(row["motion"], float(row["speed"]), row["way"]) for row in rows}
     rows += [row for row in earlier if (row["motion"], float(row["speed"]), row["way"]) not in own]
@@ -452,13 +429,8 @@ def run(options, packs, heitz, added, earlier):
     errors = in_order(rows)
     if not options.print:
         update_table(options.guide, COMMAND, f"{summaries(errors)}\n\n{main_table(errors)}")
-    write_text(options.out / "motion.md", page := render(globals(), "motion.md.in", errors=errors, speeds=measured(errors)))
+    write_text(options.out / "motion.md", page := render(globals(), "motion.md.in", errors=errors))
     print(page)
-
-
-def short_name(way):
-    """The first word of a way's name: what --samplers calls it."""
-    return way.strip("`").split()[0].strip("`,").lower()
 
 
 def write_slices(source, folder, name):

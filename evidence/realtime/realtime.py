@@ -16,7 +16,7 @@ from scipy import fft, ndimage
 
 import bluenoise
 
-from ..base.command import CommandError, Parser, command_shown, names_of
+from ..base.command import CommandError, Parser, command_shown
 from ..base.files import read_numbers, write_rows
 from ..base.page import write_page
 from ..base.plots import plt, save, style
@@ -344,11 +344,6 @@ def draw_plot(result, ways, path):
 
 # ---- The command
 
-def speeds_of(text):
-    named = {f"{speed:g}": speed for speed in motion.SPEEDS}
-    return tuple(named[name] for name in names_of("speed", tuple(named))(text))
-
-
 def run(arguments):
     parser = Parser("realtime", __doc__)
     parser.number("--seeds", 2, "number of seeds per sampler")
@@ -357,12 +352,6 @@ def run(arguments):
         parser.add_argument(f"--{name.lower()}", type=Path, metavar="FOLDER", help=files)
     parser.add_argument("--heitz", type=Path, metavar="FOLDER", help="the tables of Heitz et al. 2019: ..._256spp.cpp or spp256.rs")
     parser.add_argument("--motion", action="store_true", help="measure rendered scenes with a moving camera instead: motion.*, and a table in docs/realtime.md")
-    parser.add_argument("--motions", type=names_of("motion", motion.MOTIONS), default=motion.MOTIONS, metavar="A,B,...",
-                        help=f"with --motion: measure only these of {', '.join(motion.MOTIONS)}, and keep the results of others")
-    parser.add_argument("--speeds", type=speeds_of, default=motion.SPEEDS, metavar="A,B,...",
-                        help=f"with --motion: measure only these of {', '.join(f'{speed:g}' for speed in motion.SPEEDS)} pixels per frame, and keep the results of others")
-    parser.add_argument("--samplers", type=lambda text: tuple(text.split(",")), metavar="A,B,...",
-                        help="with --motion: measure a moving camera only with these samplers, named by their first words: padded, blue, interleaved, mask, stbn, fast, heitz")
     parser.hidden("--frames", "build/evidence/programs/render_frames")
     parser.sampler()
     parser.out()

@@ -22,15 +22,14 @@ def frames(pathtracer, tmp_path):
 def test_reprojection_agrees_with_the_path_tracer(frames, way, monkeypatch):
     """Points seen in the last frame lie at the predicted depth in the first of three frames, except at silhouettes."""
     monkeypatch.setattr(motion, "FRAMES", 3)
-    found = motion.sequence(frames, "penumbra", way, 4)
-    first, last, corner = found.cameras[0], found.cameras[-1], found.corners[-1]
-    x, y, depth = motion.motion_between(first, last, corner, frames.depth(last, corner))
-    moved = np.median(motion.centres(corner)[0] - x), np.median(motion.centres(corner)[1] - y)
-    assert np.hypot(*moved) == pytest.approx(8, rel=0.1) and np.hypot(*found.offsets[-1]) == pytest.approx(8, abs=1)
-    at = motion.nearest(x - found.corners[0][0] - 0.5, y - found.corners[0][1] - 0.5, motion.CROP)
-    inside = motion.is_inside(x - found.corners[0][0] - 0.5, y - found.corners[0][1] - 0.5, motion.CROP)
-    seen = frames.depth(first, found.corners[0])[at]
-    assert np.mean(np.abs(seen / depth - 1)[inside] < 0.01) > 0.9 and inside.mean() > 0.8
+    first, *_, last = motion.sequence(frames, "penumbra", way, 4)
+    depth = frames.depth(last.camera, last.corner, motion.CROP)
+    x, y, away = motion.motion_between(first.camera, last.camera, last.corner, depth)
+    moved = [np.median(own - at) for own, at in zip(motion.centres(last.corner, depth.shape), (x, y))]
+    assert np.hypot(*moved) == pytest.approx(8, rel=0.1) and np.hypot(*last.offset) == pytest.approx(8, abs=1)
+    place = x - first.corner[0] - 0.5, y - first.corner[1] - 0.5
+    seen, inside = frames.depth(first.camera, first.corner, motion.CROP)[motion.nearest(*place, motion.CROP)], motion.is_inside(*place, motion.CROP)
+    assert np.mean(np.abs(seen / away - 1)[inside] < 0.01) > 0.9 and inside.mean() > 0.8
 
 
 @pytest.mark.parametrize("resampling", motion.RESAMPLING)
@@ -62,7 +61,7 @@ def test_averages_start_as_means_and_are_clamped():
 
 def test_draws_that_follow_have_less_noise_and_are_those_of_a_still_image(frames):
     ways = {name: way for name, way in motion.ways_of({}).items() if way.sampler == "blue"}
-    found = {row["way"]: row["noise"] for row in motion.measure(frames, "penumbra", "pan", 2, ways)[0]
+    found = {row["way"]: row["noise"] for row in motion.measure(frames, "penumbra", "pan", 2, ways)
              if (row["resampling"], row["clamped"], row["weight"], row["sigma"]) == (*motion.MAIN, 1.0)}
     assert found["`blue`, following"] < 0.75 * found["`blue`"]  # mean squares
 
@@ -84,7 +83,7 @@ def test_slices_and_their_page(frames, tmp_path, monkeypatch, capsys):
     assert all(row["noise"] > 0 and row["total"] > 0 for row in rows)
     assert "| FAST | " in guide.read_text() and "old" not in guide.read_text() and (tmp_path / "out" / "motion.webp").is_file()
     monkeypatch.setattr(motion, "measure", lambda *_: pytest.fail("cached results are measured again"))
-    realtime.run([*arguments, "--fast", str(tmp_path), "--motions", "turn", "--speeds", "2"])
+    realtime.run([*arguments, "--fast", str(tmp_path)])
     assert len(read_numbers(tmp_path / "out" / "motion.csv")) == len(rows)
     page = (tmp_path / "out" / "motion.md").read_text()
     assert page.count("| FAST, following |") == 5 and "at most" in page and capsys.readouterr().out.count("# A moving camera") == 2
