@@ -112,8 +112,8 @@ def motion_between(before, now, corner, depth):
 class Frames:
     """Renders frames of one scene. `folder` holds the tables of samplers."""
 
-    def __init__(self, program, scene, folder):
-        self.command, self.folder = [Path(program).resolve(), scene, f"{WIDTH}x{HEIGHT}", str(DEPTH)], folder
+    def __init__(self, program, scene, folder, size=(WIDTH, HEIGHT), depth=DEPTH):
+        self.command, self.folder = [Path(program).resolve(), scene, "{}x{}".format(*size), str(depth)], folder
 
     def render(self, wanted, crop):
         """float32 [frames][height][width] for tuples (sampler, seed, index, spp, corner, offset, camera)."""
