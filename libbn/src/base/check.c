@@ -100,8 +100,13 @@ int bn_in_range(double value, double low, double high) {
     return value >= low && value <= high;
 }
 
-int bn_is_nan(float value) {
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    return (bits & 0x7fffffffu) > 0x7f800000u;
+int32_t bn_largest_bits(const float *values, size_t count) {
+    int32_t largest = 0;
+    for (size_t i = 0; i < count; ++i) { /* without a branch, so that compilers vectorise it */
+        int32_t bits;
+        memcpy(&bits, values + i, sizeof bits);
+        bits &= INT32_MAX;
+        largest = bits > largest ? bits : largest;
+    }
+    return largest;
 }

@@ -40,7 +40,8 @@ bn_mask bn_mask_channel(const bn_mask *mask, uint32_t channel);
  * assumes finite values (-ffast-math) cannot drop the check. */
 int bn_in_range(double value, double low, double high);
 
-/* Whether a float is NaN, judging by its bits. */
-int bn_is_nan(float value);
+/* The largest bits of the values without their signs: BN_INFINITY_BITS if one is infinite, more if one is NaN. */
+enum { BN_INFINITY_BITS = 0x7f800000 };
+int32_t bn_largest_bits(const float *values, size_t count);
 
 #endif

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Makes floating-point arithmetic independent of the host's settings, such as directed rounding,
- * flush-to-zero, denormals-are-zero and traps. A public function that computes with floats sets the
- * default environment, calls the function that does the work, and restores the host's environment
- * with its exception flags. The inner function is BN_NOINLINE, so that no computation is moved out
- * of it. Threads started inside inherit the default environment. */
+ * flush-to-zero, denormals-are-zero and traps. A public function that computes with floats ends with
+ * BN_RETURN_IN_DEFAULT_ENVIRONMENT(), which sets the default environment, calls the function that does the work,
+ * and restores the host's environment with its exception flags. The inner function is BN_NOINLINE, so that no
+ * computation is moved out of it. Threads started inside inherit the default environment. */
 #ifndef BN_FLOAT_ENVIRONMENT_H
 #define BN_FLOAT_ENVIRONMENT_H
 
+#include <bn/bn.h>
 #include <fenv.h>
 
 #if (defined(__i386__) && !defined(__SSE2_MATH__)) || (defined(_M_IX86_FP) && _M_IX86_FP < 2)
@@ -33,5 +34,14 @@ typedef struct bn_float_environment {
 
 void bn_float_environment_set(bn_float_environment *host);
 void bn_float_environment_restore(const bn_float_environment *host);
+
+#define BN_RETURN_IN_DEFAULT_ENVIRONMENT(call)                                                     \
+    do {                                                                                           \
+        bn_float_environment host;                                                                 \
+        bn_float_environment_set(&host);                                                           \
+        const bn_result result = (call);                                                           \
+        bn_float_environment_restore(&host);                                                       \
+        return result;                                                                             \
+    } while (0)
 
 #endif

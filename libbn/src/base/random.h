@@ -11,8 +11,9 @@ typedef struct bn_random {
     uint64_t state;
 } bn_random;
 
-static inline bn_random bn_random_seeded(uint64_t seed, uint64_t purpose) {
-    bn_random random = {bn_mix64(seed ^ bn_mix64(purpose + 0x9e3779b97f4a7c15u))};
+/* A stream that shares no numbers with other hashes of the seed, such as bn_mix64(seed). */
+static inline bn_random bn_random_seeded(uint64_t seed) {
+    bn_random random = {bn_mix64(seed ^ bn_mix64(0x9e3779b97f4a7c17u))};
     return random;
 }
 

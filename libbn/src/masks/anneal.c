@@ -74,7 +74,7 @@ static BN_NOINLINE bn_result anneal(const bn_anneal_options *given, const bn_mas
                          .height = height,
                          .channels = channels,
                          .texels = (uint32_t)texels,
-                         .random = bn_random_seeded(o.seed, 2)};
+                         .random = bn_random_seeded(o.seed)};
     const double sigma = channels == 1 && o.far_weight > 0 ? o.far_sigma : o.sigma;
     for (int axis = 0; axis < 2; ++axis) {
         const uint32_t most = ((axis == 0 ? width : height) - 1) / 2;
@@ -110,9 +110,5 @@ done:
 
 bn_result bn_anneal(const bn_anneal_options *options, const bn_mask *mask, bn_progress progress,
                     void *progress_user) {
-    bn_float_environment host;
-    bn_float_environment_set(&host);
-    const bn_result result = anneal(options, mask, progress, progress_user);
-    bn_float_environment_restore(&host);
-    return result;
+    BN_RETURN_IN_DEFAULT_ENVIRONMENT(anneal(options, mask, progress, progress_user));
 }

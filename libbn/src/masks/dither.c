@@ -76,9 +76,7 @@ static BN_NOINLINE bn_result dither(const bn_dither_options *given, const float 
     if (result != BN_SUCCESS) return result;
     const uint32_t mask_width = mask->width, mask_height = mask->height;
     const size_t texels = (size_t)mask_width * mask_height;
-    for (size_t i = 0; i < count; ++i) {
-        if (bn_is_nan(image[i])) return BN_ERROR_BAD_DATA;
-    }
+    if (bn_largest_bits(image, count) > BN_INFINITY_BITS) return BN_ERROR_BAD_DATA;
     double *thresholds = bn_allocate(texels, sizeof *thresholds);
     if (thresholds == NULL) return BN_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < texels; ++i) {
@@ -110,9 +108,5 @@ static BN_NOINLINE bn_result dither(const bn_dither_options *given, const float 
 
 bn_result bn_dither(const bn_dither_options *options, const float *image, uint32_t width,
                     uint32_t height, uint32_t channels, float *out, size_t count) {
-    bn_float_environment host;
-    bn_float_environment_set(&host);
-    const bn_result result = dither(options, image, width, height, channels, out, count);
-    bn_float_environment_restore(&host);
-    return result;
+    BN_RETURN_IN_DEFAULT_ENVIRONMENT(dither(options, image, width, height, channels, out, count));
 }

@@ -244,9 +244,5 @@ static BN_NOINLINE bn_result relax(const bn_relax_options *given, const bn_mask 
 
 bn_result bn_relax(const bn_relax_options *options, const bn_mask *mask, bn_progress progress,
                    void *progress_user) {
-    bn_float_environment host;
-    bn_float_environment_set(&host);
-    const bn_result result = relax(options, mask, progress, progress_user);
-    bn_float_environment_restore(&host);
-    return result;
+    BN_RETURN_IN_DEFAULT_ENVIRONMENT(relax(options, mask, progress, progress_user));
 }

@@ -187,9 +187,5 @@ static BN_NOINLINE bn_result void_and_cluster(const bn_void_and_cluster_options 
 
 bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options, const bn_mask *mask,
                               bn_progress progress, void *progress_user) {
-    bn_float_environment host;
-    bn_float_environment_set(&host);
-    const bn_result result = void_and_cluster(options, mask, progress, progress_user);
-    bn_float_environment_restore(&host);
-    return result;
+    BN_RETURN_IN_DEFAULT_ENVIRONMENT(void_and_cluster(options, mask, progress, progress_user));
 }

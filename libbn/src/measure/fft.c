@@ -13,9 +13,11 @@
 
 enum { BN_FFT_LANES = 8 }; /* columns: a cache line of doubles */
 
-struct bn_fft {
-    size_t n, m;                   /* the length; the power of two that is transformed */
-    double *cosine, *sine;         /* cosine and sine of -2 pi k / m, m / 2 values */
+/* A plan for one axis. */
+struct bn_fft_axis {
+    size_t n, m; /* the length; the power of two that is transformed */
+    double *cosine,
+        *sine; /* cosine and sine of -2 pi k / m, m / 2 values */
     double *chirp_re, *chirp_im;   /* Bluestein: exp(-i pi k^2 / n), n values */
     double *filter_re, *filter_im; /* the conjugate chirp's transform divided by m, m values */
     double *scratch[4];            /* re, im, re, im: m rows of BN_FFT_LANES */
@@ -23,7 +25,7 @@ struct bn_fft {
 
 static const double BN_PI = 3.14159265358979323846;
 
-void bn_fft_destroy(bn_fft *fft) {
+static void axis_destroy(bn_fft_axis *fft) {
     if (fft == NULL) return;
     bn_free(fft->cosine);
     bn_free(fft->sine);
@@ -36,7 +38,7 @@ void bn_fft_destroy(bn_fft *fft) {
 }
 
 /* One Stockham pass: groups of `half` butterflies at distance `half` become interleaved pairs. */
-static void pass(const bn_fft *fft, const double *re, const double *im, double *to_re,
+static void pass(const bn_fft_axis *fft, const double *re, const double *im, double *to_re,
                  double *to_im, size_t stride) {
     const size_t half = fft->m / 2;
     for (size_t k = 0; k < half; ++k) {
@@ -58,7 +60,7 @@ static void pass(const bn_fft *fft, const double *re, const double *im, double *
 }
 
 /* Transforms scratch buffers 0 and 1 into the returned pair of scratch buffers. */
-static int transform(bn_fft *fft) {
+static int transform(bn_fft_axis *fft) {
     int at = 0;
     for (size_t stride = 1; stride < fft->m; stride *= 2) {
         pass(fft, fft->scratch[at], fft->scratch[at + 1], fft->scratch[2 - at],
@@ -68,16 +70,18 @@ static int transform(bn_fft *fft) {
     return at;
 }
 
-bn_fft *bn_fft_create(size_t n) {
-    bn_fft *fft = bn_allocate_zero(1, sizeof *fft);
+/* Makes the plan for length n >= 1; NULL if out of memory. */
+static bn_fft_axis *axis_create(size_t n) {
+    bn_fft_axis *fft = bn_allocate_zero(1, sizeof *fft);
     if (fft == NULL) return NULL;
     BN_ASSERT(n > 0);
     int direct = (n & (n - 1)) == 0;
     fft->n = n;
     fft->m = 1;
     while (fft->m < (direct ? n : 2 * n - 1)) fft->m *= 2;
-    fft->cosine = bn_allocate(fft->m, sizeof(double));
-    fft->sine = bn_allocate(fft->m, sizeof(double));
+    const size_t half = (fft->m + 1) / 2; /* 1 for length 1, whose transform reads none */
+    fft->cosine = bn_allocate(half, sizeof(double));
+    fft->sine = bn_allocate(half, sizeof(double));
     int good = fft->cosine != NULL && fft->sine != NULL;
     for (int i = 0; i < 4; ++i) {
         fft->scratch[i] = bn_allocate(fft->m * BN_FFT_LANES, sizeof(double));
@@ -91,10 +95,10 @@ bn_fft *bn_fft_create(size_t n) {
         good = good && fft->chirp_re && fft->chirp_im && fft->filter_re && fft->filter_im;
     }
     if (!good) {
-        bn_fft_destroy(fft);
+        axis_destroy(fft);
         return NULL;
     }
-    for (size_t k = 0; k < fft->m; ++k) {
+    for (size_t k = 0; k < half; ++k) {
         fft->cosine[k] = cos(2 * BN_PI * (double)k / (double)fft->m);
         fft->sine[k] = -sin(2 * BN_PI * (double)k / (double)fft->m);
     }
@@ -120,7 +124,7 @@ bn_fft *bn_fft_create(size_t n) {
 }
 
 /* Transforms the data in scratch buffers 0 and 1 (n rows, then zeros); see the top of this file. */
-static int bluestein(bn_fft *fft) {
+static int bluestein(bn_fft_axis *fft) {
     double *re = fft->scratch[0], *im = fft->scratch[1];
     for (size_t k = 0; k < fft->n; ++k) {
         const double c = fft->chirp_re[k], s = fft->chirp_im[k];
@@ -157,31 +161,60 @@ static int bluestein(bn_fft *fft) {
     return at;
 }
 
-int bn_fft_columns(bn_fft *fft, const double *re, const double *im, size_t columns, double *to_re,
-                   double *to_im, const bn_fft_watch *watch) {
+/* Transforms each column of a matrix with n rows to a row of another matrix, so that a second call transforms the
+ * rows and restores the order. Returns 0 if cancelled. */
+static int transform_columns(bn_fft_axis *fft, const double *re, const double *im, size_t columns,
+                             double *to_re, double *to_im, bn_progress progress, void *user,
+                             double from, double share) {
     const size_t used = fft->n * BN_FFT_LANES;
     for (size_t first = 0; first < columns; first += BN_FFT_LANES) {
-        const double done = watch->done + watch->share * (double)first / (double)columns;
-        if (watch->progress != NULL && watch->progress(watch->user, done) != 0) return 0;
+        const double done = from + share * (double)first / (double)columns;
+        if (progress != NULL && progress(user, done) != 0) return 0;
         const size_t lanes = columns - first < BN_FFT_LANES ? columns - first : BN_FFT_LANES;
         for (size_t part = 0; part < 2; ++part) {
-            const double *from = (part == 0 ? re : im) + first;
+            const double *source = (part == 0 ? re : im) + first;
             double *to = fft->scratch[part];
             if (lanes < BN_FFT_LANES) memset(to, 0, used * sizeof *to);
             for (size_t k = 0; k < fft->n; ++k) {
-                memcpy(to + k * BN_FFT_LANES, from + k * columns, lanes * sizeof *to);
+                memcpy(to + k * BN_FFT_LANES, source + k * columns, lanes * sizeof *to);
             }
             memset(to + used, 0, (fft->m * BN_FFT_LANES - used) * sizeof *to);
         }
         const int at = fft->chirp_re == NULL ? transform(fft) : bluestein(fft);
         for (size_t part = 0; part < 2; ++part) {
             double *to = (part == 0 ? to_re : to_im) + first * fft->n;
-            const double *from = fft->scratch[at + (int)part];
+            const double *result = fft->scratch[at + (int)part];
             for (size_t k = 0; k < fft->n; ++k) {
                 for (size_t lane = 0; lane < lanes; ++lane)
-                    to[lane * fft->n + k] = from[k * BN_FFT_LANES + lane];
+                    to[lane * fft->n + k] = result[k * BN_FFT_LANES + lane];
             }
         }
     }
     return 1;
+}
+
+int bn_fft_create(bn_fft *fft, uint32_t width, uint32_t height) {
+    const size_t count = (size_t)width * height;
+    fft->width = width;
+    fft->height = height;
+    fft->axis[0] = axis_create(height);
+    fft->axis[1] = axis_create(width);
+    fft->re = bn_allocate(count, 4 * sizeof *fft->re); /* with the transposed image after `im` */
+    fft->im = fft->re != NULL ? fft->re + count : NULL;
+    return fft->axis[0] != NULL && fft->axis[1] != NULL && fft->re != NULL;
+}
+
+void bn_fft_destroy(bn_fft *fft) {
+    axis_destroy(fft->axis[0]);
+    axis_destroy(fft->axis[1]);
+    bn_free(fft->re);
+}
+
+int bn_fft_run(bn_fft *fft, bn_progress progress, void *user, double done, double share) {
+    const size_t count = (size_t)fft->width * fft->height;
+    double *turned_re = fft->im + count, *turned_im = turned_re + count;
+    return transform_columns(fft->axis[0], fft->re, fft->im, fft->width, turned_re, turned_im,
+                             progress, user, done, share / 2) &&
+           transform_columns(fft->axis[1], turned_re, turned_im, fft->height, fft->re, fft->im,
+                             progress, user, done + share / 2, share / 2);
 }

@@ -1,27 +1,27 @@
 /* SPDX-License-Identifier: Apache-2.0
- * A small complex FFT of any length, which transforms many columns at once. */
+ * A two-dimensional complex FFT of any extents, in double precision. Its caller fills in an image, transforms it
+ * in place as often as it likes, and reads the coefficients. */
 #ifndef BN_FFT_H
 #define BN_FFT_H
 
 #include <bn/bn.h>
 
-typedef struct bn_fft bn_fft;
+typedef struct bn_fft_axis bn_fft_axis;
 
-/* Makes a plan for length n >= 1; NULL if out of memory. */
-bn_fft *bn_fft_create(size_t n);
+/* One image and the scratch memory of its transform: 32 bytes per texel. Only one thread at a time may use it. */
+typedef struct bn_fft {
+    bn_fft_axis *axis[2]; /* along columns, then along rows */
+    uint32_t width, height;
+    double *re, *im; /* [height][width] */
+} bn_fft;
+
+/* Prepares transforms of width x height texels, both at least 1. Returns 0 if out of memory; call bn_fft_destroy()
+ * in any case. */
+int bn_fft_create(bn_fft *fft, uint32_t width, uint32_t height);
 void bn_fft_destroy(bn_fft *fft);
 
-/* The progress callback, and the range it reports: `done` to `done` + `share`. */
-typedef struct bn_fft_watch {
-    bn_progress progress; /* or NULL */
-    void *user;
-    double done, share;
-} bn_fft_watch;
-
-/* Transforms each column of the matrix re + i im, which has n rows and `columns` columns, to a row of
- * another matrix. Applied twice, this is the two-dimensional forward transform. The plan holds the scratch
- * memory, so only one thread at a time may use it. Returns 0 if the callback in `watch` cancels. */
-int bn_fft_columns(bn_fft *fft, const double *re, const double *im, size_t columns, double *to_re,
-                   double *to_im, const bn_fft_watch *watch);
+/* Replaces re + i im by its forward transform, without a scale factor. Reports progress from `done` to `done` +
+ * `share`; returns 0 if the callback cancels. */
+int bn_fft_run(bn_fft *fft, bn_progress progress, void *user, double done, double share);
 
 #endif

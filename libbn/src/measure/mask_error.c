@@ -38,12 +38,12 @@ bn_result bn_mask_error(const bn_mask *mask, double sigma, double *error, bn_pro
     const size_t count = (size_t)width * height;
 
     result = BN_ERROR_OUT_OF_MEMORY;
-    bn_fft *columns = bn_fft_create(height), *rows = bn_fft_create(width);
-    double *data = bn_allocate(count, 4 * sizeof *data);
+    bn_fft fft;
+    const int good = bn_fft_create(&fft, width, height);
     double *transfer_x = bn_allocate(width, sizeof *transfer_x);
     double *transfer_y = bn_allocate(height, sizeof *transfer_y);
-    if (!columns || !rows || !data || !transfer_x || !transfer_y) goto done;
-    double *re = data, *im = data + count, *turned_re = im + count, *turned_im = turned_re + count;
+    if (!good || transfer_x == NULL || transfer_y == NULL) goto done;
+    double *re = fft.re, *im = fft.im;
     fill_transfer(transfer_x, width, sigma);
     fill_transfer(transfer_y, height, sigma);
 
@@ -54,12 +54,9 @@ bn_result bn_mask_error(const bn_mask *mask, double sigma, double *error, bn_pro
             re[p] = below(rank, i, count);
             im[p] = below(rank, i + 1, count);
         }
-        const double done = (double)i / BN_ERROR_THRESHOLDS, half = 1.0 / BN_ERROR_THRESHOLDS;
-        const bn_fft_watch first_half = {progress, progress_user, done, half};
-        const bn_fft_watch second_half = {progress, progress_user, done + half, half};
         result = BN_ERROR_CANCELLED;
-        if (!bn_fft_columns(columns, re, im, width, turned_re, turned_im, &first_half) ||
-            !bn_fft_columns(rows, turned_re, turned_im, height, re, im, &second_half)) {
+        if (!bn_fft_run(&fft, progress, progress_user, (double)i / BN_ERROR_THRESHOLDS,
+                        2.0 / BN_ERROR_THRESHOLDS)) {
             goto done;
         }
         double first = re[0] / n - (i + 0.5) / BN_ERROR_THRESHOLDS;
@@ -79,9 +76,7 @@ bn_result bn_mask_error(const bn_mask *mask, double sigma, double *error, bn_pro
     *error = sqrt(total / BN_ERROR_THRESHOLDS);
     result = BN_SUCCESS;
 done:
-    bn_fft_destroy(columns);
-    bn_fft_destroy(rows);
-    bn_free(data);
+    bn_fft_destroy(&fft);
     bn_free(transfer_x);
     bn_free(transfer_y);
     return result;

@@ -3,7 +3,6 @@
  * in O(n log n) time and 32 bytes per texel. By Parseval's theorem, the sum of |DFT|^2 over all frequencies is
  * n times the sum of squares, so the mean power is 1. */
 #include "base/check.h"
-#include "base/memory.h"
 #include "measure/fft.h"
 #include <bn/bn.h>
 
@@ -16,22 +15,16 @@ bn_result bn_power_spectrum(const bn_mask *mask, float *power, size_t count, bn_
     if (result != BN_SUCCESS) return result;
 
     result = BN_ERROR_OUT_OF_MEMORY;
-    bn_fft *columns = bn_fft_create(height), *rows = bn_fft_create(width);
-    double *data = bn_allocate(count, 4 * sizeof *data);
-    if (columns == NULL || rows == NULL || data == NULL) goto done;
-    double *re = data, *im = data + count, *turned_re = im + count, *turned_im = turned_re + count;
+    bn_fft fft;
+    if (!bn_fft_create(&fft, width, height)) goto done;
+    double *re = fft.re, *im = fft.im;
     const double n = (double)count;
     for (size_t i = 0; i < count; ++i) {
         re[i] = bn_mask_rank(mask, i) - (n - 1) / 2;
         im[i] = 0;
     }
     result = BN_ERROR_CANCELLED;
-    const bn_fft_watch first_half = {progress, progress_user, 0, 0.5};
-    const bn_fft_watch second_half = {progress, progress_user, 0.5, 0.5};
-    if (!bn_fft_columns(columns, re, im, width, turned_re, turned_im, &first_half) ||
-        !bn_fft_columns(rows, turned_re, turned_im, height, re, im, &second_half)) {
-        goto done;
-    }
+    if (!bn_fft_run(&fft, progress, progress_user, 0, 1)) goto done;
     /* The sum of squared deviations of 0 .. n - 1 from their mean. */
     const double total = n * (n * n - 1) / 12;
     for (size_t i = 0; i < count; ++i) {
@@ -40,8 +33,6 @@ bn_result bn_power_spectrum(const bn_mask *mask, float *power, size_t count, bn_
     power[0] = 0;
     result = BN_SUCCESS;
 done:
-    bn_fft_destroy(columns);
-    bn_fft_destroy(rows);
-    bn_free(data);
+    bn_fft_destroy(&fft);
     return result;
 }

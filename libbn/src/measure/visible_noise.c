@@ -94,16 +94,6 @@ static float encoded(float v) {
     return v <= 0.0031308f ? line : curve;
 }
 
-static int has_nan(const float *values, size_t count) {
-    int nan = 0;
-    for (size_t i = 0; i < count; ++i) {
-        int32_t bits;
-        memcpy(&bits, values + i, sizeof bits);
-        nan |= (bits & 0x7fffffff) > 0x7f800000;
-    }
-    return nan;
-}
-
 /* Blurs a multiple of LANES values. before[j] and after[j] are at distance j; both are at 0 for j = 0. */
 static void blur(const meter *m, const float *const *before, const float *const *after, float *to,
                  size_t count) {
@@ -311,7 +301,10 @@ static BN_NOINLINE bn_result visible_noise(const bn_visible_noise_options *given
         return BN_ERROR_OUT_OF_MEMORY;
     }
     if (count != product || map_count != pixels) return BN_ERROR_SIZE_MISMATCH;
-    if (has_nan(first, count) || has_nan(second, count)) return BN_ERROR_BAD_DATA;
+    if (bn_largest_bits(first, count) > BN_INFINITY_BITS ||
+        bn_largest_bits(second, count) > BN_INFINITY_BITS) {
+        return BN_ERROR_BAD_DATA;
+    }
 
     meter m = {.image = {first, second},
                .map = map,
@@ -358,10 +351,6 @@ bn_result bn_visible_noise(const bn_visible_noise_options *options, const float 
                            const float *second, uint32_t width, uint32_t height, uint32_t channels,
                            size_t count, float *map, size_t map_count, bn_progress progress,
                            void *user) {
-    bn_float_environment host;
-    bn_float_environment_set(&host);
-    const bn_result result = visible_noise(options, first, second, width, height, channels, count,
-                                           map, map_count, progress, user);
-    bn_float_environment_restore(&host);
-    return result;
+    BN_RETURN_IN_DEFAULT_ENVIRONMENT(visible_noise(options, first, second, width, height, channels,
+                                                   count, map, map_count, progress, user));
 }

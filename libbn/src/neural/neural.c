@@ -97,16 +97,6 @@ bn_result bn_neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t heigh
 
 /* ---- Opening */
 
-static int all_finite(const float *values, size_t count) {
-    uint32_t bad = 0;
-    for (size_t i = 0; i < count; ++i) {
-        uint32_t bits;
-        memcpy(&bits, &values[i], sizeof bits);
-        bad |= (bits & 0x7f800000u) == 0x7f800000u;
-    }
-    return !bad;
-}
-
 /* Runs the model once on a small input to check the radius and alignment it declares. */
 static bn_result try_model(const bn_neural *n) {
     const uint32_t align = n->model.align, extent = (16 + align - 1) / align * align;
@@ -122,7 +112,9 @@ static bn_result try_model(const bn_neural *n) {
         result = bn_runtime_run(n->runtime, &input, n->model.output, &output);
         /* A CPU can run every valid model; a GPU may fail. */
         if (result != BN_SUCCESS && n->provider == BN_PROVIDER_CPU) result = BN_ERROR_BAD_DATA;
-        if (result == BN_SUCCESS && !all_finite(values, count)) result = BN_ERROR_BAD_DATA;
+        if (result == BN_SUCCESS && bn_largest_bits(values, count) >= BN_INFINITY_BITS) {
+            result = BN_ERROR_BAD_DATA;
+        }
     }
     bn_free(noise);
     bn_free(values);
@@ -299,7 +291,7 @@ static bn_result keep(image *m, const float *tile, int64_t tile_x, int64_t tile_
                       int64_t first_y) {
     const size_t tile_count = (size_t)m->tile_width * m->tile_height;
     const uint32_t channels = m->neural->model.channels;
-    if (!all_finite(tile, tile_count * channels)) return BN_ERROR_BAD_DATA;
+    if (bn_largest_bits(tile, tile_count * channels) >= BN_INFINITY_BITS) return BN_ERROR_BAD_DATA;
     for (uint32_t c = 0; c < channels; ++c) {
         for (int64_t i = first_y; i < m->tile_height; ++i) {
             const int64_t y = tile_y + i - m->y0;
@@ -401,11 +393,7 @@ static BN_NOINLINE bn_result eliminate_ends(const bn_neural *n, uint32_t width, 
 static bn_result order_ends(const bn_neural *n, uint32_t width, uint32_t height, uint64_t seed,
                             uint32_t *ranks) {
     if (n->model.sparse_spacing == 0) return BN_SUCCESS;
-    bn_float_environment host;
-    bn_float_environment_set(&host);
-    const bn_result result = eliminate_ends(n, width, height, seed, ranks);
-    bn_float_environment_restore(&host);
-    return result;
+    BN_RETURN_IN_DEFAULT_ENVIRONMENT(eliminate_ends(n, width, height, seed, ranks));
 }
 
 bn_result bn_neural_mask(const bn_neural *n, const bn_mask *mask, uint64_t seed,

@@ -237,10 +237,7 @@ static bn_result open_session(bn_runtime *r, bn_provider provider, const void *m
             api->release_status(status);
             status = api->create_session_from_array(r->env, model, size, options, &r->session);
         }
-        if (status != NULL) {
-            r->session = NULL;
-            result = blame(api, status, provider);
-        }
+        if (status != NULL) result = blame(api, status, provider);
     }
     api->release_session_options(options);
     return result;
@@ -266,23 +263,18 @@ bn_result bn_runtime_open(const char *library_path, bn_provider provider, const 
     }
     bn_result result = BN_ERROR_RUNTIME;
     r->api = api;
-    if (!done(api, api->create_env(BN_ORT_LOG_FATAL, "bn", &r->env)) || r->env == NULL) {
-        r->env = NULL;
-        goto failed;
-    }
     /* If the host loaded the library itself, telemetry is the host's decision. */
-    if (!found.was_loaded && !done(api, api->disable_telemetry_events(r->env))) goto failed;
-    if (!done(api, api->create_cpu_memory_info(BN_ORT_ARENA_ALLOCATOR, BN_ORT_MEMORY_DEFAULT,
-                                               &r->memory))) {
-        r->memory = NULL;
-        goto failed;
+    if (done(api, api->create_env(BN_ORT_LOG_FATAL, "bn", &r->env)) &&
+        (found.was_loaded || done(api, api->disable_telemetry_events(r->env))) &&
+        done(api, api->create_cpu_memory_info(BN_ORT_ARENA_ALLOCATOR, BN_ORT_MEMORY_DEFAULT,
+                                              &r->memory))) {
+        result = open_session(r, provider, model, size);
     }
-    result = open_session(r, provider, model, size);
-    if (result != BN_SUCCESS) goto failed;
-    *runtime = r;
-    return BN_SUCCESS;
-failed:
-    bn_runtime_close(r);
+    if (result == BN_SUCCESS) {
+        *runtime = r;
+    } else {
+        bn_runtime_close(r);
+    }
     return result;
 }
 

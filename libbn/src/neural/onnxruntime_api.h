@@ -44,7 +44,7 @@ enum {
     BN_ORT_INVALID_GRAPH = 10
 };
 
-/* Functions that can fail return NULL or a status to release. */
+/* Functions that can fail return NULL, or a status to release; their outputs then stay NULL. */
 typedef struct bn_ort_api {
     bn_ort_gap gap_0[1];
     int(BN_ORT_CALL *get_error_code)(const bn_ort_status *status);
