@@ -17,7 +17,7 @@ int bn_product(const uint32_t factors[4], uint64_t limit, uint64_t *product);
 bn_result bn_check_extents(uint32_t width, uint32_t height, uint32_t depth, uint32_t channels,
                            size_t count);
 
-/* The rank of texel `at` in memory order. */
+/* The rank of texel `at` in memory order, in a mask that has passed one of the checks below. */
 uint32_t bn_mask_rank(const bn_mask *mask, size_t at);
 
 /* Checks that `mask` is a single-channel 2-D mask in which each rank from 0 to count - 1 occurs once.

@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Allocation with overflow checks and alignment for the widest vectors. Tests can make it fail. */
+ * Allocation with overflow checks and alignment for the widest vectors. Tests can make it fail.
+ *
+ * Draws do not allocate. All other functions free what they allocate before they return, except bn_neural_open(),
+ * whose network lives until bn_neural_close(). Any thread may call these functions. */
 #ifndef BN_MEMORY_H
 #define BN_MEMORY_H
 

@@ -15,8 +15,9 @@ static inline double bn_portable_exp(double x) {
     BN_ASSERT(x >= -1e9 && x <= 709);
     double scaled = x / (BN_LN2_HIGH + BN_LN2_LOW);
     int whole = (int)(scaled < 0 ? scaled - 0.5 : scaled + 0.5);
+    /* The first product is exact for results above 0: 32 bits times at most 11. */
     double rest = (x - whole * BN_LN2_HIGH) - whole * BN_LN2_LOW, sum = 1;
-    for (int i = 16; i >= 1; --i) sum = 1 + sum * rest / i;
+    for (int i = 16; i >= 1; --i) sum = 1 + sum * rest / i; /* the next term is below 2^-73 */
     return ldexp(sum, whole);
 }
 
@@ -30,7 +31,8 @@ static inline double bn_portable_log(double x) {
         --exponent;
     }
     double z = (m - 1) / (m + 1), square = z * z, sum = 0;
-    for (int i = 27; i >= 1; i -= 2) sum = sum * square + 1.0 / i;
+    BN_ASSERT(z > -0.172 && z < 0.172);
+    for (int i = 27; i >= 1; i -= 2) sum = sum * square + 1.0 / i; /* the next is below 2^-77 */
     return exponent * BN_LN2_HIGH + (exponent * BN_LN2_LOW + 2 * z * sum);
 }
 

@@ -95,10 +95,12 @@ static void thread_join(thread t) {
 /* ---- Teams */
 
 struct bn_team {
-    lock own;
-    condition changed;
-    uint32_t size; /* 0 until all threads have been started */
-    uint32_t waiting, generation, next;
+    lock own;            /* guards the fields down to `stopped` */
+    condition changed;   /* of size or generation */
+    uint32_t size;       /* 0 until all threads have been started */
+    uint32_t waiting;    /* members at the barrier */
+    uint32_t generation; /* barriers that have been passed */
+    uint32_t next;       /* the counter of bn_team_next() */
     int stopped;
     bn_team_work work;
     void *user;
@@ -106,7 +108,7 @@ struct bn_team {
 
 void bn_team_wait(bn_team *team) {
     lock_take(&team->own);
-    const uint32_t generation = team->generation; /* counts the barriers that have been passed */
+    const uint32_t generation = team->generation;
     BN_ASSERT(team->waiting < team->size);
     if (++team->waiting == team->size) {
         team->waiting = 0;

@@ -34,6 +34,7 @@ static int32_t at_start(void *user, double fraction) {
     return job->progress(job->progress_user, 0);
 }
 
+/* Fills job->ranks with the caller's ranks or with void-and-cluster masks. */
 static bn_result start(bn_anneal_job *job, const bn_mask *mask) {
     for (uint32_t c = 0; c < job->channels; ++c) {
         uint32_t *ranks = job->ranks + (size_t)c * job->texels;
@@ -76,7 +77,7 @@ static BN_NOINLINE bn_result anneal(const bn_anneal_options *given, const bn_mas
                          .texels = (uint32_t)texels,
                          .random = bn_random_seeded(o.seed)};
     const double sigma = channels == 1 && o.far_weight > 0 ? o.far_sigma : o.sigma;
-    for (int axis = 0; axis < 2; ++axis) {
+    for (int axis = 0; axis < 2; ++axis) { /* a window must not contain a texel twice */
         const uint32_t most = ((axis == 0 ? width : height) - 1) / 2;
         job.reach[axis] = (uint32_t)(BN_ANNEAL_CUTOFF * sigma);
         if (job.reach[axis] > most) job.reach[axis] = most;

@@ -18,7 +18,7 @@ typedef struct bn_anneal_job {
     void *progress_user;
     uint32_t width, height, channels;
     uint32_t texels;
-    uint32_t reach[2];  /* half the window along x and y; no window may overlap itself */
+    uint32_t reach[2];  /* a window has 2 reach + 1 texels along x and y, at most the mask's */
     uint32_t *ranks;    /* [channels][texels], annealed in place */
     const double *logs; /* -ln((i + 0.5) / BN_ANNEAL_LOG_SIZE) */
     bn_random random;
@@ -54,6 +54,7 @@ static inline uint32_t bn_anneal_neighbour(const bn_anneal_job *job, uint32_t p,
 
 /* The offset from one coordinate to another, taking the shorter way around the torus. */
 static inline int32_t bn_anneal_offset(uint32_t from, uint32_t to, uint32_t extent) {
+    BN_ASSERT(from < extent && to < extent);
     int32_t d = (int32_t)to - (int32_t)from, half = (int32_t)(extent / 2);
     return d > half ? d - (int32_t)extent : d < -half ? d + (int32_t)extent : d;
 }

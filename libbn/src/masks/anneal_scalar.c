@@ -18,10 +18,12 @@ enum { BN_ANNEAL_WEIGHT_SUM = 32000 };
 typedef struct board {
     bn_anneal_job *job;
     const bn_simd *simd;
-    uint32_t rows, row_lanes; /* in a window */
+    uint32_t rows, row_lanes; /* of a window; lanes beyond 2 reach + 1 weigh nothing */
     size_t stride, image_rows;
-    int16_t *image;      /* reduced ranks, with a toroidal margin */
-    int16_t *weights;    /* [rows][row_lanes] */
+    /* [image_rows][stride]: reduced ranks with a toroidal margin. Texel (x, y) is at (x, y) + reach, so the
+     * window around it starts at (x, y). */
+    int16_t *image;
+    int16_t *weights;    /* [rows][row_lanes], 0 at the centre */
     uint32_t *positions; /* the texel of each rank */
 } board;
 
@@ -36,6 +38,7 @@ static int16_t reduced(const board *b, uint32_t rank) {
 /* Writes a texel and its copies in the margin. */
 static void place(board *b, uint32_t p, uint32_t rank) {
     const bn_anneal_job *job = b->job;
+    BN_ASSERT(p < job->texels && rank < job->texels);
     const uint32_t x = p % job->width, y = p / job->width;
     const int16_t value = reduced(b, rank);
     job->ranks[p] = rank;
@@ -57,9 +60,11 @@ static void try_swap(board *b, uint32_t p, uint32_t q, double allowance) {
     }
     const uint32_t low = job->ranks[p], high = job->ranks[q];
     BN_ASSERT(low < high); /* the ranks are a permutation, and p differs from q */
+    BN_ASSERT(b->positions[low] == p && b->positions[high] == q);
     const uint32_t px = p % job->width, py = p / job->width;
     const uint32_t qx = q % job->width, qy = q / job->width;
     const int16_t a = reduced(b, low), c = reduced(b, high);
+    /* The energy that the swap saves: see the top of this file. */
     int64_t gain =
         b->simd->window_difference(b->image + py * b->stride + px, b->image + qy * b->stride + qx,
                                    b->stride, b->weights, b->rows, b->row_lanes, a, c);
@@ -79,7 +84,7 @@ static void try_swap(board *b, uint32_t p, uint32_t q, double allowance) {
 /* Runs one sweep. Returns 0 if cancelled. */
 static int run_sweep(board *b, uint32_t sweep, double temperature) {
     bn_anneal_job *job = b->job;
-    const uint32_t texels = job->texels, reach = texels / 32 + 1;
+    const uint32_t texels = job->texels, farthest = texels / 32 + 1; /* in ranks */
     for (uint32_t trial = 0; trial < texels; ++trial) {
         if (bn_anneal_cancelled(job, sweep, trial)) return 0;
         const uint64_t bits = bn_random_next(&job->random);
@@ -89,7 +94,7 @@ static int run_sweep(board *b, uint32_t sweep, double temperature) {
         const uint32_t choice = (uint32_t)(bits >> 14 & 0x3ffff);
         uint32_t q;
         if (bits >> 12 & 1) {
-            const uint32_t step = 1 + (uint32_t)((uint64_t)choice * reach >> 18);
+            const uint32_t step = 1 + (uint32_t)((uint64_t)choice * farthest >> 18);
             const uint32_t rank = job->ranks[p];
             if (bits >> 13 & 1 ? rank < step : step >= texels - rank) continue;
             q = b->positions[bits >> 13 & 1 ? rank - step : rank + step];
@@ -147,6 +152,7 @@ bn_result bn_anneal_scalar(bn_anneal_job *job) {
     if (b.image == NULL || b.weights == NULL || b.positions == NULL) goto done;
     fill_weights(&b);
     for (uint32_t p = 0; p < job->texels; ++p) place(&b, p, job->ranks[p]);
+    /* One window's largest gain: its weights times the largest difference of two reduced ranks. */
     const double most = BN_ANNEAL_WEIGHT_SUM * (job->texels < 65536 ? job->texels : 65536.0);
     result = BN_SUCCESS;
     for (uint32_t s = 0; s < job->options->sweeps && result == BN_SUCCESS; ++s) {

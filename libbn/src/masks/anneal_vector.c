@@ -18,8 +18,8 @@ typedef struct field {
     bn_anneal_job *job;
     int16_t *values;     /* [texels][4], of BN_VECTOR_BITS bits; absent channels are 0 */
     uint32_t *positions; /* [channels][texels]: the texel of each rank */
-    int32_t *weights;    /* one per offset in a window */
-    int32_t table[BN_VECTOR_TABLE + 1];
+    int32_t *weights;    /* [2 reach[1] + 1][2 reach[0] + 1], of the distance on the torus */
+    int32_t table[BN_VECTOR_TABLE + 1]; /* weights of the distance between values; see entry() */
 } field;
 
 /* The table entry for the distance of two vectors. */
@@ -35,6 +35,7 @@ static uint32_t entry(const int16_t *a, const int16_t *b) {
 static int64_t change_vectors(const field *f, uint32_t p, uint32_t other, const int16_t *old,
                               const int16_t *new) {
     const bn_anneal_job *job = f->job;
+    BN_ASSERT(p != other);
     const uint32_t rx = job->reach[0], ry = job->reach[1], width = job->width;
     const uint32_t x0 = (p % width + width - rx) % width;
     uint32_t y = (p / width + job->height - ry) % job->height;
@@ -74,6 +75,7 @@ static void try_vector_swap(field *f, uint32_t p, uint32_t q, uint32_t channels,
     for (uint32_t c = 0; c < job->channels; ++c) {
         if (!(channels >> c & 1)) continue;
         uint32_t *ranks = job->ranks + (size_t)c * job->texels, rank = ranks[p];
+        BN_ASSERT(f->positions[(size_t)c * job->texels + rank] == p);
         ranks[p] = ranks[q];
         ranks[q] = rank;
         f->positions[(size_t)c * job->texels + ranks[p]] = p;
@@ -86,9 +88,11 @@ static void try_vector_swap(field *f, uint32_t p, uint32_t q, uint32_t channels,
 /* Runs one sweep. Returns 0 if cancelled. */
 static int run_vector_sweep(field *f, uint32_t sweep, double temperature) {
     bn_anneal_job *job = f->job;
-    const uint32_t texels = job->texels, reach = texels / 16 + 1;
+    const uint32_t texels = job->texels, farthest = texels / 16 + 1; /* in ranks */
     for (uint32_t trial = 0; trial < texels; ++trial) {
         if (bn_anneal_cancelled(job, sweep, trial)) return 0;
+        /* Bits 32 to 63 choose p; 0 to 11 the allowance, 12 and 13 the type of move, 14 its direction, 16 to 31
+         * q. Those of `more` choose the channel, and how far q is. */
         const uint64_t bits = bn_random_next(&job->random);
         const uint32_t p = (uint32_t)((bits >> 32) * texels >> 32);
         const double allowance = temperature * job->logs[bits & (BN_ANNEAL_LOG_SIZE - 1)];
@@ -98,7 +102,7 @@ static int run_vector_sweep(field *f, uint32_t sweep, double temperature) {
         switch (bits >> 12 & 3) {
         case 0: /* swaps one channel with a texel of similar rank */
         case 1: {
-            const uint32_t step = 1 + (uint32_t)((uint64_t)(more >> 8) * reach >> 16);
+            const uint32_t step = 1 + (uint32_t)((uint64_t)(more >> 8) * farthest >> 16);
             const uint32_t rank = job->ranks[(size_t)channel * texels + p];
             if (bits >> 14 & 1 ? rank < step : step >= texels - rank) continue;
             q = f->positions[(size_t)channel * texels +
@@ -110,7 +114,7 @@ static int run_vector_sweep(field *f, uint32_t sweep, double temperature) {
             break;
         default: /* swaps all channels with any texel */
             q = (uint32_t)((bits >> 16 & 0xffff) * texels >> 16);
-            channels = 15;
+            channels = 15; /* absent ones are 0 in both texels */
             break;
         }
         if (q != p) try_vector_swap(f, p, q, channels, allowance);

@@ -53,7 +53,9 @@ static float quantise(const level_table *l, float value, double threshold) {
         double dark = l->linear[(int)low], light = l->linear[(int)low + 1];
         fraction = (linear_of_srgb(v) - dark) / (light - dark);
     }
-    return (float)((low + floor(fraction + threshold)) / l->steps);
+    const double up = floor(fraction + threshold);
+    BN_ASSERT(up == 0 || up == 1); /* also if rounding puts the fraction just outside [0, 1] */
+    return (float)((low + up) / l->steps);
 }
 
 static BN_NOINLINE bn_result dither(const bn_dither_options *given, const float *image,

@@ -8,7 +8,12 @@
  * void-and-cluster at the initial pattern's usual density. This keeps the pattern blue at every grey
  * level down to single points. Points are sorted into cells as large as the kernel's reach. Energies
  * are integers that only decrease, so the next point comes from a bucket queue whose entries are
- * corrected when they reach the front. Time and memory are linear in the number of points. */
+ * corrected when they reach the front. Time is linear in the number of points, and so is memory, 36 bytes per
+ * point, all of which bn_eliminate() allocates and frees.
+ *
+ * An energy fits 32 bits if at most 256 other points lie within the reach, or if the spacing is at most 14 texels,
+ * where even a solid cluster of points adds up to less. Only a network that asks for a wider spacing and clusters
+ * its points can exceed this; energies then wrap, and the order is less even. */
 #include "masks/eliminate.h"
 #include "base/assert.h"
 #include "base/hash.h"
@@ -30,18 +35,21 @@ static const uint32_t BN_ELIMINATE_NONE = UINT32_MAX;
 
 typedef struct elimination {
     const uint32_t *extent;
-    /* The remaining points, sorted by cell. A removed point becomes BN_ELIMINATE_NONE. A point's
-     * energy is the sum of its pairs' weights. */
+    /* The remaining points, sorted by cell; a slot is a position in this order. A removed point becomes
+     * BN_ELIMINATE_NONE. A point's energy is the sum of its pairs' weights. */
     uint32_t *point, *x, *y, *z, *energy;
-    uint32_t *cell_of, *cell_start, *next, *scratch;
-    size_t count;
+    uint32_t *cell_of;    /* scratch for sorting: a point's cell, then its slot */
+    uint32_t *cell_start; /* the first slot of each cell, and the end */
+    uint32_t *scratch;
+    size_t count; /* at the start of the stage, with those removed since */
     uint32_t cells[3];
-    uint64_t scale; /* from squared distance to table entry, times 2^32 */
-    uint64_t bucket_scale;
-    uint32_t bucket[BN_ELIMINATE_BUCKETS];
+    uint64_t scale;        /* from squared distance to table entry, times 2^32 */
+    uint64_t bucket_scale; /* from energy to bucket, times 2^32 */
+    uint32_t bucket[BN_ELIMINATE_BUCKETS],
+        *next;                              /* lists of slots: the first, and the one after each */
     uint32_t table[BN_ELIMINATE_TABLE + 1]; /* the last entry is 0 */
     const bn_eliminate_watch *watch;
-    size_t all, calls;
+    size_t all, calls; /* the points of the first stage; calls of elimination_cancelled() */
     int cancelled;
 } elimination;
 
@@ -141,6 +149,7 @@ static uint32_t ranges_around(const elimination *t, const uint32_t home[3], rang
             if (wrapped > 0) ranges[count++] = (range){row[0], row[wrapped]};
         }
     }
+    BN_ASSERT(count <= 18); /* two for each of nine rows */
     return count;
 }
 
@@ -203,16 +212,21 @@ static void sort_into_cells(elimination *t, double reach) {
     for (size_t i = 0; i < t->count; ++i) {
         t->cell_of[i] = t->cell_start[t->cell_of[i] + 1]++;
     }
+    BN_ASSERT(t->cell_start[0] == 0 && t->cell_start[cells] == t->count);
     reorder(t, &t->point);
     reorder(t, &t->x);
     reorder(t, &t->y);
     if (t->extent[2] > 1) reorder(t, &t->z);
 }
 
+static uint64_t bucket_of(const elimination *t, uint32_t slot) {
+    return t->energy[slot] * t->bucket_scale >> 32;
+}
+
 /* Puts a point at the front of its energy's bucket. */
 static void push(elimination *t, uint32_t slot) {
-    BN_ASSERT(t->energy[slot] * t->bucket_scale >> 32 < BN_ELIMINATE_BUCKETS);
-    uint32_t *head = &t->bucket[t->energy[slot] * t->bucket_scale >> 32];
+    BN_ASSERT(bucket_of(t, slot) < BN_ELIMINATE_BUCKETS);
+    uint32_t *head = &t->bucket[bucket_of(t, slot)];
     t->next[slot] = *head;
     *head = slot;
 }
@@ -249,7 +263,7 @@ static void remove_points(elimination *t, size_t left, uint32_t *removed) {
             continue;
         }
         t->bucket[top] = t->next[slot];
-        if ((int)(t->energy[slot] * t->bucket_scale >> 32) < top) {
+        if (bucket_of(t, slot) < (uint64_t)top) {
             push(t, slot); /* its energy has fallen since it was put here */
             continue;
         }

@@ -32,6 +32,7 @@ typedef struct ends {
     bn_result result[2];
 } ends;
 
+/* Two threads take one end each; a single thread takes both in turn. The first thread reports progress. */
 static void eliminate_ends(void *user, bn_team *team, uint32_t index, uint32_t threads) {
     ends *e = user;
     const double share = (1 - e->from) * threads / 2;
@@ -48,7 +49,7 @@ bn_result bn_eliminate_ends(const uint32_t extent[3], double spacing, uint64_t s
                             uint32_t threads, uint32_t *ranks, size_t count, double from,
                             bn_progress progress, void *user) {
     const size_t points = bn_eliminate_count(extent, count, spacing);
-    if (points > count / 2) return BN_SUCCESS;
+    if (points > count / 2) return BN_SUCCESS; /* a single texel */
     uint32_t *first = bn_allocate(points, 2 * sizeof *first);
     if (first == NULL) return BN_ERROR_OUT_OF_MEMORY;
     uint32_t *last = first + points;

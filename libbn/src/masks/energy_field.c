@@ -35,6 +35,7 @@ static int create_tiles(bn_field *f, uint64_t seed, uint32_t noise) {
     f->energy = bn_allocate(f->tile_count, BN_TILE_SIZE * sizeof *f->energy);
     if (f->tile == NULL || f->energy == NULL) return 0;
 
+    /* The texels of the last tile along x and y that exist. */
     const uint32_t used[2] = {f->extent[0] - (f->tiles[0] - 1) * f->tile_extent[0],
                               f->extent[1] - (f->tiles[1] - 1) * f->tile_extent[1]};
     f->edge[0] = used[0] < f->tile_extent[0] ? 1 : 0;
@@ -106,7 +107,8 @@ static int create_kernel(bn_field *f, double sigma, int32_t *centre) {
         double line = 0;
         profile[axis] = create_profile(f, axis, sigma);
         if (profile[axis] == NULL) goto done;
-        for (int32_t d = 0; d <= f->reach[axis]; ++d) {
+        for (int32_t d = 0; d <= f->reach[axis];
+             ++d) { /* a profile that is not folded is one half */
             line += d == 0 || f->folded[axis] ? profile[axis][d] : 2 * profile[axis][d];
         }
         sum *= line;
@@ -129,7 +131,7 @@ static int create_kernel(bn_field *f, double sigma, int32_t *centre) {
     for (int32_t z = -f->reach[2]; z <= f->reach[2]; ++z) {
         for (int32_t y = -f->reach[1]; y <= f->reach[1]; ++y) {
             for (int32_t x = -f->reach[0]; x <= f->reach[0]; ++x) {
-                int32_t d[3] = {x, y, z};
+                const int32_t d[3] = {x, y, z};
                 double g = scale;
                 for (int axis = 0; axis < 3; ++axis) {
                     int32_t a = d[axis];

@@ -4,6 +4,7 @@
  * Floats are mapped to integer keys with the same order. A radix sort then sorts keys and positions
  * together in three passes, least significant digit first. It is stable, so equal values keep their
  * order. Takes linear time and 16 bytes of scratch memory per value. */
+#include "base/assert.h"
 #include "base/memory.h"
 #include <bn/bn.h>
 #include <string.h>
@@ -50,7 +51,9 @@ bn_result bn_ranks_from_values(const float *values, size_t count, uint32_t *rank
             starts[d][v] = sum;
             sum += here;
         }
+        BN_ASSERT(sum == count);
     }
+    /* A pair is a key, in the upper half, and its position. The last pass only assigns ranks. */
     for (size_t i = 0; i < count; ++i) {
         const uint32_t key = key_at(values, i);
         pairs[starts[0][digit(key, 0)]++] = (uint64_t)key << 32 | i;

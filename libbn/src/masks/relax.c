@@ -30,7 +30,7 @@ typedef struct relaxation {
     void *progress_user;
     const bn_simd *simd;
     uint32_t width, height;
-    size_t rows, stride;
+    size_t rows, stride;  /* of an image; rows end with lanes that relax_row() reads in vain */
     int16_t *image[2];    /* with a toroidal margin of REACH; the steps alternate between them */
     ptrdiff_t *offsets;   /* one per pair, for all steps */
     int16_t *weights;     /* each repeated BN_WINDOW_LANES times */
@@ -122,7 +122,10 @@ static void rank(relaxation *r, int image, bn_team *team, uint32_t index, uint32
     for (uint32_t y = first; y < last; ++y) {
         const int16_t *row = row_of(r, image, y);
         uint32_t *ranks = r->ranks + (size_t)y * r->width;
-        for (uint32_t x = 0; x < r->width; ++x) ranks[x] = mine[row[x] + (1 << 15)]++;
+        for (uint32_t x = 0; x < r->width; ++x) {
+            ranks[x] = mine[row[x] + (1 << 15)]++;
+            BN_ASSERT(ranks[x] < (uint64_t)r->width * r->height);
+        }
     }
 }
 
@@ -158,7 +161,6 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t threads) {
         bn_team_wait(team);
         if (r->cancelled[i & 1]) return;
     }
-    BN_ASSERT(pair == BN_RELAX_LEARNED_PAIRS);
     rank(r, BN_RELAX_LEARNED_STEPS & 1, team, index, threads);
 }
 
@@ -169,6 +171,7 @@ static void fill_pairs(relaxation *r) {
     for (int i = 0; i < BN_RELAX_LEARNED_STEPS; ++i) {
         const bn_relax_learned_step *s = &bn_relax_learned_steps[i];
         for (uint32_t g = 0; g < s->group_count; ++g) {
+            BN_ASSERT(s->groups[g].y <= s->groups[g].x && s->groups[g].x <= REACH);
             const ptrdiff_t x = s->groups[g].x, y = s->groups[g].y, stride = (ptrdiff_t)r->stride;
             const uint32_t count = images_of(&s->groups[g]);
             for (uint32_t k = 0; k < count; ++k, ++pair) {
@@ -182,6 +185,7 @@ static void fill_pairs(relaxation *r) {
             }
         }
     }
+    BN_ASSERT(pair == BN_RELAX_LEARNED_PAIRS);
 }
 
 /* The caller has set the fields of `r` up to `ranks`. */

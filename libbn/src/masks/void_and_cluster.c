@@ -25,9 +25,11 @@ typedef struct maker {
     void *progress_user;
     const bn_simd *simd;
     bn_field field;
-    size_t count, ones;
-    size_t done, expected; /* changes to the field, for progress */
-    uint32_t *ranks, *minority;
+    size_t count, ones;    /* texels, and those that are set */
+    size_t done, expected; /* changes to the field, for progress; `expected` is an estimate */
+    uint32_t *ranks;       /* of texels in row-major order; not yet known for some */
+    uint32_t
+        *minority; /* texels by rank: those that empty() has removed, or that are being ordered */
     int cancelled;
 } maker;
 
@@ -81,6 +83,7 @@ static void empty(maker *m, size_t ones) {
     bn_field_refresh(&m->field);
     while (m->ones > ones && !cancelled(m)) {
         bn_field_texel cluster = m->simd->field_find(&m->field, BN_FIELD_HIGHEST);
+        BN_ASSERT(energy_at(m, cluster) >= BN_FIELD_SET);
         m->minority[--m->ones] = (uint32_t)bn_field_index(&m->field, cluster);
         m->ranks[m->minority[m->ones]] = (uint32_t)m->ones;
         m->simd->field_change(&m->field, cluster, -1, BN_FIELD_HIGHEST);
@@ -90,8 +93,9 @@ static void empty(maker *m, size_t ones) {
 /* Sets the removed texels again, which restores the field exactly. */
 static void put_back(maker *m, size_t ones) {
     for (; m->ones < ones && !cancelled(m); ++m->ones) {
-        m->simd->field_change(&m->field, bn_field_at(&m->field, m->minority[m->ones]), 1,
-                              BN_FIELD_LOWEST);
+        const bn_field_texel removed = bn_field_at(&m->field, m->minority[m->ones]);
+        BN_ASSERT(energy_at(m, removed) < BN_FIELD_SET);
+        m->simd->field_change(&m->field, removed, 1, BN_FIELD_LOWEST);
     }
     bn_field_refresh(&m->field);
 }
@@ -137,6 +141,7 @@ static bn_result make(maker *m, const uint32_t extent[3]) {
     put_back(m, initial);
     fill(m, m->count - last, m->ranks);
     if (m->cancelled || cancelled(m)) return BN_ERROR_CANCELLED;
+    BN_ASSERT(m->ones == m->count - last);
     result = eliminate(m, 0, last);
     if (result != BN_SUCCESS) return result;
     for (size_t i = 0; i < last; ++i) m->ranks[m->minority[i]] = (uint32_t)(m->count - 1 - i);

@@ -15,9 +15,8 @@ enum { BN_FFT_LANES = 8 }; /* columns: a cache line of doubles */
 
 /* A plan for one axis. */
 struct bn_fft_axis {
-    size_t n, m; /* the length; the power of two that is transformed */
-    double *cosine,
-        *sine; /* cosine and sine of -2 pi k / m, m / 2 values */
+    size_t n, m;                   /* the length; the power of two that is transformed */
+    double *cosine, *sine;         /* cosine and sine of -2 pi k / m, m / 2 values */
     double *chirp_re, *chirp_im;   /* Bluestein: exp(-i pi k^2 / n), n values */
     double *filter_re, *filter_im; /* the conjugate chirp's transform divided by m, m values */
     double *scratch[4];            /* re, im, re, im: m rows of BN_FFT_LANES */
@@ -78,6 +77,7 @@ static bn_fft_axis *axis_create(size_t n) {
     int direct = (n & (n - 1)) == 0;
     fft->n = n;
     fft->m = 1;
+    /* Long enough for a convolution of n values with 2 n - 1 that does not wrap into the first n results. */
     while (fft->m < (direct ? n : 2 * n - 1)) fft->m *= 2;
     const size_t half = (fft->m + 1) / 2; /* 1 for length 1, whose transform reads none */
     fft->cosine = bn_allocate(half, sizeof(double));
@@ -126,7 +126,7 @@ static bn_fft_axis *axis_create(size_t n) {
 /* Transforms the data in scratch buffers 0 and 1 (n rows, then zeros); see the top of this file. */
 static int bluestein(bn_fft_axis *fft) {
     double *re = fft->scratch[0], *im = fft->scratch[1];
-    for (size_t k = 0; k < fft->n; ++k) {
+    for (size_t k = 0; k < fft->n; ++k) { /* times the chirp */
         const double c = fft->chirp_re[k], s = fft->chirp_im[k];
         double *r = re + k * BN_FFT_LANES, *i = im + k * BN_FFT_LANES;
         for (int lane = 0; lane < BN_FFT_LANES; ++lane) {
@@ -136,7 +136,7 @@ static int bluestein(bn_fft_axis *fft) {
         }
     }
     int at = transform(fft);
-    /* The inverse transform is the conjugate of the forward transform of the conjugate. */
+    /* Convolve with the filter. The inverse transform is the conjugate of the forward transform of the conjugate. */
     for (size_t k = 0; k < fft->m; ++k) {
         const double c = fft->filter_re[k], s = fft->filter_im[k];
         const double *r = fft->scratch[at] + k * BN_FFT_LANES;
@@ -148,7 +148,7 @@ static int bluestein(bn_fft_axis *fft) {
         }
     }
     at = transform(fft);
-    for (size_t k = 0; k < fft->n; ++k) {
+    for (size_t k = 0; k < fft->n; ++k) { /* times the chirp, after the conjugation */
         const double c = fft->chirp_re[k], s = fft->chirp_im[k];
         double *r = fft->scratch[at] + k * BN_FFT_LANES;
         double *i = fft->scratch[at + 1] + k * BN_FFT_LANES;

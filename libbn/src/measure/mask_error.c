@@ -59,6 +59,7 @@ bn_result bn_mask_error(const bn_mask *mask, double sigma, double *error, bn_pro
                         2.0 / BN_ERROR_THRESHOLDS)) {
             goto done;
         }
+        /* At frequency 0, the error is the pattern's mean minus the threshold. */
         double first = re[0] / n - (i + 0.5) / BN_ERROR_THRESHOLDS;
         double second = im[0] / n - (i + 1.5) / BN_ERROR_THRESHOLDS;
         re[0] = im[0] = 0;

@@ -26,9 +26,9 @@ enum {
     TILE_ROWS = 256,    /* a thread takes tiles of the map, whose rows fit in its cache */
     TILE_VALUES = 1536, /* in a row of a tile; at least TILE_COLUMNS pixels */
     TILE_COLUMNS = 128,
-    SMALL = 64,             /* rows of an image whose rows are all measured */
-    REPORT = 16,            /* rows between two calls of `progress` */
-    MOST_TAPS = 2 * 48 + 1, /* at the widest blur */
+    SMALL = 64,         /* rows of an image whose rows are all measured */
+    REPORT = 16,        /* rows between two calls of `progress` */
+    MOST_TAPS = 48 + 1, /* distances from 0 to the reach of the widest blur */
     MOST_WINDOW = 1023,
     MOST_THREADS = 64
 };
@@ -43,7 +43,7 @@ typedef struct meter {
     int32_t reach;            /* of the blur, in pixels */
     int32_t step;             /* every step-th row is measured */
     int32_t around;           /* of the pooling window, in pixels */
-    float kernel[MOST_TAPS];  /* weights from -reach to reach */
+    float kernel[MOST_TAPS];  /* weights at distances 0 to reach */
     float exposure, share[2]; /* the halves' shares of the samples */
     float noise_scale;        /* standard error of the mean over that of the halves' difference */
     uint32_t tile_columns, tiles_across;
@@ -175,6 +175,7 @@ static void measure_row(const meter *m, const scratch *s, uint32_t y) {
         blur(m, before, after, s->blurred[k], m->padded);
     }
     const size_t pixels = s->to - s->from;
+    BN_ASSERT(pixels <= m->most_pixels);
     float *a = s->blurred[0];
     square(m, a, s->blurred[1], s->blurred[2], pixels * m->channels);
     uint64_t *energy = s->energy + y % (2 * (uint32_t)m->around + 1) * m->most_pixels;
@@ -189,10 +190,13 @@ static void measure_row(const meter *m, const scratch *s, uint32_t y) {
     }
 }
 
-/* Removes row y from the sum over the window's rows. */
+/* Removes row y, which is still in the ring, from the sum over the window's rows. */
 static void drop_row(const meter *m, const scratch *s, uint32_t y) {
     const uint64_t *energy = s->energy + y % (2 * (uint32_t)m->around + 1) * m->most_pixels;
-    for (size_t x = 0; x < s->to - s->from; ++x) s->columns[x] -= energy[x];
+    for (size_t x = 0; x < s->to - s->from; ++x) {
+        BN_ASSERT(s->columns[x] >= energy[x]);
+        s->columns[x] -= energy[x];
+    }
 }
 
 /* Writes a row of the map: the root mean square over the part of the window inside the image. */
@@ -215,7 +219,7 @@ static int32_t clamped_row(const meter *m, int64_t y) {
     return (int32_t)(y < 0 ? 0 : y < m->height ? y : m->height - 1);
 }
 
-/* Computes a tile of the map. Returns 0 if cancelled; only member 0 can be. */
+/* Computes a tile of the map, row by row, while the rings follow. Returns 0 if cancelled; only member 0 can be. */
 static int measure_tile(const meter *m, scratch *s, uint32_t index, uint32_t tile, uint32_t tiles) {
     const uint32_t first = tile / m->tiles_across * TILE_ROWS, around = (uint32_t)m->around;
     const uint32_t last = m->height - first < TILE_ROWS ? m->height : first + TILE_ROWS;
@@ -225,6 +229,7 @@ static int measure_tile(const meter *m, scratch *s, uint32_t index, uint32_t til
     s->to = m->width - s->right < around ? m->width : s->right + around;
     int32_t top = clamped_row(m, (int64_t)first - m->around); /* of the window */
     uint32_t rows = 0;                                        /* measured in the window */
+    /* The next rows to measure and to blur. Rings hold the rows that later ones need. */
     int32_t next = top, next_blurred = clamped_row(m, (int64_t)top - m->reach);
     for (size_t x = 0; x < m->most_pixels; ++x) s->columns[x] = 0;
     for (uint32_t y = first; y < last; ++y) {
@@ -325,7 +330,7 @@ static BN_NOINLINE bn_result visible_noise(const bn_visible_noise_options *given
     m.most_pixels = (size_t)m.tile_columns + 2 * (size_t)m.around;
     if (m.most_pixels > width) m.most_pixels = width;
     m.padded = (m.most_pixels * channels + LANES - 1) / LANES * LANES;
-    BN_ASSERT(2 * m.reach + 1 <= MOST_TAPS);
+    BN_ASSERT(m.reach + 1 <= MOST_TAPS);
     double weights[MOST_TAPS] = {1}, total = 1;
     for (int32_t j = 1; j <= m.reach; ++j) {
         const double exponent = -0.5 * j * j / (o.sigma * o.sigma);

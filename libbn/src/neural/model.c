@@ -39,7 +39,7 @@ bn_result bn_model_read(const bn_runtime *runtime, bn_model *model) {
     for (int k = 0; k < KEYS; ++k) {
         const bn_result result = bn_runtime_metadata(runtime, keys[k], text);
         if (result != BN_SUCCESS) return result;
-        if (k == 3 && *text == 0) continue;
+        if (k == 3 && *text == 0) continue; /* the spacing is optional */
         if (read_decimal(text, 0, &values[k]) == NULL) return BN_ERROR_BAD_DATA;
         if (k == 0 && values[0] != 1) return BN_ERROR_UNSUPPORTED;
         if (k == 3 && values[3] < 1) return BN_ERROR_BAD_DATA;

@@ -41,10 +41,10 @@ extern const uint8_t bn_data_neural_vector[];
 extern const size_t bn_data_neural_vector_count;
 #endif
 
-struct bn_neural {
+struct bn_neural { /* not changed once opened, so threads share it */
     bn_runtime *runtime;
     bn_model model;
-    uint32_t threads;
+    uint32_t threads; /* for each image */
     bn_provider provider;
 };
 
@@ -212,7 +212,7 @@ typedef struct image {
     int window;                  /* make values uniform in [0, 1) */
     float *values;
     uint64_t area_width, area_height; /* covered by tiles; starts at an aligned texel */
-    uint32_t tile_width, tile_height, columns, rows;
+    uint32_t tile_width, tile_height, columns, rows; /* of tiles; the last ones overlap others */
     bn_result results[BN_NEURAL_MOST_THREADS];
 } image;
 
@@ -274,10 +274,12 @@ static void choose_tiles(image *m, uint32_t threads) {
 static float window_value(const bn_model *model, float value) {
     if (model->has_quantiles) {
         const float *q = model->quantiles;
-        uint32_t below = 0;
+        uint32_t below =
+            0; /* the last quantile that is not above the value, except for the largest */
         for (uint32_t step = (BN_MODEL_QUANTILES - 1) / 2; step > 0; step /= 2) {
             if (q[below + step] <= value) below += step;
         }
+        BN_ASSERT(below + 1 < BN_MODEL_QUANTILES);
         const float width = q[below + 1] - q[below];
         const float part = width > 0 ? (value - q[below]) / width : 0.5f;
         value = ((float)below + (part < 0 ? 0 : part > 1 ? 1 : part)) / (BN_MODEL_QUANTILES - 1);
@@ -302,6 +304,7 @@ static bn_result keep(image *m, const float *tile, int64_t tile_x, int64_t tile_
             int64_t count = m->tile_width - skipped;
             if (count > m->width - x) count = m->width - x;
             if (count <= 0) continue;
+            BN_ASSERT(x >= 0 && x + count <= m->width && skipped + count <= m->tile_width);
             const float *from = tile + c * tile_count + (size_t)i * m->tile_width + skipped;
             float *to = m->values + ((size_t)c * m->height + (size_t)y) * m->width + x;
             for (int64_t j = 0; j < count; ++j) {
@@ -345,6 +348,7 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t size) {
         const int64_t from_y = (int64_t)(next / m->columns) * m->tile_height;
         const int64_t x = left + (from_x < last_x ? from_x : last_x);
         const int64_t y = top + (from_y < last_y ? from_y : last_y);
+        BN_ASSERT(positive_remainder(x, align) == 0 && positive_remainder(y, align) == 0);
         const bn_tensor input = {noise, 1, outer_height, outer_width};
         const bn_tensor output = {tile, n->model.channels, m->tile_height, m->tile_width};
         fill_noise(m->seed, x - radius, y - radius, outer_width, outer_height, m->period_x,

@@ -148,8 +148,9 @@ static int load_library(const char *given, library *found) {
 
 /* ---- Sessions */
 
-struct bn_runtime {
-    const bn_ort_api *api;
+struct
+    bn_runtime { /* ONNX Runtime allows concurrent runs of a session; everything else is only read */
+    const bn_ort_api *api; /* belongs to the library */
     bn_ort_env *env;
     bn_ort_session *session;
     bn_ort_memory_info *memory;
@@ -364,6 +365,7 @@ bn_result bn_runtime_value(const bn_runtime *r, bn_runtime_side side,
     return result;
 }
 
+/* Wraps a tensor's values, without copying them; NULL on failure. */
 static bn_ort_value *make_value(const bn_runtime *r, const bn_tensor *t) {
     const int64_t shape[4] = {1, t->channels, t->height, t->width};
     const size_t count = (size_t)t->channels * t->height * t->width;

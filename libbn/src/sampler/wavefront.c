@@ -7,6 +7,7 @@
 #include <bn/bn_path.h>
 #include <string.h>
 
+/* Draws out[lane][dimensions], one lane after another. */
 static void draw_single(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
                         const bn_draw_lanes *lanes, float *out) {
     for (size_t i = 0; i < lanes->count; ++i, out += dimensions) {
@@ -24,6 +25,7 @@ static void draw_single(const bn_sampler *sampler, uint32_t pair, uint32_t dimen
     }
 }
 
+/* Draws out[lane][dimensions]: dimension 0, a pair, or the first three or four dimensions. */
 static void draw_any(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
                      const bn_draw_lanes *lanes, float *out) {
     const bn_simd *simd = bn_simd_get();

@@ -7,6 +7,7 @@
 #include <bn/bn_device.h>
 #include <string.h>
 
+/* bn_draw.glsl defines these with vectors as members. */
 typedef struct bn_uint4 bn_uint4;
 typedef struct bn_uint2 bn_uint2;
 typedef struct bn_blue_pixel bn_blue_pixel;
@@ -70,7 +71,7 @@ BN_INLINE void draw_loop(const bn_sampler *sampler, int32_t type, int form, uint
             bn_u32v all[4] = {v.x, v.y, v.z, v.w};
             u32_store_wide(all, dimensions, out);
         } else {
-            const bn_u32v pair = x * 0u + (form == ONE ? 0u : (uint32_t)form);
+            const bn_u32v pair = zero + (form == ONE ? 0u : (uint32_t)form);
             const bn_uint2 v = type == BN_SAMPLER_BLUE
                                    ? bn_draw_blue_pair_bits(words, seed, x, y, index, domain, pair)
                                : type == BN_SAMPLER_SOBOL

@@ -68,6 +68,7 @@ BN_INLINE void change_tile(bn_field *f, size_t index, const int32_t *kernel, uin
     }
     if (extremes & BN_FIELD_LOWEST) f->lowest[0][index] = i32_lowest(low);
     if (extremes & BN_FIELD_HIGHEST) f->highest[0][index] = i32_highest(high);
+    BN_ASSERT(i32_lowest(low) >= 0); /* clearing a texel subtracts what setting it has added */
 }
 
 /* A piece of an axis under the kernel: texels first .. last, at positions shifted by `shift`. */
@@ -95,6 +96,7 @@ BN_INLINE int split(const bn_field *f, int axis, int32_t c, int32_t reach, piece
     return 1;
 }
 
+/* Adds a group of values to the list of those whose extremes this change may move, once. */
 BN_INLINE void touch(bn_field *f, int level, size_t group, size_t *count) {
     if (f->stamp[level][group] == f->changes) return;
     f->stamp[level][group] = f->changes;
@@ -136,7 +138,10 @@ BN_INLINE uint32_t list_jobs(const bn_field *f, size_t slice, const int32_t c[2]
                 for (int32_t tx = px[ix].first >> log_x; tx <= px[ix].last >> log_x; ++tx) {
                     const int32_t dx = tx * (1 << log_x) + px[ix].shift - c[0];
                     const int32_t near_x = distance(dx, dx + (1 << log_x) - 1);
-                    BN_ASSERT(count < BN_FIELD_JOBS);
+                    BN_ASSERT(count < BN_FIELD_JOBS && tx < tiles_x && ty < tiles_y);
+                    /* The tile lies inside the kernel and the zeros around it. */
+                    BN_ASSERT(dx >= -f->reach[0] - (1 << log_x) + 1 && dx <= f->reach[0] &&
+                              dy >= -f->reach[1] - (1 << log_y) + 1 && dy <= f->reach[1]);
                     job *j = &jobs[count];
                     j->index = base + (size_t)tx * (uint32_t)rows;
                     j->kernel = row + dx;
@@ -153,6 +158,7 @@ BN_INLINE uint32_t list_jobs(const bn_field *f, size_t slice, const int32_t c[2]
     return count;
 }
 
+/* Applies a change at c to one slice, at distance dz from the changed texel. `kernel` is its value at offset (0, 0). */
 BN_INLINE void change_slice(bn_field *f, size_t slice, const int32_t c[2], int32_t dz,
                             const int32_t *kernel, int sign, int extremes, size_t *touched) {
     job jobs[BN_FIELD_JOBS];
@@ -173,6 +179,7 @@ BN_INLINE void change_slice(bn_field *f, size_t slice, const int32_t c[2], int32
     }
 }
 
+/* Applies a change to all slices that the kernel reaches, then updates the tree of extremes, level by level. */
 BN_INLINE void change(bn_field *f, bn_field_texel texel, int sign, int extremes) {
     const bn_field_tile *home = &f->tile[texel.tile];
     const int32_t c[2] = {(int32_t)(home->x + (texel.lane & (f->tile_extent[0] - 1))),
@@ -243,6 +250,7 @@ static bn_field_texel field_find(const bn_field *f, int extreme) {
         index *= BN_FIELD_FANOUT;
         index += first_of_64(values[level] + index, NULL, value);
     }
+    BN_ASSERT(index < f->tile_count);
     const uint32_t edge = f->tile[index].edge;
     bn_field_texel texel = {(uint32_t)index,
                             first_of_64(f->energy + index * BN_TILE_SIZE,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The vector types of kernels.h, for the instruction set that the including file defines.
  *
- * bn_i32v holds BN_I32_LANES (8) 32-bit integers, whose sums wrap. Loads and stores are aligned, except
+ * bn_i32v holds BN_I32_LANES 32-bit integers, whose sums wrap. Loads and stores are aligned, except
  * for i32_load_any. i32_equal_bits returns one bit per lane; i32_lowest, i32_highest and i32_sum reduce
  * all lanes.
  *
@@ -12,6 +12,8 @@
 
 #include <stddef.h>
 #include <stdint.h>
+
+#define BN_I32_LANES 8
 
 static inline uint32_t first_bit(uint64_t bits) {
 #if defined(__GNUC__)

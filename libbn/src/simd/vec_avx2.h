@@ -9,7 +9,6 @@
     }
 
 #define BN_SIMD_TABLE bn_simd_avx2
-#define BN_I32_LANES 8
 typedef __m256i bn_i32v;
 static inline bn_i32v i32_set(int32_t a) {
     return _mm256_set1_epi32(a);

@@ -2,7 +2,6 @@
  * The vector types of kernels.h for NEON, in pairs of registers; vec.h describes the functions. */
 #include <arm_neon.h>
 #define BN_SIMD_TABLE bn_simd_neon
-#define BN_I32_LANES 8
 typedef struct bn_i32v {
     int32x4_t a, b;
 } bn_i32v;

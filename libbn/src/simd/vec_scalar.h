@@ -3,7 +3,6 @@
 #include <string.h>
 
 #define BN_SIMD_TABLE bn_simd_scalar
-#define BN_I32_LANES 8
 
 /* Defines a function of two vectors by its operation on one lane. */
 #define BN_BINARY(name, type, lanes, lane)                                                         \
