@@ -77,7 +77,7 @@ def measure(mask: npt.ArrayLike, *, progress: Optional[arguments.Progress] = Non
         Ranks, or values of any integer or float type, of shape ``(height, width)`` or ``(n,)``. For multiple channels, use
         ``[measure(channel) for channel in mask]``.
     progress : callable, optional
-        Called with the fraction completed; the last call passes 1. If it returns a true value, `CancelledError` is raised.
+        See `bluenoise.mask`.
 
     Returns
     -------

@@ -139,7 +139,7 @@ class NeuralGenerator:
         out : ndarray of uint32, optional
             A C-ordered array of the result's shape, which is filled and returned.
         progress : callable, optional
-            Called with the fraction completed; the last call passes 1. If it returns a true value, `CancelledError` is raised.
+            See `bluenoise.mask`.
 
         Returns
         -------

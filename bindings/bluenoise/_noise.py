@@ -54,7 +54,7 @@ def visible_noise(
         Side in pixels of the square over which the noise is pooled, centred on each pixel: odd, 1 to 1023. Smaller squares are
         more local and less certain.
     progress : callable, optional
-        Called with the fraction completed; the last call passes 1. If it returns a true value, `CancelledError` is raised.
+        See `bluenoise.mask`.
 
     Returns
     -------

@@ -60,7 +60,7 @@ def points(
     seed : int, numpy.random.Generator, numpy.random.SeedSequence or None, default 0
         See `mask`.
     progress : callable, optional
-        Called with the fraction completed; the last call passes 1. If it returns a true value, `CancelledError` is raised.
+        See `bluenoise.mask`.
     dims : {2, 3}, default 2
         Number of dimensions.
     density : array_like, optional

@@ -42,9 +42,10 @@ void bind_errors(py::module_ &module) {
                   "ONNX Runtime, which neural masks need, is missing or failed.");
 }
 
-void check(bn_result result, const std::string &arguments) {
+void check(bn_result result, const std::string &about) {
     if (result == BN_SUCCESS) return;
-    std::string message = std::string(bn_result_string(result)) + " (" + arguments + ")";
+    std::string message = bn_result_string(result);
+    if (!about.empty()) message += " (" + about + ")";
     PyErr_SetString(exception_type(result), message.c_str());
     throw py::error_already_set();
 }
@@ -78,11 +79,11 @@ int32_t Progress::call(void *self, double fraction) noexcept {
     }
 }
 
-void Progress::finish(bn_result result, const std::string &arguments) {
+void Progress::finish(bn_result result) {
     if (error_) std::rethrow_exception(error_);
-    check(result, arguments);
+    check(result);
     if (callable_.is_none() || reported_ >= 1) return;
-    if (report(1) != 0) check(BN_ERROR_CANCELLED, arguments);
+    if (report(1) != 0) check(BN_ERROR_CANCELLED);
 }
 
 } // namespace bluenoise

@@ -29,9 +29,9 @@ void bind_sampler(py::module_ &module);
 void bind_masks(py::module_ &module);
 void bind_neural(py::module_ &module);
 
-/* Raises the exception for a result other than BN_SUCCESS; `arguments` lists names and values for the
- * message. Needs the GIL. */
-void check(bn_result result, const std::string &arguments);
+/* Raises the exception for a result other than BN_SUCCESS; its message ends with `about` in brackets. Needs the
+ * GIL. */
+void check(bn_result result, const std::string &about = "");
 
 /* Runs work() without the GIL and returns its result. */
 template <typename Work>
@@ -40,12 +40,10 @@ bn_result unlocked(Work work) {
     return work();
 }
 
-/* A mask that borrows a 2-D array of ranks. Adds the array's shape to `arguments`. */
-inline bn_mask mask_of(const Ranks &ranks, std::string &arguments) {
-    const auto height = static_cast<uint32_t>(ranks.shape(0));
-    const auto width = static_cast<uint32_t>(ranks.shape(1));
-    arguments += ", mask of shape (" + std::to_string(height) + ", " + std::to_string(width) + ")";
-    return bn_mask_u32(ranks.data(), width, height);
+/* A mask that borrows a 2-D array of ranks. */
+inline bn_mask mask_of(const Ranks &ranks) {
+    return bn_mask_u32(ranks.data(), static_cast<uint32_t>(ranks.shape(1)),
+                       static_cast<uint32_t>(ranks.shape(0)));
 }
 
 /* A Python callable (or None) as a bn_progress. It receives the fraction done; returning true
@@ -57,9 +55,9 @@ class Progress {
 
     static int32_t call(void *self, double fraction) noexcept;
 
-    /* Raises the exception that stopped the work, or else calls check(result, arguments). After success,
-     * passes 1 to the callable if it has not received it yet. */
-    void finish(bn_result result, const std::string &arguments);
+    /* Raises the exception that stopped the work, or else calls check(result). After success, passes 1 to the
+     * callable if it has not received it yet. */
+    void finish(bn_result result);
 
   private:
     /* Lets Ctrl-C interrupt the work: takes the GIL at most once per interval, and throws the exception

@@ -13,18 +13,13 @@ py::ssize_t extent(uint32_t value) {
 /* A function that fills an array with a mask. `first` is the bn_mask field for the first of the three
  * axes. If options.start_from_ranks is set, it starts from the ranks in the array. */
 template <auto make, typename Options>
-auto generator(const char *name, uint32_t bn_mask::*first) {
-    return [name, first](Ranks &ranks, const Options &options, const py::object &callback) {
-        std::string arguments = name;
-        for (py::ssize_t axis = 0; axis < 3; ++axis)
-            arguments += (axis > 0 ? " x " : ", ") + std::to_string(ranks.shape(axis));
+auto generator(uint32_t bn_mask::*first) {
+    return [first](Ranks &ranks, const Options &options, const py::object &callback) {
         bn_mask mask = bn_mask_u32(ranks.mutable_data(), static_cast<uint32_t>(ranks.shape(2)),
                                    static_cast<uint32_t>(ranks.shape(1)));
         mask.*first = static_cast<uint32_t>(ranks.shape(0));
         Progress progress(callback);
-        const bn_result result =
-            unlocked([&] { return make(&options, &mask, Progress::call, &progress); });
-        progress.finish(result, arguments);
+        progress.finish(unlocked([&] { return make(&options, &mask, Progress::call, &progress); }));
     };
 }
 
@@ -47,26 +42,22 @@ py::object builtin_mask(uint32_t size) {
 }
 
 double mask_error(const Ranks &ranks, double sigma) {
-    std::string arguments = "sigma " + std::to_string(sigma);
-    const bn_mask mask = mask_of(ranks, arguments);
+    const bn_mask mask = mask_of(ranks);
     Progress interrupts{py::none()};
     double error = 0;
-    const bn_result result =
-        unlocked([&] { return bn_mask_error(&mask, sigma, &error, Progress::call, &interrupts); });
-    interrupts.finish(result, arguments);
+    interrupts.finish(
+        unlocked([&] { return bn_mask_error(&mask, sigma, &error, Progress::call, &interrupts); }));
     return error;
 }
 
 Floats power_spectrum(const Ranks &ranks) {
-    std::string arguments = "spectrum";
-    const bn_mask mask = mask_of(ranks, arguments);
+    const bn_mask mask = mask_of(ranks);
     Progress interrupts{py::none()};
     Floats power({ranks.shape(0), ranks.shape(1)});
     float *to = power.mutable_data();
     const auto count = static_cast<size_t>(ranks.size());
-    const bn_result result =
-        unlocked([&] { return bn_power_spectrum(&mask, to, count, Progress::call, &interrupts); });
-    interrupts.finish(result, arguments);
+    interrupts.finish(
+        unlocked([&] { return bn_power_spectrum(&mask, to, count, Progress::call, &interrupts); }));
     return power;
 }
 
@@ -84,17 +75,13 @@ Floats dither(const Floats &image, uint32_t levels, bool srgb, bool channel_offs
     const auto width = static_cast<uint32_t>(image.shape(1));
     const auto channels = static_cast<uint32_t>(image.shape(2));
     const auto count = static_cast<size_t>(image.size());
-    std::string arguments = "image of " + std::to_string(height) + " x " + std::to_string(width) +
-                            " with " + std::to_string(channels) + " channels, levels " +
-                            std::to_string(levels);
     const Ranks ranks = mask.is_none() ? Ranks() : mask.cast<Ranks>();
     bn_mask value;
     if (!mask.is_none()) {
-        value = mask_of(ranks, arguments);
+        value = mask_of(ranks);
         options.mask = &value;
     }
-    check(unlocked([&] { return bn_dither(&options, from, width, height, channels, to, count); }),
-          arguments);
+    check(unlocked([&] { return bn_dither(&options, from, width, height, channels, to, count); }));
     return out;
 }
 
@@ -113,12 +100,10 @@ Floats visible_noise(const Floats &first, const Floats &second, double sigma, do
     float *to = map.mutable_data();
     const auto count = static_cast<size_t>(first.size()), pixels = static_cast<size_t>(map.size());
     Progress reports(std::move(progress));
-    const bn_result result = unlocked([&] {
+    reports.finish(unlocked([&] {
         return bn_visible_noise(&options, a, b, width, height, channels, count, to, pixels,
                                 Progress::call, &reports);
-    });
-    reports.finish(result, "images of " + std::to_string(height) + " x " + std::to_string(width) +
-                               " with " + std::to_string(channels) + " channels");
+    }));
     return map;
 }
 
@@ -148,12 +133,11 @@ void bind_masks(py::module_ &module) {
         .def_readwrite("start_from_ranks", &bn_anneal_options::start_from_ranks)
         .def_readwrite("seed", &bn_anneal_options::seed);
     module.def("void_and_cluster",
-               generator<bn_void_and_cluster, bn_void_and_cluster_options>("void-and-cluster",
-                                                                           &bn_mask::depth),
+               generator<bn_void_and_cluster, bn_void_and_cluster_options>(&bn_mask::depth),
                py::arg("ranks").noconvert(), py::arg("options"), py::arg("progress"));
-    module.def("anneal", generator<bn_anneal, bn_anneal_options>("anneal", &bn_mask::channels),
+    module.def("anneal", generator<bn_anneal, bn_anneal_options>(&bn_mask::channels),
                py::arg("ranks").noconvert(), py::arg("options"), py::arg("progress"));
-    module.def("relax", generator<bn_relax, bn_relax_options>("relax", &bn_mask::depth),
+    module.def("relax", generator<bn_relax, bn_relax_options>(&bn_mask::depth),
                py::arg("ranks").noconvert(), py::arg("options"), py::arg("progress"));
     module.def("ranks_to_float", &ranks_to_float, py::arg("ranks"), py::arg("count"));
     module.def("builtin_mask", &builtin_mask, py::arg("size"));

@@ -13,12 +13,6 @@ namespace bluenoise {
 
 namespace {
 
-/* Describes a window for error messages. */
-std::string place(int64_t x0, int64_t y0, uint32_t width, uint32_t height) {
-    return "x0 " + std::to_string(x0) + ", y0 " + std::to_string(y0) + ", width " +
-           std::to_string(width) + ", height " + std::to_string(height);
-}
-
 class NeuralGenerator {
   public:
     /* `where` describes the model and the runtime for error messages. */
@@ -52,10 +46,8 @@ class NeuralGenerator {
         bn_mask mask = bn_mask_u32(out.mutable_data(), extent(out, 1), extent(out, 2));
         mask.channels = channels();
         Progress progress(callback);
-        const bn_result result = unlocked(
-            [&] { return bn_neural_mask(neural_.get(), &mask, seed, Progress::call, &progress); });
-        progress.finish(result, "neural, " + std::to_string(mask.height) + " x " +
-                                    std::to_string(mask.width));
+        progress.finish(unlocked(
+            [&] { return bn_neural_mask(neural_.get(), &mask, seed, Progress::call, &progress); }));
     }
 
     void window(int64_t x0, int64_t y0, Floats &out, uint64_t seed) const {
@@ -63,11 +55,10 @@ class NeuralGenerator {
         float *values = out.mutable_data();
         const auto count = static_cast<size_t>(out.size());
         Progress interrupts{py::none()};
-        const bn_result result = unlocked([&] {
+        interrupts.finish(unlocked([&] {
             return bn_neural_window(neural_.get(), x0, y0, width, height, seed, values, count,
                                     Progress::call, &interrupts);
-        });
-        interrupts.finish(result, place(x0, y0, width, height));
+        }));
     }
 
   private:
@@ -83,9 +74,7 @@ Floats neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t height, uin
     Floats noise({static_cast<py::ssize_t>(height), static_cast<py::ssize_t>(width)});
     float *out = noise.mutable_data();
     const auto count = static_cast<size_t>(noise.size());
-    const bn_result result =
-        unlocked([&] { return bn_neural_noise(x0, y0, width, height, seed, out, count); });
-    check(result, place(x0, y0, width, height));
+    check(unlocked([&] { return bn_neural_noise(x0, y0, width, height, seed, out, count); }));
     return noise;
 }
 

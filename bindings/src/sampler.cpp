@@ -18,35 +18,25 @@ class Sampler {
   public:
     Sampler(int32_t type, uint64_t seed, uint32_t samples_per_pixel, const py::object &mask)
         : mask_(mask) {
-        std::string arguments = "type " + std::to_string(type);
         bn_result result = BN_SUCCESS;
         if (!mask.is_none()) {
             const auto ranks = mask.cast<Ranks>();
-            const bn_mask value = mask_of(ranks, arguments);
+            const bn_mask value = mask_of(ranks);
             result = unlocked([&] { return bn_sampler_init_mask(&sampler_, &value, seed); });
         } else if (type == BN_SAMPLER_ZORDER) {
             result = bn_sampler_init_zorder(&sampler_, samples_per_pixel, seed);
         } else {
             result = bn_sampler_init(&sampler_, type, seed);
         }
-        check(result, arguments);
+        check(result);
     }
 
     /* Draws n lanes: `out` has shape (n, dimensions). `pair` is 0 or 1, or -1 for the first 1 to 4
      * dimensions. */
     void sample(const Int32s &x, const Int32s &y, const UInt32s &index, const UInt32s &domain,
                 Floats &out, int32_t pair) const {
-        for (const py::array &lanes :
-             {py::array(x), py::array(y), py::array(index), py::array(domain)}) {
-            if (out.ndim() != 2 || lanes.ndim() != 1 || lanes.shape(0) != out.shape(0)) {
-                throw py::value_error("x, y, index, domain and out must have equal lane counts");
-            }
-        }
         const auto dims = static_cast<uint32_t>(out.shape(1));
         const uint32_t first = pair == 1 ? 2 : 0;
-        if (dims < 1 || dims > 4 || pair > 1 || (pair >= 0 && dims != 2)) {
-            throw py::value_error("out must have 1 to 4 dimensions, and 2 with a pair");
-        }
         bn_wavefront lanes = bn_wavefront_default();
         lanes.count = static_cast<size_t>(out.shape(0));
         lanes.x = x.data();
@@ -55,8 +45,7 @@ class Sampler {
         lanes.domain = domain.data();
         for (uint32_t d = 0; d < dims; ++d) lanes.out[first + d] = out.mutable_data() + d;
         lanes.stride = dims;
-        const bn_result result = unlocked([&] { return bn_sample_wavefront(&sampler_, &lanes); });
-        check(result, "dims " + std::to_string(dims) + ", pair " + std::to_string(pair));
+        check(unlocked([&] { return bn_sample_wavefront(&sampler_, &lanes); }));
     }
 
     /* `out` has shape (height, width, index_count, 4). */
@@ -66,12 +55,10 @@ class Sampler {
         const auto index_count = static_cast<uint32_t>(out.shape(2));
         const auto size = static_cast<size_t>(out.size());
         float *to = out.mutable_data();
-        const bn_result result = unlocked([&] {
+        check(unlocked([&] {
             return bn_sample_block(&sampler_, x0, y0, width, height, first_index, index_count,
                                    domain, to, size);
-        });
-        check(result, "width " + std::to_string(width) + ", height " + std::to_string(height) +
-                          ", index_count " + std::to_string(index_count));
+        }));
     }
 
     /* Draws samples first_index, first_index + 1 ... of one pixel with all 32 bits. Each is at the
