@@ -62,35 +62,6 @@ def changed(frames, columns):
     return np.mean([(a[:, 2:] != b[:, :-2]).mean() for a, b in zip(parts, parts[1:])])
 
 
-def patch_means(palette):
-    """The largest difference in levels between a colour and the mean of its dithered 64 x 64 patch, for the mask and for error diffusion.
-    The palette can mix all of the colours."""
-    colours = np.random.default_rng(1).integers(0, 256, (100, 3))
-    indexed, differences = Image.new("P", (1, 1)), []
-    indexed.putpalette(np.array(palette, np.uint8).tobytes())
-    for colour in colours:
-        patch = Image.new("RGB", (64, 64), tuple(map(int, colour)))
-        ways = bluenoise.dither(patch, palette=palette), patch.quantize(palette=indexed)
-        differences.append([abs(np.asarray(way.convert("RGB")).mean((0, 1)) - colour).max() for way in ways])
-    return np.max(differences, axis=0)
-
-
-def low_power(points):
-    """The mean power of points in the unit square at 0.1 to 0.4 inverse lattice spacings; random points have 1."""
-    weights = (np.sin(np.pi * points) ** 2).prod(1)  # hides the edges
-    frequencies = np.stack(np.meshgrid(np.arange(-40, 41), np.arange(41)), -1).reshape(-1, 2)
-    size = np.hypot(*frequencies.T)
-    frequencies = frequencies[(size > 4) & (size > 0.1 * len(points) ** 0.5) & (size < 0.4 * len(points) ** 0.5)]
-    return (np.abs(np.exp(-2j * np.pi * (frequencies @ points.T)) @ weights) ** 2).mean() / (weights**2).sum()
-
-
-def patch_powers(method):
-    """low_power() of four patches whose densities are 1, 2, 4 and 8."""
-    points = bluenoise.points(12000, density=np.kron([[1, 2], [4, 8]], np.ones((64, 64))), method=method, seed=1)
-    patches = [points * 2 - (x, y) for y in range(2) for x in range(2)]
-    return [low_power(patch[((patch >= 0) & (patch < 1)).all(1)]) for patch in patches]
-
-
 def main():
     os.chdir(PAGE.parent / "gallery")
     space = run_listings()
@@ -113,14 +84,9 @@ def main():
     for name, picture in (("mask", space["paper"]), ("error diffusion", Image.open("paper_diffusion.png"))):
         error = np.asarray(picture.convert("RGB")) / 255 - np.asarray(space["photo"]) / 255
         print(f"seven colours, {name}: " + ", ".join(f"{np.sqrt((gaussian_filter(error, (s, s, 0)) ** 2).mean()):.4f}" for s in (1, 2.1)))
-    cube = [(r, g, b) for r in (0, 255) for g in (0, 255) for b in (0, 255)]
-    print("flat patches: the mean is off by up to {:.2f} levels with the mask, {:.2f} with error diffusion".format(*patch_means(cube)))
     for method in ("poisson-disk", "mask"):
-        uniform = low_power(bluenoise.points(2000, method=method, seed=1))
-        patches = ", ".join(f"{power:.2f}" for power in patch_powers(method))
         spent = milliseconds(lambda: bluenoise.points(9000, density=(1 - grey) ** 1.5, method=method, seed=1), 1)
         print(f"stippling, {method}: {spent:.0f} ms")
-        print(f"low-frequency power of patches, {method}: {patches}; uniform {uniform:.2f}")
 
 
 if __name__ == "__main__":
