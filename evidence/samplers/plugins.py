@@ -4,7 +4,7 @@
     draw(seed, x, y, index, decision, dimensions)   or   draw(seed, x, y, index, decision, dimensions, samples)
 
 that return an array (..., dimensions) of numbers in [0, 1) for arrays of pixels and sample indices. With the last argument, the sampler
-is tuned for that number of samples."""
+is tuned for that number of samples. If the function has an attribute `counts`, the sampler has only these numbers of samples."""
 
 import ctypes
 import dataclasses
@@ -27,11 +27,12 @@ PROGRAM, FOLDER = BUILD / "programs/draw_plugin", BUILD / "plugins"  # the latte
 @dataclasses.dataclass(frozen=True)
 class Plugin:
     """file: FILE or FILE:ARGUMENT, as the path tracer takes it. function: of a Python file, or None. tuned: whether draws depend on the
-    number of samples."""
+    number of samples. counts: the numbers of samples that the sampler has; empty: all."""
 
     file: str
     function: Callable | None
     tuned: bool
+    counts: tuple = ()
 
     def key(self):
         return key_of(self.file)
@@ -86,7 +87,7 @@ def load(file):
         function = getattr(module, rest, None)
         if not callable(function):
             raise CommandError(f"{path} has no function '{rest}'; name it as {Path(path).name}:FUNCTION")
-        return Plugin(f"{path}:{rest}", function, len(inspect.signature(function).parameters) > 6)
+        return Plugin(f"{path}:{rest}", function, len(inspect.signature(function).parameters) > 6, getattr(function, "counts", ()))
     try:
         is_tuned = getattr(ctypes.CDLL(path), "sampler_plugin_is_tuned", lambda: 0)
     except OSError as error:

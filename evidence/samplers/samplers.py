@@ -24,6 +24,7 @@ EVERY, RUNS_OF_EVERY = ("white", "sobol", "zorder", "sobol-global", "blue"), 4  
 OWN = ("white", "sobol", "zorder", "mask", "blue")
 ALL = (*OWN, "sobol-global", "heitz", *variants.PEERS)
 TUNED = {"zorder", "heitz"}  # for each count, so each is a run of its own
+ONLY = {}  # {sampler: the counts that it has} if these are not all
 PAIRED = ("white", "zorder", "mask", "sobol-global", "heitz", *variants.PEERS)  # the samplers in the table of pairs, before others and blue
 PAIR_COUNTS = (1, 4, 16, 64)
 # Heitz et al. optimise the eight dimensions of one pair of domains, so there is no second family.
@@ -48,13 +49,14 @@ PLOTTED = ("half-planes", "products of both pairs", "products of two members")
 def measure_all(ways, runs, counts=COUNTS, images_of=integrands.images_of_run):
     """Rows by integrand and sample count with each sampler's error relative to BASE, or its peaks."""
     def run(name):
-        found = integrands.summarised(integrands.measure(ways[name], runs, counts, name in TUNED, images_of))
+        own = [n for n in counts if n in ONLY.get(name, counts)]
+        found = integrands.summarised(integrands.measure(ways[name], runs, own, name in TUNED, images_of))
         print(f"bench: measured {name}", file=sys.stderr)
-        return found
+        return {row: dict(zip(own, values)) for row, values in found.items()}
 
     found = dict(in_parallel(2, run, sorted(ways, key=lambda name: name not in TUNED)))
-    return [{"row": row, "sampler": name, "spp": spp, "value": f"{value if row.startswith('spectral') else value / found[BASE][row][i]:.4f}"}
-            for row in found[BASE] for name in ways if (name, row.partition(",")[0]) != LEFT_OUT for i, (spp, value) in enumerate(zip(counts, found[name][row]))]
+    return [{"row": row, "sampler": name, "spp": spp, "value": f"{value if row.startswith('spectral') else value / found[BASE][row][spp]:.4f}"}
+            for row in found[BASE] for name in ways if (name, row.partition(",")[0]) != LEFT_OUT for spp, value in found[name].get(row, {}).items()]
 
 
 def with_earlier(path, make):
@@ -76,10 +78,10 @@ def pairs(row):
 def row_table(rows, row, counts=COUNTS):
     found = {}
     for each in rows:
-        if each["row"] == row and each["spp"] in counts and (each["sampler"] != BASE or row == PEAKS):
-            found.setdefault(each["sampler"], []).append(f"{each['value']:.{1 if row == PEAKS else 2}f}")
+        if each["row"] == row and (each["sampler"] != BASE or row == PEAKS):
+            found.setdefault(each["sampler"], {})[each["spp"]] = f"{each['value']:.{1 if row == PEAKS else 2}f}"
     return md_table(["spectral peaks" if row == PEAKS else "error over padded Sobol'", *map(str, counts)],
-                    [[NAMES.get(name, name), *values] for name, values in found.items()])
+                    [[NAMES.get(name, name), *(values.get(spp, "") for spp in counts)] for name, values in found.items()])
 
 
 def wins_table(rows):
@@ -162,6 +164,7 @@ def run(arguments):
         return write_image(options.picture, integrands.patterns())
     others = {name: plugins.load(f"{file}-4d" if name in variants.PEERS else file) for name, file in variants.files_of(options).items()}
     TUNED.update(name for name, plugin in others.items() if plugin.tuned)
+    ONLY.update({name: plugin.counts for name, plugin in others.items() if plugin.counts})
     added = dict(options.sampler)
     if added:  # beside the published results
         options.out = options.out or Path("out/samplers")

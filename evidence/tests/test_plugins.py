@@ -149,16 +149,17 @@ def test_bench_refuses_what_is_no_sampler(python, tmp_path, monkeypatch, file, s
         plugins.Plugin("one", lambda *_: np.ones((4, 4, 1, 2)), False).numbers(0, 4, 0, 1, 0, 2)
 
 
-def test_mitsubas_multijittered_points_are_stratified():
+@pytest.mark.parametrize(("name", "side"), [("multijitter", 4), ("orthogonal", 2)])
+def test_mitsubas_points_are_stratified(name, side):
     pytest.importorskip("mitsuba")
-    found = plugins.load(f"{ROOT}/evidence/plugins/mitsuba_samplers.py:multijitter")
-    u = found.numbers(1, 3, 0, 16, 4, 4, 16)
+    found, count = plugins.load(f"{ROOT}/evidence/plugins/mitsuba_samplers.py:{name}"), side**2
+    u = found.numbers(1, 3, 0, count, 4, 4, count)
     for pair in (u[..., :2], u[..., 2:]):
-        cells = (4 * pair).astype(int)
-        assert all(len(set(pixel)) == 16 for pixel in (4 * cells[..., 0] + cells[..., 1]).reshape(9, 16).tolist())
-        assert all(len(set(line)) == 16 for line in np.moveaxis((16 * pair).astype(int), -1, 2).reshape(-1, 16).tolist())
-    assert found.tuned and len({pixel.tobytes() for pixel in u.reshape(9, -1)}) == 9
-    assert not np.array_equal(found.numbers(1, 3, 0, 16, 0, 4, 16), u) and np.array_equal(found.numbers(1, 3, 4, 2, 4, 2, 16), u[:, :, 4:6, :2])
+        cells = (side * pair).astype(int)
+        assert all(len(set(pixel)) == count for pixel in (side * cells[..., 0] + cells[..., 1]).reshape(9, count).tolist())
+        assert all(len(set(line)) == count for line in np.moveaxis((count * pair).astype(int), -1, 2).reshape(-1, count).tolist())
+    assert found.tuned and len({pixel.tobytes() for pixel in u.reshape(9, -1)}) == 9 and found.counts == ((4, 9, 25, 49) if name == "orthogonal" else ())
+    assert not np.array_equal(found.numbers(1, 3, 0, count, 0, 4, count), u) and np.array_equal(found.numbers(1, 3, 2, 2, 4, 2, count), u[:, :, 2:4, :2])
 
 
 @pytest.mark.parametrize(("words", "said"), [

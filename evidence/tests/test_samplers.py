@@ -30,6 +30,14 @@ def test_odd_sample_counts_match_a_separate_run():
         (row["sampler"], row["value"]) for row in rows if row["row"] == "half-planes" and row["spp"] == 3}
 
 
+def test_samplers_with_counts_of_their_own_have_values_only_there(monkeypatch):
+    monkeypatch.setitem(samplers.ONLY, "blue", (4, 9))
+    rows = samplers.measure_all({name: integrands.of_library(name) for name in ("sobol", "blue")}, 1, (1, 4), integrands.images_at_every_count)
+    assert {row["spp"] for row in rows if row["sampler"] == "blue"} == {4} and {row["spp"] for row in rows if row["sampler"] == "sobol"} == {1, 4}
+    values = [{**row, "value": float(row["value"])} for row in rows]
+    assert samplers.row_table(values, "half-planes", (1, 4)).splitlines()[-1].startswith("| `blue` |  | 0.")
+
+
 def test_peers_draw_distinct_uniform_numbers(pathtracer):
     drawn = []
     for name in variants.PEERS if (plugins.FOLDER / "openqmc.so").is_file() else ():
