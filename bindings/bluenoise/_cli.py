@@ -126,14 +126,6 @@ class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"{self.prog}: {_plain(message)}; see {self.prog} --help\n")
 
-    def _print_message(self, message: str, file: Any = None) -> None:
-        """Prints help and version; argparse would swallow errors."""
-        if file is not None and file is sys.stdout:
-            with _standard_output():
-                file.write(message)
-        else:
-            super()._print_message(message, file)
-
 
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
