@@ -103,7 +103,7 @@ static double energy_of(const block_tile *t) {
 
 static void anneal(block_tile *t, const bake_options *options, double hot) {
     bake_random r = bake_random_make(options->seed, 8, 0);
-    int steps = bake_count(options, 60000, 1000);
+    int steps = bake_count(options, 60000, 1);
     double energy = energy_of(t);
     for (int i = 0; i < steps; ++i) {
         const double temperature = hot * pow(0.01, (double)i / steps);

@@ -458,7 +458,7 @@ static void judge_begin(vector_judge *j, const bake_table *table, int member, in
 
 void bake_vectors(bake_table *table, const bake_options *options, int member, int again) {
     enum { SMOOTH_WEIGHT_PERCENT = 22, START_MOVES = 400, PARTS = 8, AGAIN_PARTS = 2 };
-    const int others = again ? MEMBERS - 1 : member, trials = bake_count(options, 1600, 2);
+    const int others = again ? MEMBERS - 1 : member, trials = bake_count(options, 1600, 1);
     const int first = again ? PARTS : 0, end = again ? PARTS + AGAIN_PARTS : PARTS;
     vector_judge *j = bake_allocate(1, sizeof *j);
     bake_random r = bake_random_make(options->seed, 2, (uint64_t)(member + again * MEMBERS));
