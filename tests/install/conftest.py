@@ -39,9 +39,11 @@ def listing(page: str, name: str) -> str:
 
 
 def cmake_build(source: Path, build: Path, *options: str, target: str = "all") -> None:
-    """Builds a CMake project, by default without optimisation, which would take most of the compile time."""
+    """Builds a CMake project, by default without optimisation, which would take most of the compile time, and without debug information,
+    whose paths would make ccache miss."""
     generator = ["-G", "Ninja"] if shutil.which("ninja") else []
-    run("cmake", "-S", source, "-B", build, *generator, "-DCMAKE_BUILD_TYPE=Debug", *options)
+    run("cmake", "-S", source, "-B", build, *generator, "-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_C_FLAGS_DEBUG=", "-DCMAKE_CXX_FLAGS_DEBUG=",
+        *options)
     run("cmake", "--build", build, "--parallel", "2", "--target", target)
 
 
@@ -75,15 +77,17 @@ class Installed:
 
 
 def install(kind: str, folder: Path) -> Installed:
-    build, first, prefix = folder / "build", folder / "first", folder / "moved" / "here"
-    # The static library uses the same flags as build/, so that ccache can reuse its objects.
-    flags = ["-DBN_BUILD_SHARED=OFF"] if kind == "static" else ["-DBN_BUILD_SHARED=ON", "-DCMAKE_C_FLAGS_RELEASE=-O1 -DNDEBUG"]
-    cmake_build(ROOT, build, "-DCMAKE_BUILD_TYPE=Release", "-DBN_WERROR=ON", "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF",
-                f"-DCMAKE_INSTALL_PREFIX={first}", *flags)
-    run("cmake", "--install", build)
+    """The static library is the one that scripts/setup builds in build/."""
+    build, first, prefix = ROOT / "build", folder / "first", folder / "moved" / "here"
+    if kind == "static":
+        run("cmake", "--build", build, "--target", "bn")
+    else:
+        build = folder / "build"
+        cmake_build(ROOT, build, "-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_C_FLAGS_RELEASE=-O0 -DNDEBUG", "-DBN_WERROR=ON",
+                    "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF", "-DBN_BUILD_SHARED=ON")
+    run("cmake", "--install", build, "--prefix", first)
     prefix.parent.mkdir()
     first.rename(prefix)
-    shutil.rmtree(build)  # an installed library needs nothing from its build folder
     return Installed(kind, prefix)
 
 

@@ -2,8 +2,6 @@
 """The output of scripts/amalgamate: one command compiles bn.c, whose results are bit-identical to the library's. The folder bn/
 beside it contains the headers that programs include as <bn/...>."""
 
-import json
-import shlex
 import shutil
 
 import pytest
@@ -20,7 +18,8 @@ LOOPS = ("simd/mask_hashes", "simd/many_equals_single")  # these test each instr
 def compiled(request, amalgamation):
     """A compiler and the object file it built from bn.c with all warnings as errors."""
     objects = amalgamation / f"{request.param}.o"
-    run(request.param, "-O2", "-fPIC", *STRICT, "-Wcast-qual", "-Wredundant-decls", "-c", amalgamation / "bn.c", "-o", objects)
+    run(request.param, "-O1", "-fPIC", "-ffunction-sections", "-fdata-sections", *STRICT, "-Wcast-qual", "-Wredundant-decls",
+        "-c", amalgamation / "bn.c", "-o", objects)
     return request.param, objects
 
 
@@ -48,7 +47,7 @@ def test_readme_program_compiles_unchanged(amalgamation, compiled, tmp_path):
     assert len(run(tmp_path / "a.out").splitlines()) == 4
 
 
-@pytest.mark.parametrize("test", ["c/test_draw_hashes", "c/test_dither", "c/test_float_environment", "c/test_path", *LOOPS])
+@pytest.mark.parametrize("test", ["c/test_draw_hashes", "c/test_dither", "c/test_float_environment", *LOOPS])
 def test_library_tests_pass(test, amalgamation, compiled):
     run(program(amalgamation, compiled[0], ROOT / "tests" / f"{test}.c", compiled[1]))
 
@@ -59,7 +58,7 @@ def test_draws_only_header(compiler, amalgamation, tmp_path):
     header = amalgamation / "bn_draws.h"
     assert all((ROOT / path).read_text().rstrip() in header.read_text() for path in ("LICENSE", "libbn/data/LICENSE"))
     (tmp_path / "draws.c").write_text(f'#define BN_DRAWS_IMPLEMENTATION\n#include "{header}"\n')
-    run(compiler, "-O2", *STRICT, "-DBN_SHOW_WARNINGS", "-c", "draws.c", cwd=tmp_path)
+    run(compiler, "-O1", *STRICT, "-DBN_SHOW_WARNINGS", "-c", "draws.c", cwd=tmp_path)
     (tmp_path / "bn").mkdir()
     for name in ("bn.h", "bn_path.h", "bn_choose.h"):
         (tmp_path / "bn" / name).write_text(f'#include "{header}"\n')
@@ -85,8 +84,7 @@ def test_headers_compile_as_cpp(amalgamation, compiled, tmp_path):
 
 def test_unused_data_is_not_linked(amalgamation, compiled, tmp_path):
     (tmp_path / "draws.c").write_text(DRAWS)
-    run(compiled[0], "-O0", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", "-I", amalgamation, amalgamation / "bn.c",
-        tmp_path / "draws.c", "-o", tmp_path / "draws", "-lm")
+    run(compiled[0], "-Wl,--gc-sections", "-I", amalgamation, compiled[1], tmp_path / "draws.c", "-o", tmp_path / "draws", "-lm")
     run(tmp_path / "draws")
     assert {name for name in symbols(tmp_path / "draws") if name.startswith("bn_data_")} == {"bn_data_mask_64"}
 
@@ -97,15 +95,3 @@ def test_warns_about_fast_math(amalgamation, compiled):
     for option in ("-ffast-math", "-Ofast"):
         assert "Add -fno-fast-math" in run(*command, option)
     assert run(*command, "-ffast-math", "-DBN_ALLOW_FAST_MATH") == ""
-
-
-@pytest.mark.parametrize("option", ["-ffast-math", "-Ofast"])
-def test_cmake_build_disables_fast_math(option, tmp_path):
-    run("cmake", "-S", ROOT, "-B", tmp_path, "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF", "-DBN_NEURAL=OFF",
-        f"-DCMAKE_C_FLAGS={option}", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON")
-    commands = json.loads((tmp_path / "compile_commands.json").read_text())
-    (command,) = [entry["command"] for entry in commands if entry["file"].endswith("src/masks/dither.c")]
-    words = shlex.split(command)
-    assert option in words
-    macros = run(*words[:words.index("-o")], "-dM", "-E", words[-1])
-    assert "__OPTIMIZE__" in macros and "__FAST_MATH__" not in macros

@@ -4,11 +4,14 @@
 import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 
 import pytest
 from conftest import CXX, ROOT, VERSION, Installed, cmake_build, listing, run
+from test_readme import examples
+from test_readme import program as readmes_program
 
 HERE = ROOT / "tests" / "install"
 
@@ -21,23 +24,22 @@ def expected(static_library, tmp_path_factory) -> str:
     return run(program)
 
 
+def cpp(expected: str) -> str:
+    """The expected output of consumer_hpp.cpp: the same numbers, and no violated guarantee."""
+    return "".join(expected.splitlines(keepends=True)[:5]) + "0\n"
+
+
 def test_find_package(installed, expected, tmp_path):
-    cmake_build(HERE / "find_package", tmp_path, f"-DCMAKE_PREFIX_PATH={installed.prefix}")
-    assert run(tmp_path / "consumer") == expected
+    """The project also contains the README's program and CMake listing, and tries versions that the package must refuse."""
+    (tmp_path / "main.cpp").write_text(readmes_program())
+    (tmp_path / "listing.cmake").write_text(examples("cmake")[0])
+    major, minor, _ = map(int, VERSION.split("."))
+    cmake_build(HERE / "find_package", tmp_path / "build", f"-DCMAKE_PREFIX_PATH={installed.prefix}", f"-DEXAMPLE={tmp_path}",
+                f"-DWRONG_VERSIONS={major}.{minor + 1};{major + 1}.0;0.0")
+    assert run(tmp_path / "build" / "consumer") == expected
+    assert run(tmp_path / "build" / "consumer_hpp") == cpp(expected)
+    assert len(run(tmp_path / "build" / "example").splitlines()) == 4
     assert installed.pkg_config("--modversion")[0] == VERSION
-    assert run(tmp_path / "consumer_hpp").splitlines() == [*expected.splitlines()[:5], "0"]
-
-
-def test_find_package_checks_the_version(static_library, tmp_path):
-    def found(version: str) -> bool:
-        command = ["cmake", "-S", HERE / "find_package", "-B", tmp_path / version,
-                   f"-DCMAKE_PREFIX_PATH={static_library.prefix}", f"-DWANTED_VERSION={version}"]
-        return subprocess.run(command, capture_output=True, check=False).returncode == 0
-
-    major, minor, _ = VERSION.split(".")
-    assert found(f"{major}.{minor}")
-    assert not found(f"{major}.{int(minor) + 1}")
-    assert not found(f"{int(major) + 1}.0")
 
 
 def test_pkg_config(installed, expected, tmp_path):
@@ -52,11 +54,11 @@ def test_pkg_config(installed, expected, tmp_path):
 
 
 @pytest.mark.skipif(not shutil.which("meson") or not shutil.which("ninja"), reason="Meson or Ninja is not installed")
-def test_meson(installed, expected, tmp_path):
+def test_meson(static_library, expected, tmp_path):
     (tmp_path / "meson.build").write_text("project('renderer', 'c', default_options: ['c_std=c99', 'werror=true'])\n"
                                           f"{listing('porting.md', 'meson.build')}executable('renderer', 'renderer.c', dependencies: bn)\n")
     shutil.copy(HERE / "consumer.c", tmp_path / "renderer.c")
-    environment = {**os.environ, "PKG_CONFIG_PATH": str(installed.library.parent / "pkgconfig")}
+    environment = {**os.environ, "PKG_CONFIG_PATH": str(static_library.library.parent / "pkgconfig")}
     run("meson", "setup", "build", cwd=tmp_path, env=environment)
     run("meson", "compile", "-C", "build", cwd=tmp_path, env=environment)
     assert run(tmp_path / "build" / "renderer") == expected
@@ -76,24 +78,16 @@ def install_small(tmp_path_factory):
     return install_small
 
 
-@pytest.mark.parametrize("lib, include", [("lib/some-arch", "include"), ("{0}/a/lib", "{0}/b/include")],
+@pytest.mark.parametrize(("lib", "include", "language"), [("lib/some-arch", "include", "CXX"), ("{0}/a/lib", "{0}/b/include", "C")],
                          ids=["nested", "absolute"])
-def test_custom_install_folders(lib, include, expected, install_small, tmp_path):
-    """Debian installs libraries in a nested folder. Other systems use separate prefixes for libraries and headers."""
+def test_custom_install_folders(lib, include, language, expected, install_small, tmp_path):
+    """Debian installs libraries in a nested folder. Other systems use separate prefixes for libraries and headers. The projects that find
+    the library have a single language; a C++-only project sets no C standard."""
     made = install_small(tmp_path, lib.format(tmp_path), include.format(tmp_path))
     made.compile(HERE / "consumer.c", tmp_path / "consumer")
     assert run(tmp_path / "consumer") == expected
-    cmake_build(HERE / "find_package", tmp_path / "found", f"-Dbn_DIR={made.prefix}/cmake/bn", target="consumer")
-    assert run(tmp_path / "found" / "consumer") == expected
-
-
-@pytest.mark.parametrize(("way", "language"), [("add_subdirectory", "CXX"), ("find_package", "C"), ("find_package", "CXX")])
-def test_single_language_projects(way, language, static_library, expected, tmp_path):
-    """A C++-only project sets no C standard. test_fetch_content_of_a_branch tests a C project that compiles the library."""
-    cmake_build(HERE / "part", tmp_path, f"-DWAY={way}", f"-DLANGUAGE={language}", f"-DBN_SOURCE_DIR={ROOT}", "-DBN_SMALL_DATA=ON",
-                f"-DCMAKE_PREFIX_PATH={static_library.prefix}")
-    printed = run(tmp_path / "consumer")
-    assert printed == expected if language == "C" else printed.splitlines() == [*expected.splitlines()[:5], "0"]
+    cmake_build(HERE / "part", tmp_path / "found", "-DWAY=find_package", f"-DLANGUAGE={language}", f"-Dbn_DIR={made.prefix}/cmake/bn")
+    assert run(tmp_path / "found" / "consumer") == (expected if language == "C" else cpp(expected))
 
 
 # Settings that a parent project may use for its own sources. As many as possible are combined.
@@ -103,13 +97,13 @@ SETTINGS = {
                          "-Wmissing-prototypes -Wdeclaration-after-statement", "-DCMAKE_COMPILE_WARNING_AS_ERROR=ON",
                          "-DCMAKE_C_CLANG_TIDY=false", "-DCMAKE_C_CPPCHECK=false", "-DCMAKE_DEBUG_POSTFIX=d",
                          "-DCMAKE_ARCHIVE_OUTPUT_DIRECTORY=lib"],
-    "fetch_content": ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_C_STANDARD=17", "-DCMAKE_INTERPROCEDURAL_OPTIMIZATION=ON",
-                      "-DCMAKE_C_VISIBILITY_PRESET=hidden", "-DBUILD_SHARED_LIBS=ON", "-DCMAKE_C_FLAGS=-O1 -ffast-math -funsigned-char"],
+    "fetch_content": ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_CXX_STANDARD=17", "-DCMAKE_INTERPROCEDURAL_OPTIMIZATION=ON",
+                      "-DCMAKE_C_VISIBILITY_PRESET=hidden", "-DBUILD_SHARED_LIBS=ON", "-DCMAKE_C_FLAGS=-ffast-math -funsigned-char"],
 }
 
 
 def test_fetch_content_of_a_branch(expected, tmp_path):
-    """Uses the listing of docs/porting.md with a shallow clone of a repository, in a project that has its own settings."""
+    """Uses the listing of docs/porting.md with a shallow clone of a repository, in a C++-only project that has its own settings."""
     repository, project = tmp_path / "libbn", tmp_path / "project"
     for name in run("git", "-C", ROOT, "ls-files", "CMakeLists.txt", "LICENSE", "libbn").splitlines():
         (repository / name).parent.mkdir(parents=True, exist_ok=True)
@@ -120,10 +114,10 @@ def test_fetch_content_of_a_branch(expected, tmp_path):
     for arguments in (["init", "-q", "-b", "main"], ["add", "."], [*identity, "commit", "-q", "-m", "Test"]):
         run("git", "-C", repository, *arguments)
     project.mkdir()
-    (project / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.21)\nproject(renderer LANGUAGES C)\n"
-                                            f"add_executable(renderer {HERE}/consumer.c)\n{listing}")
+    (project / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.21)\nproject(renderer LANGUAGES CXX)\n"
+                                            f"add_executable(renderer {HERE}/consumer_hpp.cpp)\n{listing}")
     cmake_build(project, tmp_path / "build", f"-DLIBBN_REPOSITORY=file://{repository}", "-DBN_SMALL_DATA=ON", *SETTINGS["fetch_content"])
-    assert run(tmp_path / "build" / "renderer") == expected
+    assert run(tmp_path / "build" / "renderer") == cpp(expected)
 
 
 def test_parent_project_settings_do_not_affect_the_library(expected, tmp_path):
@@ -135,23 +129,24 @@ def test_parent_project_settings_do_not_affect_the_library(expected, tmp_path):
     assert run(tmp_path / "build" / "consumer") == expected
 
 
-PART = ("-S", HERE / "part", "-DWAY=add_subdirectory", "-DLANGUAGE=C", f"-DBN_SOURCE_DIR={ROOT}")
+def test_flags_follow_the_options(tmp_path):
+    """Configures one folder repeatedly: which options build a shared library, optimise the library and turn off fast math."""
+    def flags(source, *options):
+        run("cmake", "-S", HERE / "part", "-B", tmp_path, "-DWAY=add_subdirectory", "-DLANGUAGE=C", f"-DBN_SOURCE_DIR={ROOT}",
+            "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON", "-UBUILD_SHARED_LIBS", "-UBN_BUILD_SHARED", *options)
+        commands = json.loads((tmp_path / "compile_commands.json").read_text())
+        (command,) = [shlex.split(each["command"]) for each in commands if each["file"].endswith(source)]
+        return command
 
-
-@pytest.mark.parametrize("options, shared", [((), False), (("-DBUILD_SHARED_LIBS=ON",), True),
-                                             (("-DBUILD_SHARED_LIBS=ON", "-DBN_BUILD_SHARED=OFF"), False),
-                                             (("-DBUILD_SHARED_LIBS=OFF", "-DBN_BUILD_SHARED=ON"), True)])
-def test_shared_library_options(options, shared, tmp_path):
-    run("cmake", *PART, "-B", tmp_path, "-G", "Unix Makefiles", *options)
-    assert ("-DBN_SHARED" in (tmp_path / "CMakeFiles/consumer.dir/flags.make").read_text()) == shared
-
-
-@pytest.mark.parametrize(("type_of_build", "optimised"), [((), True), (("-DCMAKE_BUILD_TYPE=Debug",), False)])
-def test_library_is_optimised_without_a_build_type(type_of_build, optimised, tmp_path):
-    run("cmake", *PART, "-B", tmp_path, "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON", *type_of_build)
-    commands = json.loads((tmp_path / "compile_commands.json").read_text())
-    (command,) = [each["command"] for each in commands if each["file"].endswith("src/sampler/sampler.c")]
-    assert ("-O2" in command.split()) == optimised
+    for options, shared in (([], False), (["-DBUILD_SHARED_LIBS=ON"], True), (["-DBUILD_SHARED_LIBS=ON", "-DBN_BUILD_SHARED=OFF"], False),
+                            (["-DBUILD_SHARED_LIBS=OFF", "-DBN_BUILD_SHARED=ON"], True)):
+        assert ("-DBN_SHARED" in flags("consumer.c", *options)) == shared
+    assert "-O2" in flags("src/sampler/sampler.c")  # there is no build type
+    for option in ("-ffast-math", "-Ofast"):
+        command = flags("src/masks/dither.c", f"-DCMAKE_C_FLAGS={option}")
+        macros = run(*command[:command.index("-o")], "-dM", "-E", command[-1])
+        assert option in command and "__OPTIMIZE__" in macros and "__FAST_MATH__" not in macros
+    assert "-O2" not in flags("src/sampler/sampler.c", "-DCMAKE_BUILD_TYPE=Debug")
 
 
 def test_library_without_networks(expected, install_small, tmp_path):
@@ -181,7 +176,7 @@ def test_installed_files_have_licences_and_do_not_name_the_source_tree(installed
 
 def test_cpp_under_the_address_sanitizer(static_library, tmp_path):
     """The program moves a class that contains a Sampler and a SequentialSampler referring to it, and frees the original."""
-    program = static_library.compile_cpp(tmp_path / "program", "-fsanitize=address,undefined", "-fno-sanitize-recover",
+    program = static_library.compile_cpp(tmp_path / "program", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover",
                                          HERE / "consumer_hpp.cpp")
     assert run(program).splitlines()[-1] == "0"
 

@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import ROOT, cmake_build, listing, run
+from conftest import ROOT, listing, run
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -33,14 +33,6 @@ def test_program(static_library, tmp_path):
     (tmp_path / "main.cpp").write_text(program())
     lines = run(static_library.compile_cpp(tmp_path / "main", tmp_path / "main.cpp")).splitlines()
     assert len(set(lines)) == 4 and all(0 <= float(number) < 4 for number in lines)
-
-
-def test_cmake_project(installed, tmp_path):
-    target = "cmake_minimum_required(VERSION 3.21)\nproject(example LANGUAGES CXX)\nadd_executable(example main.cpp)\n"
-    (tmp_path / "CMakeLists.txt").write_text(target + examples("cmake")[0])
-    (tmp_path / "main.cpp").write_text(program())
-    cmake_build(tmp_path, tmp_path / "build", f"-DCMAKE_PREFIX_PATH={installed.prefix}")
-    assert len(run(tmp_path / "build" / "example").splitlines()) == 4
 
 
 @pytest.mark.parametrize("text", examples("python") + examples("python", (ROOT / "bindings" / "README.md").read_text(encoding="utf-8")))
