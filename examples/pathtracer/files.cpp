@@ -105,10 +105,6 @@ std::vector<unsigned char> InputRecord::read(const fs::path &path) {
     return bytes;
 }
 
-void InputRecord::add_file(const fs::path &path) {
-    named("cannot read " + path.string(), [&] { read(path); });
-}
-
 std::string InputRecord::text() const {
     std::string result;
     for (const auto &[name, hash] : files) result += hash + "  " + without_controls(name) + "\n";

@@ -56,7 +56,6 @@ struct InputRecord {
     // The bytes of a file. Throws Error, also if the file was read before with other contents. The message
     // continues the file's name.
     std::vector<unsigned char> read(const std::filesystem::path &path);
-    void add_file(const std::filesystem::path &path);
     // One line per file, sorted by name: CRC-32, size, two spaces and the name.
     std::string text() const;
 };

@@ -36,116 +36,8 @@ std::vector<Crop> blocks_of(const Crop &crop, int size) {
     return blocks;
 }
 
-} // namespace
-
-Film film_create(int full_width, int full_height, const Crop &crop) {
-    return {{full_width, full_height, crop}, std::vector<FilmPixel>(pixel_count(crop))};
-}
-
-void film_add(FilmPixel &pixel, const PathSample &sample) {
-    const double share = 1.0 / ++pixel.count;
-    const glm::dvec3 radiance = sample.radiance, difference = radiance - pixel.radiance;
-    pixel.radiance += share * difference;
-    pixel.squares += difference * (radiance - pixel.radiance);
-    pixel.albedo += share * (glm::dvec3(sample.albedo) - pixel.albedo);
-    pixel.normal += share * (glm::dvec3(sample.normal) - pixel.normal);
-    if (sample.hit) pixel.depth += (sample.depth - pixel.depth) / ++pixel.hits;
-}
-
-void film_merge(FilmPixel &pixel, const FilmPixel &other) {
-    if (other.count == 0) return;
-    if (pixel.count == 0) {
-        pixel = other;
-        return;
-    }
-    const double count = double(pixel.count) + other.count;
-    const double share = other.count / count;
-    const glm::dvec3 difference = other.radiance - pixel.radiance;
-    pixel.squares += other.squares + difference * difference * share * double(pixel.count);
-    pixel.radiance += share * difference;
-    pixel.albedo += share * (other.albedo - pixel.albedo);
-    pixel.normal += share * (other.normal - pixel.normal);
-    pixel.count += other.count;
-    pixel.hits += other.hits;
-    if (other.hits > 0)
-        pixel.depth += double(other.hits) / pixel.hits * (other.depth - pixel.depth);
-}
-
-SampleCounts film_counts(const Film &film) {
-    SampleCounts counts = {UINT32_MAX, 0, 0};
-    for (const FilmPixel &pixel : film.pixels) {
-        counts.least = std::min(counts.least, pixel.count);
-        counts.most = std::max(counts.most, pixel.count);
-        counts.mean += pixel.count / double(film.pixels.size());
-    }
-    return counts;
-}
-
-Image film_image(const Film &film) {
-    Image image{film, {}};
-    for (const FilmPixel &pixel : film.pixels) image.rgb.push_back(pixel.radiance);
-    return image;
-}
-
-glm::dvec3 film_variance(const FilmPixel &pixel) {
-    return pixel.count < 2 ? glm::dvec3(0) : pixel.squares / double(pixel.count - 1);
-}
-
-double film_noise(const Film &film) {
-    std::vector<double> noise; // without places that merged parts leave empty
-    for (const FilmPixel &pixel : film.pixels)
-        if (pixel.count > 0) noise.push_back(pixel.noise == UNMEASURED ? HUGE_VAL : pixel.noise);
-    if (noise.empty()) return UNMEASURED;
-    const auto at = noise.begin() + ptrdiff_t(0.95 * double(noise.size() - 1));
-    std::nth_element(noise.begin(), at, noise.end());
-    return std::isfinite(*at) ? *at : UNMEASURED;
-}
-
-// ---- Exposure
-
-float auto_exposure(const Film &film) {
-    const auto hits = std::count_if(film.pixels.begin(), film.pixels.end(), shows_surface);
-    const bool surfaces_only = size_t(hits) * 1000 > film.pixels.size();
-    double sum = 0, weight = 0; // for the mean logarithm
-    for (const Crop &block : blocks_of(film.crop, LARGE_BLOCK)) {
-        double light = 0, count = 0;
-        each_pixel(block, [&](int x, int y) {
-            const FilmPixel &p = film_pixel(film, x, y);
-            if (p.count == 0 || (surfaces_only && !shows_surface(p))) return;
-            light += luminance(p.radiance);
-            ++count;
-        });
-        if (!(light > 0)) continue;
-        sum += count * std::log2(light / count);
-        weight += count;
-    }
-    if (!(weight > 0)) return 0;
-    const double exposure = std::log2(MIDDLE_GREY) - sum / weight;
-    return float(std::clamp(std::round(4 * exposure) / 4, -LARGEST, LARGEST));
-}
-
-std::string film_warning(const Film &film, const std::string &extent) {
-    const bool part = film.pixels.size() < size_t(film.full_width) * film.full_height;
-    if (part || film_counts(film).most == 0) return "";
-    bool hit = false, lit = false;
-    for (const FilmPixel &p : film.pixels) {
-        hit = hit || p.hits > 0;
-        lit = lit || max_component(p.radiance) > 0;
-    }
-    if (!hit)
-        return "NOTHING IS VISIBLE: no camera ray hits a surface; point the camera at the scene, "
-               "which " +
-               extent + ", with --eye and --target, or leave them out";
-    if (!lit)
-        return "THE IMAGE IS BLACK: no light reaches the visible surfaces; add some with --env "
-               "sky, look from inside with --eye and --target, or raise --max-depth";
-    return "";
-}
-
 // ---- Rendering: threads take blocks from a shared counter until none are left. Each pixel's samples
 // are added in order, so the film is bit-identical for any number of threads and any crop.
-
-namespace {
 
 using Clock = std::chrono::steady_clock;
 
@@ -326,6 +218,110 @@ struct Renderer {
 };
 
 } // namespace
+
+Film film_create(int full_width, int full_height, const Crop &crop) {
+    return {{full_width, full_height, crop}, std::vector<FilmPixel>(pixel_count(crop))};
+}
+
+void film_add(FilmPixel &pixel, const PathSample &sample) {
+    const double share = 1.0 / ++pixel.count;
+    const glm::dvec3 radiance = sample.radiance, difference = radiance - pixel.radiance;
+    pixel.radiance += share * difference;
+    pixel.squares += difference * (radiance - pixel.radiance);
+    pixel.albedo += share * (glm::dvec3(sample.albedo) - pixel.albedo);
+    pixel.normal += share * (glm::dvec3(sample.normal) - pixel.normal);
+    if (sample.hit) pixel.depth += (sample.depth - pixel.depth) / ++pixel.hits;
+}
+
+void film_merge(FilmPixel &pixel, const FilmPixel &other) {
+    if (other.count == 0) return;
+    if (pixel.count == 0) {
+        pixel = other;
+        return;
+    }
+    const double count = double(pixel.count) + other.count;
+    const double share = other.count / count;
+    const glm::dvec3 difference = other.radiance - pixel.radiance;
+    pixel.squares += other.squares + difference * difference * share * double(pixel.count);
+    pixel.radiance += share * difference;
+    pixel.albedo += share * (other.albedo - pixel.albedo);
+    pixel.normal += share * (other.normal - pixel.normal);
+    pixel.count += other.count;
+    pixel.hits += other.hits;
+    if (other.hits > 0)
+        pixel.depth += double(other.hits) / pixel.hits * (other.depth - pixel.depth);
+}
+
+SampleCounts film_counts(const Film &film) {
+    SampleCounts counts = {UINT32_MAX, 0, 0};
+    for (const FilmPixel &pixel : film.pixels) {
+        counts.least = std::min(counts.least, pixel.count);
+        counts.most = std::max(counts.most, pixel.count);
+        counts.mean += pixel.count / double(film.pixels.size());
+    }
+    return counts;
+}
+
+Image film_image(const Film &film) {
+    Image image{film, {}};
+    for (const FilmPixel &pixel : film.pixels) image.rgb.push_back(pixel.radiance);
+    return image;
+}
+
+glm::dvec3 film_variance(const FilmPixel &pixel) {
+    return pixel.count < 2 ? glm::dvec3(0) : pixel.squares / double(pixel.count - 1);
+}
+
+double film_noise(const Film &film) {
+    std::vector<double> noise; // without places that merged parts leave empty
+    for (const FilmPixel &pixel : film.pixels)
+        if (pixel.count > 0) noise.push_back(pixel.noise == UNMEASURED ? HUGE_VAL : pixel.noise);
+    if (noise.empty()) return UNMEASURED;
+    const auto at = noise.begin() + ptrdiff_t(0.95 * double(noise.size() - 1));
+    std::nth_element(noise.begin(), at, noise.end());
+    return std::isfinite(*at) ? *at : UNMEASURED;
+}
+
+// ---- Exposure
+
+float auto_exposure(const Film &film) {
+    const auto hits = std::count_if(film.pixels.begin(), film.pixels.end(), shows_surface);
+    const bool surfaces_only = size_t(hits) * 1000 > film.pixels.size();
+    double sum = 0, weight = 0; // for the mean logarithm
+    for (const Crop &block : blocks_of(film.crop, LARGE_BLOCK)) {
+        double light = 0, count = 0;
+        each_pixel(block, [&](int x, int y) {
+            const FilmPixel &p = film_pixel(film, x, y);
+            if (p.count == 0 || (surfaces_only && !shows_surface(p))) return;
+            light += luminance(p.radiance);
+            ++count;
+        });
+        if (!(light > 0)) continue;
+        sum += count * std::log2(light / count);
+        weight += count;
+    }
+    if (!(weight > 0)) return 0;
+    const double exposure = std::log2(MIDDLE_GREY) - sum / weight;
+    return float(std::clamp(std::round(4 * exposure) / 4, -LARGEST, LARGEST));
+}
+
+std::string film_warning(const Film &film, const std::string &extent) {
+    const bool part = film.pixels.size() < size_t(film.full_width) * film.full_height;
+    if (part || film_counts(film).most == 0) return "";
+    bool hit = false, lit = false;
+    for (const FilmPixel &p : film.pixels) {
+        hit = hit || p.hits > 0;
+        lit = lit || max_component(p.radiance) > 0;
+    }
+    if (!hit)
+        return "NOTHING IS VISIBLE: no camera ray hits a surface; point the camera at the scene, "
+               "which " +
+               extent + ", with --eye and --target, or leave them out";
+    if (!lit)
+        return "THE IMAGE IS BLACK: no light reaches the visible surfaces; add some with --env "
+               "sky, look from inside with --eye and --target, or raise --max-depth";
+    return "";
+}
 
 bool render_frame(const Integrator &integrator, const RenderSettings &settings, Film &film,
                   RenderTotals &totals, const Progress &progress,

@@ -85,7 +85,8 @@ class Path {
             if (met && bounce_ == 0) {
                 // Also for surfaces behind fog, because denoisers need guides without noise.
                 result.hit = true;
-                result.albedo = material_albedo(*vertex->material);
+                const Material &m = *vertex->material;
+                result.albedo = m.kind == Material::DIELECTRIC ? Vec3(1) : m.albedo;
                 result.normal = vertex->normals.shading;
                 result.depth = dot(vertex->point - camera.position, camera.forward);
             }

@@ -35,117 +35,7 @@ float texel_pdf(const Environment &e, size_t row, float probability) {
     return probability / solid_angle;
 }
 
-} // namespace
-
-Environment environment_create(int width, int height, std::vector<Vec3> texels, bool clamp) {
-    Environment e{width, height, std::move(texels), {}, {}, {}, 0};
-    for (size_t i = 0; i < e.texels.size(); ++i) {
-        Vec3 &v = e.texels[i];
-        if (!clamp && !is_finite(v))
-            throw Error("its texel ", i % size_t(width), ",", i / size_t(width),
-                        " is not finite; use --clamp to bound it");
-        for (int c = 0; c < 3; ++c)
-            v[c] = clamp ? std::min(std::max(0.0f, v[c]), 65504.0f) : std::max(0.0f, v[c]);
-    }
-    const auto w = size_t(width), h = size_t(height);
-    e.row_limits.resize(h + 1);
-    e.column_limits.resize(h * (w + 1));
-    for (size_t y = 0; y <= h; ++y)
-        e.row_cosines.push_back(float(std::cos(3.14159265358979 * double(y) / double(h))));
-
-    std::vector<double> weights, row_weights(h);
-    const auto solid_angle = [&](size_t y) {
-        return double((e.row_cosines[y] - e.row_cosines[y + 1]) * 2 * PI) / width;
-    };
-    double total = 0, sampled = 0;
-    for (const Vec3 texel : e.texels) {
-        total += double(luminance(texel)) * solid_angle(weights.size() / w);
-        weights.push_back(double(luminance(texel)));
-    }
-    const double mean = total / (4 * double(PI));
-    for (size_t y = 0; y < h; ++y) {
-        for (size_t i = y * w; i < (y + 1) * w; ++i) {
-            weights[i] = std::max(0.0, weights[i] - mean);
-            row_weights[y] += weights[i] * solid_angle(y);
-        }
-        distribution_build(&weights[y * w], w, &e.column_limits[y * (w + 1)]);
-        sampled += row_weights[y];
-    }
-    distribution_build(row_weights.data(), h, e.row_limits.data());
-    e.irradiance = sampled > LEAST_CONTRAST * total ? float(sampled) : 0;
-    return e;
-}
-
-Vec3 environment_radiance(const Environment &e, Vec3 direction) {
-    const glm::ivec2 at = texel_at(e, direction);
-    return e.texels[at.y * e.width + at.x];
-}
-
-float environment_pdf(const Environment &e, Vec3 direction) {
-    const glm::ivec2 at = texel_at(e, direction);
-    const float *row = &e.row_limits[at.y], *column = &e.column_limits[at.y * (e.width + 1) + at.x];
-    return texel_pdf(e, at.y, (row[1] - row[0]) * (column[1] - column[0]));
-}
-
-EnvironmentSample environment_sample(const Environment &e, Vec2 u) {
-    const auto w = size_t(e.width), h = size_t(e.height);
-    const Choice row = distribution_choose(e.row_limits.data(), h, u.y);
-    const Choice column = distribution_choose(&e.column_limits[row.index * (w + 1)], w, u.x);
-    const float cosine =
-        (1 - row.rest) * e.row_cosines[row.index] + row.rest * e.row_cosines[row.index + 1];
-    return {direction_at(float(column.index) + column.rest, cosine, e.width),
-            texel_pdf(e, row.index, row.probability * column.probability)};
-}
-
-Environment environment_sky(Vec3 to_sun) {
-    const int width = 1024, height = 512;
-    const Vec3 zenith = {0.08f, 0.18f, 0.48f}, horizon = {0.55f, 0.62f, 0.70f};
-    const Vec3 glow = {1.0f, 0.72f, 0.42f}, ground = {0.20f, 0.18f, 0.16f};
-    const float sun_radius = 0.03f; // radians: ten texels across, enough to look round
-    const Vec3 sun_radiance = {700, 590, 430};
-
-    std::vector<Vec3> texels;
-    texels.reserve(size_t(width) * size_t(height));
-    for (int y = 0; y < height; ++y) {
-        const float cosine = std::cos(PI * (float(y) + 0.5f) / height);
-        for (int x = 0; x < width; ++x) {
-            const Vec3 d = direction_at(float(x) + 0.5f, cosine, width);
-            const float toward = std::max(dot(d, to_sun), 0.0f);
-            const float haze = std::pow(1 - std::abs(d.y), 5.0f);
-            Vec3 radiance = haze * horizon + (1 - haze) * (d.y > 0 ? zenith : ground);
-            if (d.y > 0) {
-                const float angle = std::acos(std::min(toward, 1.0f));
-                const float edge = 2 * PI / float(width); // one texel, in radians
-                const float disc = std::clamp((sun_radius - angle) / edge + 0.5f, 0.0f, 1.0f);
-                radiance += (0.5f * std::pow(toward, 6.0f) + 3 * std::pow(toward, 300.0f)) * glow;
-                radiance += disc * sun_radiance;
-            }
-            texels.push_back(radiance);
-        }
-    }
-    return environment_create(width, height, std::move(texels));
-}
-
-Environment environment_read(const std::string &path, bool clamp) {
-    if (path == "sky") return environment_sky(normalize(Vec3{-0.40f, 0.62f, 0.68f}));
-    if (path == "none") return environment_create(2, 1, {{0, 0, 0}, {0, 0, 0}});
-    return named("the environment " + path, [&] {
-        // The sphere is the display window: a cropped file is black elsewhere, and overscan is cut off.
-        const Image image = exr_read(path);
-        const int w = image.full_width, h = image.full_height;
-        const Crop &c = image.crop;
-        if (size_t(w) * size_t(h) > 4 * MAX_PIXELS) throw Error("its display window is too large");
-        std::vector<Vec3> texels(size_t(w) * size_t(h), Vec3(0));
-        for (int y = std::max(c.y0, 0); y < std::min(c.y1, h); ++y)
-            for (int x = std::max(c.x0, 0); x < std::min(c.x1, w); ++x)
-                texels[size_t(y) * w + x] = image.rgb[size_t(y - c.y0) * width(c) + (x - c.x0)];
-        return environment_create(w, h, std::move(texels), clamp);
-    });
-}
-
 // ---- Choosing lights
-
-namespace {
 
 constexpr size_t WIDTH = 8; // children of a node, at most
 // Spread evenly over all children that can shine at the point, because the bounds ignore occlusion.
@@ -271,6 +161,112 @@ void add_children(const std::vector<Light> &lights, LightTree &tree, uint32_t pa
 }
 
 } // namespace
+
+Environment environment_create(int width, int height, std::vector<Vec3> texels, bool clamp) {
+    Environment e{width, height, std::move(texels), {}, {}, {}, 0};
+    for (size_t i = 0; i < e.texels.size(); ++i) {
+        Vec3 &v = e.texels[i];
+        if (!clamp && !is_finite(v))
+            throw Error("its texel ", i % size_t(width), ",", i / size_t(width),
+                        " is not finite; use --clamp to bound it");
+        for (int c = 0; c < 3; ++c)
+            v[c] = clamp ? std::min(std::max(0.0f, v[c]), 65504.0f) : std::max(0.0f, v[c]);
+    }
+    const auto w = size_t(width), h = size_t(height);
+    e.row_limits.resize(h + 1);
+    e.column_limits.resize(h * (w + 1));
+    for (size_t y = 0; y <= h; ++y)
+        e.row_cosines.push_back(float(std::cos(3.14159265358979 * double(y) / double(h))));
+
+    std::vector<double> weights, row_weights(h);
+    const auto solid_angle = [&](size_t y) {
+        return double((e.row_cosines[y] - e.row_cosines[y + 1]) * 2 * PI) / width;
+    };
+    double total = 0, sampled = 0;
+    for (const Vec3 texel : e.texels) {
+        total += double(luminance(texel)) * solid_angle(weights.size() / w);
+        weights.push_back(double(luminance(texel)));
+    }
+    const double mean = total / (4 * double(PI));
+    for (size_t y = 0; y < h; ++y) {
+        for (size_t i = y * w; i < (y + 1) * w; ++i) {
+            weights[i] = std::max(0.0, weights[i] - mean);
+            row_weights[y] += weights[i] * solid_angle(y);
+        }
+        distribution_build(&weights[y * w], w, &e.column_limits[y * (w + 1)]);
+        sampled += row_weights[y];
+    }
+    distribution_build(row_weights.data(), h, e.row_limits.data());
+    e.irradiance = sampled > LEAST_CONTRAST * total ? float(sampled) : 0;
+    return e;
+}
+
+Vec3 environment_radiance(const Environment &e, Vec3 direction) {
+    const glm::ivec2 at = texel_at(e, direction);
+    return e.texels[at.y * e.width + at.x];
+}
+
+float environment_pdf(const Environment &e, Vec3 direction) {
+    const glm::ivec2 at = texel_at(e, direction);
+    const float *row = &e.row_limits[at.y], *column = &e.column_limits[at.y * (e.width + 1) + at.x];
+    return texel_pdf(e, at.y, (row[1] - row[0]) * (column[1] - column[0]));
+}
+
+EnvironmentSample environment_sample(const Environment &e, Vec2 u) {
+    const auto w = size_t(e.width), h = size_t(e.height);
+    const Choice row = distribution_choose(e.row_limits.data(), h, u.y);
+    const Choice column = distribution_choose(&e.column_limits[row.index * (w + 1)], w, u.x);
+    const float cosine =
+        (1 - row.rest) * e.row_cosines[row.index] + row.rest * e.row_cosines[row.index + 1];
+    return {direction_at(float(column.index) + column.rest, cosine, e.width),
+            texel_pdf(e, row.index, row.probability * column.probability)};
+}
+
+Environment environment_sky(Vec3 to_sun) {
+    const int width = 1024, height = 512;
+    const Vec3 zenith = {0.08f, 0.18f, 0.48f}, horizon = {0.55f, 0.62f, 0.70f};
+    const Vec3 glow = {1.0f, 0.72f, 0.42f}, ground = {0.20f, 0.18f, 0.16f};
+    const float sun_radius = 0.03f; // radians: ten texels across, enough to look round
+    const Vec3 sun_radiance = {700, 590, 430};
+
+    std::vector<Vec3> texels;
+    texels.reserve(size_t(width) * size_t(height));
+    for (int y = 0; y < height; ++y) {
+        const float cosine = std::cos(PI * (float(y) + 0.5f) / height);
+        for (int x = 0; x < width; ++x) {
+            const Vec3 d = direction_at(float(x) + 0.5f, cosine, width);
+            const float toward = std::max(dot(d, to_sun), 0.0f);
+            const float haze = std::pow(1 - std::abs(d.y), 5.0f);
+            Vec3 radiance = haze * horizon + (1 - haze) * (d.y > 0 ? zenith : ground);
+            if (d.y > 0) {
+                const float angle = std::acos(std::min(toward, 1.0f));
+                const float edge = 2 * PI / float(width); // one texel, in radians
+                const float disc = std::clamp((sun_radius - angle) / edge + 0.5f, 0.0f, 1.0f);
+                radiance += (0.5f * std::pow(toward, 6.0f) + 3 * std::pow(toward, 300.0f)) * glow;
+                radiance += disc * sun_radiance;
+            }
+            texels.push_back(radiance);
+        }
+    }
+    return environment_create(width, height, std::move(texels));
+}
+
+Environment environment_read(const std::string &path, bool clamp) {
+    if (path == "sky") return environment_sky(normalize(Vec3{-0.40f, 0.62f, 0.68f}));
+    if (path == "none") return environment_create(2, 1, {{0, 0, 0}, {0, 0, 0}});
+    const Image image = exr_read(path);
+    return named("the environment " + path, [&] {
+        // The sphere is the display window: a cropped file is black elsewhere, and overscan is cut off.
+        const int w = image.full_width, h = image.full_height;
+        const Crop &c = image.crop;
+        if (size_t(w) * size_t(h) > 4 * MAX_PIXELS) throw Error("its display window is too large");
+        std::vector<Vec3> texels(size_t(w) * size_t(h), Vec3(0));
+        for (int y = std::max(c.y0, 0); y < std::min(c.y1, h); ++y)
+            for (int x = std::max(c.x0, 0); x < std::min(c.x1, w); ++x)
+                texels[size_t(y) * w + x] = image.rgb[size_t(y - c.y0) * width(c) + (x - c.x0)];
+        return environment_create(w, h, std::move(texels), clamp);
+    });
+}
 
 float light_power(const Light &light) {
     if (light.kind == Light::ENVIRONMENT) return light.environment->irradiance;

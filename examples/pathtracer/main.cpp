@@ -29,23 +29,20 @@ fs::path preview_path(const Options &o) {
     return fs::path(o.text("-o")).replace_extension(".png");
 }
 
-// Throws Error unless both outputs can be written and differ from all files that are read. -o may replace
-// only the image of --resume.
-void check_outputs(const Options &o, const std::vector<std::string> &inputs) {
+// Throws Error unless both outputs can be written and differ from all files that are read.
+void check_outputs(const Options &o, std::vector<std::string> inputs) {
     const fs::path exr = o.text("-o"), png = preview_path(o);
-    const auto check = [](const char *role, const fs::path &output, const fs::path &input) {
-        if (!input.empty() && is_same_file(output, input))
-            throw Error(role, " would overwrite ", output.string(), ", which is read as ",
-                        input.string(), "; give the output another name");
-    };
-    for (const std::string &input : inputs) {
-        check("-o", exr, input);
-        check("the preview of -o", png, input);
-    }
-    check("the preview of -o", png, o.text("--resume"));
     if (is_same_file(exr, png)) throw Error("-o and its preview ", png.string(), " are one file");
-    check_writable(exr);
-    check_writable(png);
+    for (const fs::path &output : {exr, png}) {
+        for (const std::string &input : inputs)
+            if (is_same_file(output, input))
+                throw Error(output == exr ? "-o" : "the preview of -o", " would overwrite ",
+                            output.string(), ", which is read as ", input,
+                            "; give the output another name");
+        check_writable(output);
+        // -o may replace this one, but the preview may not.
+        if (!o.text("--resume").empty()) inputs.push_back(o.text("--resume"));
+    }
 }
 
 // Warns even with --quiet if the image is empty; `extent` describes the scene's bounds.
@@ -87,16 +84,15 @@ Scene load_scene(const Options &o) {
                             o.optional<float>("--lens"),
                             o.optional<float>("--focus")};
     options.photometric = o.flag("--photometric");
-    InputRecord record;
-    const std::string &sampler = o.text("--sampler"), &environment = o.text("--env");
-    for (const std::string &file : plugin_files(sampler)) record.add_file(file);
-    if (!environment.empty() && environment != "sky" && environment != "none")
-        record.add_file(environment);
-    if (!environment.empty())
+    std::vector<std::string> files = plugin_files(o.text("--sampler"));
+    if (const std::string &sky = o.text("--env"); !sky.empty()) {
+        if (sky != "sky" && sky != "none") files.push_back(sky);
         options.environment =
-            std::make_shared<Environment>(environment_read(environment, o.flag("--clamp")));
+            std::make_shared<Environment>(environment_read(sky, o.flag("--clamp")));
+    }
     Scene scene = scene_build(o.text("--scene"), options);
-    scene.inputs.files.merge(record.files);
+    for (const std::string &file : files)
+        named("cannot read " + file, [&] { scene.inputs.read(file); });
     for (const std::string &note : scene.notes) say(note);
     return scene;
 }

@@ -12,10 +12,6 @@
 
 namespace {
 
-float alpha_of(const Material &m) {
-    return m.roughness * m.roughness;
-}
-
 // ---- Metal, blended with a coated diffuse base. Schlick's formula is linear in its reflectance, so
 // one GGX lobe serves both. The base is scaled by the coat's transmission towards the light and towards
 // the eye, normalised by the mean (Kelemen and Szirmay-Kalos, "A Microfacet Based Coupled
@@ -129,7 +125,7 @@ float loss(const Material &m, bool front, float cosine) {
 
 MaterialValue dielectric_value(const Material &m, bool front, Vec3 wo, Vec3 wi) {
     const bool reflected = wi.z > 0;
-    const float eta = relative_ior(m, front), alpha = alpha_of(m);
+    const float eta = relative_ior(m, front), alpha = m.roughness * m.roughness;
     float facets = 0, facet_pdf = 0;
     // The facet that scatters light from `wi` to `wo`, if there is one.
     Vec3 h = normalize_or(reflected ? wo + wi : wo + eta * wi, {0, 0, 1});
@@ -179,8 +175,8 @@ bool sample_rough(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe, Ve
         if (!metal && lobe < m.energy->passed_loss[front ? 0 : 1]) wi.z = -wi.z;
         return true;
     }
-    const Vec3 h =
-        ggx_visible_normal(alpha_of(m), wo, square_to_disc({(u.x - wide) / (1 - wide), u.y}));
+    const Vec3 h = ggx_visible_normal(m.roughness * m.roughness, wo,
+                                      square_to_disc({(u.x - wide) / (1 - wide), u.y}));
     const float cosine = dot(wo, h);
     if (!(cosine > 0)) return false;
     const float eta = relative_ior(m, front);
@@ -191,44 +187,12 @@ bool sample_rough(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe, Ve
     return refract(wo, h, eta, wi) && wi.z < 0;
 }
 
-} // namespace
-
-MaterialValue specular_value(const Material &m, bool front, Vec3 wo, Vec3 wi) {
-    if (material_is_smooth(m) || wi.z == 0) return {{0, 0, 0}, 0};
-    if (m.kind == Material::PHASE) {
-        const float pdf = phase_pdf(m.anisotropy, wi);
-        return {pdf * m.albedo, pdf};
-    }
-    if (m.kind == Material::DIELECTRIC) return dielectric_value(m, front, wo, wi);
-    if (!(wi.z > 0)) return {{0, 0, 0}, 0};
-    return mixture_value(m, wo, wi);
-}
-
-MaterialSample specular_sample(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe) {
-    if (material_is_smooth(m)) return sample_smooth(m, front, wo, u.x);
-    if (m.kind == Material::PHASE) {
-        const Vec3 wi = phase_sample(m.anisotropy, u);
-        return {wi, m.albedo, phase_pdf(m.anisotropy, wi), false};
-    }
-    Vec3 wi;
-    if (!sample_rough(m, front, wo, u, lobe, wi)) return {};
-    const auto [eval, pdf] = specular_value(m, front, wo, wi);
-    if (!(pdf > 0) || !std::isfinite(pdf)) return {};
-    return {wi, (1 / pdf) * eval, pdf, false};
-}
-
 // ---- Tables of the energy that microfacets preserve in single scattering
-
-namespace {
 
 constexpr int RINGS = 40, SECTORS = 12; // facets integrated per table entry
 
-float cosine_of_entry(size_t entry) {
-    const float root = float(entry) / (ENERGY_SIZE - 1);
-    return std::max(root * root, 1e-4f);
-}
-
-Vec3 direction_of_cosine(float cosine) {
+Vec3 direction_of_entry(size_t entry) {
+    const float root = float(entry) / (ENERGY_SIZE - 1), cosine = std::max(root * root, 1e-4f);
     return {std::sqrt(1 - cosine * cosine), 0, cosine};
 }
 
@@ -279,7 +243,7 @@ const ConductorTable &conductor_table() {
             const float roughness = std::max(float(r) / (ENERGY_SIZE - 1), SMOOTH);
             const float alpha = roughness * roughness;
             for (size_t c = 0; c < ENERGY_SIZE; ++c) {
-                const Vec3 o = direction_of_cosine(cosine_of_entry(c));
+                const Vec3 o = direction_of_entry(c);
                 const auto mean = [&](bool edge) {
                     return mean_over_normals(alpha, o, [&](Vec3 h) {
                         const Vec3 wi = 2 * dot(o, h) * h - o;
@@ -310,9 +274,8 @@ void material_prepare(Material &m) {
         const float eta = side == 0 ? m.ior : 1 / m.ior;
         EnergyTable transmitted;
         for (size_t c = 0; c < ENERGY_SIZE; ++c) {
-            const float cosine = cosine_of_entry(c);
-            const Vec3 o = direction_of_cosine(cosine);
-            transmitted[c] = 1 - fresnel_dielectric(cosine, eta);
+            const Vec3 o = direction_of_entry(c);
+            transmitted[c] = 1 - fresnel_dielectric(o.z, eta);
             e.kept[side][c] = mean_over_normals(alpha, o, [&](Vec3 h) {
                 const float fresnel = fresnel_dielectric(std::max(0.0f, dot(o, h)), eta);
                 const Vec3 mirrored = 2 * dot(o, h) * h - o;
@@ -338,4 +301,28 @@ void material_prepare(Material &m) {
     passed[1] = passed[0] / (m.ior * m.ior);
     e.passed_loss[0] = passed[0] * e.mean_loss[1] / larger;
     e.passed_loss[1] = passed[1] * e.mean_loss[0] / larger;
+}
+
+MaterialValue specular_value(const Material &m, bool front, Vec3 wo, Vec3 wi) {
+    if (material_is_smooth(m) || wi.z == 0) return {{0, 0, 0}, 0};
+    if (m.kind == Material::PHASE) {
+        const float pdf = phase_pdf(m.anisotropy, wi);
+        return {pdf * m.albedo, pdf};
+    }
+    if (m.kind == Material::DIELECTRIC) return dielectric_value(m, front, wo, wi);
+    if (!(wi.z > 0)) return {{0, 0, 0}, 0};
+    return mixture_value(m, wo, wi);
+}
+
+MaterialSample specular_sample(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe) {
+    if (material_is_smooth(m)) return sample_smooth(m, front, wo, u.x);
+    if (m.kind == Material::PHASE) {
+        const Vec3 wi = phase_sample(m.anisotropy, u);
+        return {wi, m.albedo, phase_pdf(m.anisotropy, wi), false};
+    }
+    Vec3 wi;
+    if (!sample_rough(m, front, wo, u, lobe, wi)) return {};
+    const auto [eval, pdf] = specular_value(m, front, wo, wi);
+    if (!(pdf > 0) || !std::isfinite(pdf)) return {};
+    return {wi, (1 / pdf) * eval, pdf, false};
 }

@@ -94,11 +94,6 @@ inline MaterialSample material_sample(const Material &m, bool front, Vec3 wo, Ve
     return {wi, m.albedo, wi.z / PI, false};
 }
 
-// For the albedo layer.
-inline Vec3 material_albedo(const Material &m) {
-    return m.kind == Material::DIELECTRIC ? Vec3{1, 1, 1} : m.albedo;
-}
-
 inline bool material_reads_lobe(const Material &m) {
     return m.kind == Material::DIELECTRIC && !material_is_smooth(m);
 }

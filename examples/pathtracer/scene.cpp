@@ -118,6 +118,65 @@ Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 wo) {
     return normalize_or(wo + normalize_or(lifted, geometric), geometric);
 }
 
+// ---- The camera
+
+constexpr double DEGREE = 3.14159265358979323846 / 180;
+
+// The smallest number of digits, at least `least`, with which read_back() accepts the number.
+template <typename ReadBack>
+std::string digits(double value, int least, const ReadBack &read_back) {
+    std::ostringstream text;
+    for (int precision = least;; ++precision, text.str("")) {
+        text << std::setprecision(precision) << value;
+        if (precision == 17 || read_back(std::stod(text.str()))) return text.str();
+    }
+}
+
+// v plus the origin, with enough digits to get v back.
+std::string digits(Vec3 v, Point3d origin) {
+    const auto coordinate = [&](int i) {
+        return digits(double{v[i]} + origin[i], 6,
+                      [&](double sum) { return float(sum - origin[i]) == v[i]; });
+    };
+    return coordinate(0) + "," + coordinate(1) + "," + coordinate(2);
+}
+
+float tan_half(double fov) {
+    return float(std::tan(0.5 * fov * DEGREE));
+}
+
+// Sets the scene's camera. Up in the image is +y, or -z if the camera looks straight down, or +z if it
+// looks straight up. A lens keeps its radius and focus distance. Throws Error.
+void choose_camera(Scene &scene, const SceneOptions &choice) {
+    Camera &camera = scene.camera;
+    if (choice.camera) {
+        if (*choice.camera >= scene.cameras.size())
+            throw Error("there is no camera ", *choice.camera, ": the scene has ",
+                        scene.cameras.size(), " of its own; see --list-cameras, or set --eye");
+        camera = scene.cameras[*choice.camera];
+    }
+    if (choice.lens) camera.lens_radius = *choice.lens;
+    if (choice.fov) camera.tan_half_height = tan_half(*choice.fov);
+    camera.frames_square = camera.frames_square && !choice.fov && !choice.eye && !choice.target;
+    const Point3d eye = choice.eye.value_or(Point3d(camera.position) + scene.origin);
+    const Point3d target = choice.target.value_or(Point3d(camera.target) + scene.origin);
+    const Vec3 position = Vec3(eye - scene.origin), ahead = Vec3(target - scene.origin);
+    const double distance = length(target - eye);
+    if (choice.focus || !(camera.focus_distance > 0))
+        camera.focus_distance = choice.focus.value_or(float(distance));
+    // Re-aiming at the same target would change the last bits of the scene's own camera.
+    if (position == camera.position && ahead == camera.target) return;
+    if (!(distance > 0) || !std::isfinite(distance))
+        throw Error("the camera has no direction: --eye and --target are both ",
+                    digits(position, scene.origin), "; move one of them");
+    const Vec3 forward = Vec3((target - eye) / distance);
+    Vec3 up = {0, 1, 0};
+    if (!(max_magnitude(cross(forward, up)) > 1e-6f)) up = {0, 0, forward.y < 0 ? -1.0f : 1.0f};
+    camera.position = position;
+    camera.target = ahead;
+    camera_turn(camera, forward, up);
+}
+
 } // namespace
 
 Bounds scene_bounds(const Scene &scene) {
@@ -186,69 +245,6 @@ Vec3 emission_at(const Scene &scene, SurfacePoint p) {
     if (maps.emission.texture < 0) return maps.emission_factor;
     return maps.emission_factor * Vec3(looked_up(scene, maps.emission, p));
 }
-
-// ---- The camera
-
-namespace {
-
-constexpr double DEGREE = 3.14159265358979323846 / 180;
-
-// The smallest number of digits, at least `least`, with which read_back() accepts the number.
-template <typename ReadBack>
-std::string digits(double value, int least, const ReadBack &read_back) {
-    std::ostringstream text;
-    for (int precision = least;; ++precision, text.str("")) {
-        text << std::setprecision(precision) << value;
-        if (precision == 17 || read_back(std::stod(text.str()))) return text.str();
-    }
-}
-
-// v plus the origin, with enough digits to get v back.
-std::string digits(Vec3 v, Point3d origin) {
-    const auto coordinate = [&](int i) {
-        return digits(double{v[i]} + origin[i], 6,
-                      [&](double sum) { return float(sum - origin[i]) == v[i]; });
-    };
-    return coordinate(0) + "," + coordinate(1) + "," + coordinate(2);
-}
-
-float tan_half(double fov) {
-    return float(std::tan(0.5 * fov * DEGREE));
-}
-
-// Sets the scene's camera. Up in the image is +y, or -z if the camera looks straight down, or +z if it
-// looks straight up. A lens keeps its radius and focus distance. Throws Error.
-void choose_camera(Scene &scene, const SceneOptions &choice) {
-    Camera &camera = scene.camera;
-    if (choice.camera) {
-        if (*choice.camera >= scene.cameras.size())
-            throw Error("there is no camera ", *choice.camera, ": the scene has ",
-                        scene.cameras.size(), " of its own; see --list-cameras, or set --eye");
-        camera = scene.cameras[*choice.camera];
-    }
-    if (choice.lens) camera.lens_radius = *choice.lens;
-    if (choice.fov) camera.tan_half_height = tan_half(*choice.fov);
-    camera.frames_square = camera.frames_square && !choice.fov && !choice.eye && !choice.target;
-    const Point3d eye = choice.eye.value_or(Point3d(camera.position) + scene.origin);
-    const Point3d target = choice.target.value_or(Point3d(camera.target) + scene.origin);
-    const Vec3 position = Vec3(eye - scene.origin), ahead = Vec3(target - scene.origin);
-    const double distance = length(target - eye);
-    if (choice.focus || !(camera.focus_distance > 0))
-        camera.focus_distance = choice.focus.value_or(float(distance));
-    // Re-aiming at the same target would change the last bits of the scene's own camera.
-    if (position == camera.position && ahead == camera.target) return;
-    if (!(distance > 0) || !std::isfinite(distance))
-        throw Error("the camera has no direction: --eye and --target are both ",
-                    digits(position, scene.origin), "; move one of them");
-    const Vec3 forward = Vec3((target - eye) / distance);
-    Vec3 up = {0, 1, 0};
-    if (!(max_magnitude(cross(forward, up)) > 1e-6f)) up = {0, 0, forward.y < 0 ? -1.0f : 1.0f};
-    camera.position = position;
-    camera.target = ahead;
-    camera_turn(camera, forward, up);
-}
-
-} // namespace
 
 std::string camera_text(const Scene &scene, const Camera &camera) {
     const float tangent = camera.tan_half_height;

@@ -122,7 +122,7 @@ struct SceneEntry {
     Scene (*build)();
 };
 
-// The built-in scenes, in the order of --list.
+// The built-in scenes, in the order of --list, with what each one tests.
 const std::vector<SceneEntry> &scene_entries();
 
 struct SceneOptions {

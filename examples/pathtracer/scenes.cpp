@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Building blocks for scenes in code, and the scenes made of them; README.md says what each scene tests. y is up.
+// Building blocks for scenes in code, and the scenes made of them. y is up.
 #include "scene.h"
 
 namespace {
@@ -311,14 +311,13 @@ Scene scene_motion() {
     add_panel(scene, lamp, {3.6f, 4.8f, 6.6f}, {4.6f, 3.0f, 1.5f}, {0, 0.8f, 0}, 2.0f, 2.6f);
 
     size_t first = scene.vertices.size();
-    const auto flies = [&](Vec3 by) {
-        add_motion(scene, first, [by](Vec3 p) { return p + by; });
+    const auto moves = [&](const auto &end) {
+        add_motion(scene, first, end);
         first = scene.vertices.size();
     };
+    const auto flies = [&](Vec3 by) { moves([by](Vec3 p) { return p + by; }); };
     const auto turns = [&](Vec3 middle, Vec3 axis, float angle, Vec3 by) {
-        add_motion(scene, first,
-                   [=](Vec3 p) { return turned(p, middle, normalize(axis), angle) + by; });
-        first = scene.vertices.size();
+        moves([=](Vec3 p) { return turned(p, middle, normalize(axis), angle) + by; });
     };
 
     // Balls thrown from the left.
@@ -514,17 +513,17 @@ Scene scene_furnace() {
 
 const std::vector<SceneEntry> &scene_entries() {
     static const std::vector<SceneEntry> entries = {
-        {"cornell", "the Cornell box: one area light, diffuse walls and blocks", scene_cornell},
-        {"penumbra", "a large and a small light behind thin bars: soft and hard shadows",
+        {"cornell", "the Cornell box: soft shadows, colour bleeding", scene_cornell},
+        {"penumbra", "soft and hard shadows of thin bars: pixels differ in visibility",
          scene_penumbra},
-        {"glossy", "Veach's plates: four lights mirrored by metal of four roughnesses",
-         scene_glossy},
-        {"lens", "depth of field under a sky with a sun", scene_lens},
-        {"motion", "things that move in many directions while the shutter is open", scene_motion},
-        {"glass", "smooth and rough glass: light that only scattered rays find", scene_glass},
-        {"interior", "a room lit through a small window: many bounces", scene_interior},
-        {"fog", "two lamps in drifting fog, whose beams pillars cut", scene_fog},
-        {"furnace", "a closed glowing cube of known radiance: a check", scene_furnace},
+        {"glossy", "Veach's plates: MIS combines light sampling and BSDF sampling", scene_glossy},
+        {"lens", "depth of field: positions in the pixel, on the lens and on the light",
+         scene_lens},
+        {"motion", "time and pixel position: each edge moves in its own way", scene_motion},
+        {"glass", "smooth and rough glass: caustics, which only scattered rays find", scene_glass},
+        {"interior", "a room lit through a small window: light of many bounces", scene_interior},
+        {"fog", "drifting fog: free flight and shadow rays, loops of unknown length", scene_fog},
+        {"furnace", "the renderer itself: every pixel's exact value is known", scene_furnace},
     };
     return entries;
 }
