@@ -47,25 +47,19 @@ class CascadedSobol {
         while (bits_ < 31 && (1u << bits_) < (samples > 0 ? samples : 256u)) ++bits_;
     }
 
-    void draw(uint64_t seed, int32_t x, int32_t y, uint32_t index, uint32_t decision,
-              uint32_t dimensions, float *u) const {
-        const uint64_t pixel = mix64(mix64(seed + 1) + (uint64_t{uint32_t(x)} << 32 | uint32_t(y)));
-        for (uint32_t pair = 0; pair < dimensions / 2; ++pair, u += 2) {
-            const uint32_t first = dimension_of(decision, pair);
-            if (first >= dimensions_.size() - 1) {
-                draw_white(seed, x, y, index, decision + pair, u);
-                continue;
-            }
-            uint32_t value = index;
-            for (uint32_t d = 0; d < first + 2; ++d) {
-                const uint32_t before = d == 0 || bits_ == 0 ? value : value >> (32 - bits_);
+    void draw(const Draw &d, float *u) const {
+        const auto place = [&](uint32_t pair) { return dimension_of(d.decision, pair); };
+        draw_pairs(d, uint32_t(dimensions_.size()) - 1, u, place, [&](uint32_t first, float *out) {
+            uint32_t value = d.index;
+            for (uint32_t i = 0; i < first + 2; ++i) {
+                const uint32_t before = i == 0 || bits_ == 0 ? value : value >> (32 - bits_);
                 value = 0;
                 for (uint32_t k = 0; before >> k > 0; ++k)
-                    if (before >> k & 1u) value ^= dimensions_[d][k];
-                if (d >= first)
-                    u[d - first] = bn_draw_float(bn_owen(value, uint32_t(mix64(pixel + d))));
+                    if (before >> k & 1u) value ^= dimensions_[i][k];
+                if (i >= first)
+                    out[i - first] = bn_draw_float(bn_owen(value, uint32_t(mix64(d.pixel() + i))));
             }
-        }
+        });
     }
 
   private:

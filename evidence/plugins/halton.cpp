@@ -51,30 +51,25 @@ float scrambled(uint64_t index, uint32_t base, uint64_t key) {
 struct Halton {
     Halton(uint64_t, uint32_t, const std::string &) {}
 
-    void draw(uint64_t seed, int32_t x, int32_t y, uint32_t index, uint32_t decision,
-              uint32_t dimensions, float *u) const {
-        const uint64_t key = mix64(seed + 1);
-        const uint64_t column = wrapped(x, key, WIDTH), row = wrapped(y, key >> 32, HEIGHT);
+    void draw(const Draw &d, float *u) const {
+        const uint64_t key = mix64(d.seed + 1);
+        const uint64_t column = wrapped(d.x, key, WIDTH), row = wrapped(d.y, key >> 32, HEIGHT);
         // The point is column's mirror image modulo 128, and row's modulo 243 (Chinese remainder theorem: 59 is
         // the inverse of 243 modulo 128, and 131 of 128 modulo 243).
         const uint64_t first =
             (mirrored(column, 2, 7) * HEIGHT * 59 + mirrored(row, 3, 5) * WIDTH * 131) % STRIDE;
-        const uint64_t point = first + uint64_t{index} * STRIDE;
-        for (uint32_t pair = 0; pair < dimensions / 2; ++pair, u += 2) {
-            const uint32_t d = dimension_of(decision, pair);
-            if (d >= DIMENSIONS) {
-                draw_white(seed, x, y, index, decision + pair, u);
-                continue;
-            }
+        const uint64_t point = first + uint64_t{d.index} * STRIDE;
+        const auto place = [&](uint32_t pair) { return dimension_of(d.decision, pair); };
+        draw_pairs(d, DIMENSIONS, u, place, [&](uint32_t dimension, float *out) {
             for (uint32_t i = 0; i < 2; ++i) {
-                uint64_t own = mix64(key + d + i + 1), digits = point;
-                if (d == 0) { // the position: the digits below those of the pixel
+                uint64_t own = mix64(key + dimension + i + 1), digits = point;
+                if (dimension == 0) { // the position: the digits below those of the pixel
                     digits /= i == 0 ? WIDTH : HEIGHT;
                     own += i == 0 ? column : row;
                 }
-                u[i] = scrambled(digits, PRIMES[d + i], mix64(own));
+                out[i] = scrambled(digits, PRIMES[dimension + i], mix64(own));
             }
-        }
+        });
     }
 
   private:

@@ -27,23 +27,20 @@ class Heitz {
         if (tables_.size() != RANKS + TILE) throw std::invalid_argument(folder);
     }
 
-    void draw(uint64_t seed, int32_t x, int32_t y, uint32_t index, uint32_t decision,
-              uint32_t dimensions, float *u) const {
-        const uint32_t column = (uint32_t(x) + shift_of(seed, 0, 0)) % SIDE;
-        const uint32_t row = (uint32_t(y) + shift_of(seed, 0, 1)) % SIDE;
-        for (uint32_t pair = 0; pair < dimensions / 2; ++pair, u += 2) {
-            const uint32_t first = dimension_of(decision + pair);
-            if (first >= POINTS || index >= POINTS) {
-                draw_white(seed, x, y, index, decision + pair, u);
-                continue;
+    void draw(const Draw &d, float *u) const {
+        const uint32_t column = (uint32_t(d.x) + shift_of(d.seed, 0, 0)) % SIDE;
+        const uint32_t row = (uint32_t(d.y) + shift_of(d.seed, 0, 1)) % SIDE;
+        const auto place = [&](uint32_t pair) {
+            return d.index < POINTS ? dimension_of(d.decision + pair) : POINTS;
+        };
+        draw_pairs(d, POINTS, u, place, [&](uint32_t first, float *out) {
+            for (uint32_t i = first; i < first + 2; ++i) {
+                const size_t own = 8 * (row * SIDE + column) + i % 8;
+                const uint32_t point = d.index ^ entry(RANKS + own);
+                *out++ =
+                    float(entry(POINTS * point + i) ^ entry(SCRAMBLING + own)) / 256 + 0.5f / 256;
             }
-            for (uint32_t d = first; d < first + 2; ++d) {
-                const size_t own = 8 * (row * SIDE + column) + d % 8;
-                const uint32_t point = index ^ entry(RANKS + own);
-                u[d - first] =
-                    float(entry(POINTS * point + d) ^ entry(SCRAMBLING + own)) / 256 + 0.5f / 256;
-            }
-        }
+        });
     }
 
   private:

@@ -21,13 +21,11 @@ uint32_t reversed(uint32_t v) {
 struct Lattice {
     Lattice(uint64_t, uint32_t, const std::string &) {}
 
-    void draw(uint64_t seed, int32_t x, int32_t y, uint32_t index, uint32_t decision,
-              uint32_t dimensions, float *u) const {
-        const uint64_t pixel =
-            mix64(mix64(mix64(seed + 1) + (uint64_t{uint32_t(x)} << 32 | uint32_t(y))) + decision);
-        uint32_t point = reversed(index);
-        for (uint32_t d = 0; d < dimensions; ++d, point *= GENERATOR)
-            u[d] = bn_draw_float(point + uint32_t(mix64(pixel + (uint64_t{d + 1} << 32))));
+    void draw(const Draw &d, float *u) const {
+        const uint64_t shift = mix64(d.pixel() + d.decision);
+        uint32_t point = reversed(d.index);
+        for (uint32_t i = 0; i < d.dimensions; ++i, point *= GENERATOR)
+            u[i] = bn_draw_float(point + uint32_t(mix64(shift + (uint64_t{i + 1} << 32))));
     }
 };
 

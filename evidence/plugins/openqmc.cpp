@@ -9,73 +9,61 @@
 #include <oqmc/pmjbn.h>
 #include <oqmc/sobolbn.h>
 
-#include <memory>
 #include <stdexcept>
+#include <variant>
 #include <vector>
 
 #include "plugin_class.hpp"
 
 namespace {
 
-struct Peer {
-    virtual ~Peer() = default;
-    virtual void draw(int32_t x, int32_t y, uint32_t index, uint32_t decision, uint32_t dimensions,
-                      float *u) const = 0;
-    virtual void split(int32_t x, int32_t y, uint32_t index, uint32_t decision, uint32_t count,
-                       uint32_t k, float *u) const = 0;
-};
-
 template <typename Native>
-class Of final : public Peer {
+class Of {
   public:
-    Of(uint64_t seed, bool whole)
-        : whole_(whole), frame_(int(mix64(seed + 0x9e3779b97f4a7c15u) >> 34)),
-          cache_(Native::cacheSize) {
+    explicit Of(int frame) : frame_(frame), cache_(Native::cacheSize) {
         Native::initialiseCache(cache_.data());
     }
-
-    void draw(int32_t x, int32_t y, uint32_t index, uint32_t decision, uint32_t dimensions,
-              float *u) const override {
-        const Native pixel = root(x, y, index);
-        if (whole_ && dimensions == 4)
-            return pixel.newDomain(int(decision)).template drawSample<4>(u);
-        pixel.newDomain(int(decision)).template drawSample<2>(u);
-        if (dimensions == 4) pixel.newDomain(int(decision + 1)).template drawSample<2>(u + 2);
-    }
-
-    void split(int32_t x, int32_t y, uint32_t index, uint32_t decision, uint32_t count, uint32_t k,
-               float *u) const override {
-        root(x, y, index)
-            .newDomainSplit(int(decision), int(count), int(k))
-            .template drawSample<2>(u);
-    }
-
-  private:
     Native root(int32_t x, int32_t y, uint32_t index) const {
         return Native(x, y, frame_, int(index), cache_.data());
     }
 
-    bool whole_;
-    int frame_; // has 30 bits, because OpenQMC adds the high half of the index to it
+  private:
+    int frame_;
     std::vector<char> cache_;
 };
 
+using Any =
+    std::variant<Of<oqmc::PmjBnSampler>, Of<oqmc::SobolBnSampler>, Of<oqmc::LatticeBnSampler>>;
+
+Any any_of(const std::string &name, uint64_t seed) {
+    // 30 bits, because OpenQMC adds the high half of the index to it
+    const int frame = int(mix64(seed + 0x9e3779b97f4a7c15u) >> 34);
+    if (name == "pmjbn") return Of<oqmc::PmjBnSampler>(frame);
+    if (name == "sobolbn") return Of<oqmc::SobolBnSampler>(frame);
+    if (name == "latticebn") return Of<oqmc::LatticeBnSampler>(frame);
+    throw std::invalid_argument(name);
+}
+
 struct OpenQmc {
-    OpenQmc(uint64_t seed, uint32_t, const std::string &argument) {
-        const std::string name = argument.substr(0, argument.find("-4d"));
-        const bool whole = name != argument;
-        if (name == "pmjbn") peer = std::make_unique<Of<oqmc::PmjBnSampler>>(seed, whole);
-        if (name == "sobolbn") peer = std::make_unique<Of<oqmc::SobolBnSampler>>(seed, whole);
-        if (name == "latticebn") peer = std::make_unique<Of<oqmc::LatticeBnSampler>>(seed, whole);
-        if (!peer) throw std::invalid_argument(argument);
+    OpenQmc(uint64_t seed, uint32_t, const std::string &argument)
+        : peer(any_of(argument.substr(0, argument.find("-4d")), seed)),
+          whole(argument.find("-4d") != std::string::npos) {}
+
+    void draw(const Draw &d, float *u) const {
+        std::visit(
+            [&](const auto &own) {
+                const auto pixel = own.root(d.x, d.y, d.index);
+                if (whole && d.dimensions == 4)
+                    return pixel.newDomain(int(d.decision)).template drawSample<4>(u);
+                pixel.newDomain(int(d.decision)).template drawSample<2>(u);
+                if (d.dimensions == 4)
+                    pixel.newDomain(int(d.decision + 1)).template drawSample<2>(u + 2);
+            },
+            peer);
     }
 
-    void draw(uint64_t, int32_t x, int32_t y, uint32_t index, uint32_t decision,
-              uint32_t dimensions, float *u) const {
-        peer->draw(x, y, index, decision, dimensions, u);
-    }
-
-    std::unique_ptr<const Peer> peer;
+    Any peer;
+    bool whole;
 };
 
 } // namespace
@@ -84,5 +72,11 @@ SAMPLER_PLUGIN(OpenQmc, 0)
 
 void sampler_plugin_split(const void *state, uint64_t, int32_t x, int32_t y, uint32_t index,
                           uint32_t decision, uint32_t count, uint32_t k, float *out) {
-    static_cast<const OpenQmc *>(state)->peer->split(x, y, index, decision, count, k, out);
+    std::visit(
+        [&](const auto &own) {
+            own.root(x, y, index)
+                .newDomainSplit(int(decision), int(count), int(k))
+                .template drawSample<2>(out);
+        },
+        static_cast<const OpenQmc *>(state)->peer);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Makes a plug-in (sampler_plugin.h) of a C++ class with a constructor (seed, samples, argument) and a member function
-// draw(seed, x, y, index, decision, dimensions, out). A constructor that throws refuses its arguments.
+// draw(const Draw &, out). A constructor that throws refuses its arguments.
 #pragma once
 
 #include <bn/bn.hpp>
@@ -18,17 +18,22 @@ inline uint64_t mix64(uint64_t v) {
     return v ^ (v >> 31);
 }
 
+// The arguments of sampler_plugin_draw().
+struct Draw {
+    uint64_t seed;
+    int32_t x, y;
+    uint32_t index, decision, dimensions;
+
+    // A hash of the seed and the pixel.
+    uint64_t pixel() const {
+        return mix64(mix64(seed + 1) + (uint64_t{uint32_t(x)} << 32 | uint32_t(y)));
+    }
+};
+
 // A whole number of pixels by which a decision's numbers are shifted, different for each seed, decision and part.
 inline uint32_t shift_of(uint64_t seed, uint32_t decision, uint32_t part) {
     return uint32_t(mix64(mix64(seed + 0x9e3779b97f4a7c15u) + (uint64_t{decision} << 32 | part))) >>
            20;
-}
-
-// Two independent numbers, for decisions that a sampler has no dimensions for.
-inline void draw_white(uint64_t seed, int32_t x, int32_t y, uint32_t index, uint32_t decision,
-                       float *out) {
-    const bn::Sampler white(bn::Type::white, seed);
-    bn_sample_2d(white.get(), x, y, index, decision, 0, out);
 }
 
 // The first of the two dimensions of a decision's pair (0, 1) in a sequence that serves whole paths: 0 position, 2 time
@@ -39,6 +44,21 @@ inline uint32_t dimension_of(uint32_t decision, uint32_t pair) {
     if (slot == 0) return part == 0 ? 0 : 4;
     if (slot == 3) return part == 0 ? 6 : 2;
     return 8 + 6 * (slot < 3 ? slot - 1 : slot - 2) + 2 * part;
+}
+
+// Draws pair by pair: take(first, u) writes the numbers in the dimensions `first` and first + 1 of a sequence, which
+// place(pair) chooses. A pair whose `first` is not below `count` has independent numbers.
+template <typename Place, typename Take>
+void draw_pairs(const Draw &d, uint32_t count, float *u, const Place &place, const Take &take) {
+    for (uint32_t pair = 0; pair < d.dimensions / 2; ++pair, u += 2) {
+        const uint32_t first = place(pair);
+        if (first < count) {
+            take(first, u);
+        } else {
+            const bn::Sampler white(bn::Type::white, d.seed);
+            bn_sample_2d(white.get(), d.x, d.y, d.index, d.decision + pair, 0, u);
+        }
+    }
 }
 
 #define SAMPLER_PLUGIN(Type, tuned)                                                                \
@@ -60,5 +80,5 @@ inline uint32_t dimension_of(uint32_t decision, uint32_t pair) {
     }                                                                                              \
     void sampler_plugin_draw(const void *state, uint64_t seed, int32_t x, int32_t y,               \
                              uint32_t index, uint32_t decision, uint32_t dimensions, float *out) { \
-        static_cast<const Type *>(state)->draw(seed, x, y, index, decision, dimensions, out);      \
+        static_cast<const Type *>(state)->draw({seed, x, y, index, decision, dimensions}, out);    \
     }

@@ -54,19 +54,16 @@ class QuadOptimized {
         if (dimensions_.size() < DIMENSIONS) throw std::invalid_argument(path);
     }
 
-    void draw(uint64_t seed, int32_t x, int32_t y, uint32_t index, uint32_t decision,
-              uint32_t dimensions, float *u) const {
-        const uint64_t pixel = mix64(mix64(seed + 1) + (uint64_t{uint32_t(x)} << 32 | uint32_t(y)));
-        for (uint32_t pair = 0; pair < dimensions / 2; ++pair, u += 2) {
-            const uint32_t group = decision / 4, part = decision % 4 + pair;
-            if (group >= GROUPS || part > 2) {
-                draw_white(seed, x, y, index, decision + pair, u);
-                continue;
-            }
-            const uint32_t first = part < 2 ? 4 * group + 2 * part : 4 * GROUPS + 2 * group;
-            for (uint32_t d = first; d < first + 2; ++d)
-                u[d - first] = scrambled(dimensions_[d], index, mix64(pixel + d));
-        }
+    void draw(const Draw &d, float *u) const {
+        const auto place = [&](uint32_t pair) {
+            const uint32_t group = d.decision / 4, part = d.decision % 4 + pair;
+            if (group >= GROUPS || part > 2) return DIMENSIONS;
+            return part < 2 ? 4 * group + 2 * part : 4 * GROUPS + 2 * group;
+        };
+        draw_pairs(d, DIMENSIONS, u, place, [&](uint32_t first, float *out) {
+            for (uint32_t i = first; i < first + 2; ++i)
+                *out++ = scrambled(dimensions_[i], d.index, mix64(d.pixel() + i));
+        });
     }
 
   private:

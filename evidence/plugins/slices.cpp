@@ -26,15 +26,14 @@ class Slices {
                     reinterpret_cast<char *>(numbers_.data()));
     }
 
-    void draw(uint64_t seed, int32_t x, int32_t y, uint32_t index, uint32_t decision,
-              uint32_t dimensions, float *u) const {
+    void draw(const Draw &d, float *u) const {
         const auto [depth, height, width] = size_;
-        for (uint32_t half = 0; half < dimensions / 2; ++half) {
-            const uint32_t own = decision + half;
-            const uint32_t row = wrapped(y, shift_of(seed, own, 1), height);
-            const uint32_t column = wrapped(x, shift_of(seed, own, 0), width);
+        for (uint32_t half = 0; half < d.dimensions / 2; ++half) {
+            const uint32_t own = d.decision + half;
+            const uint32_t row = wrapped(d.y, shift_of(d.seed, own, 1), height);
+            const uint32_t column = wrapped(d.x, shift_of(d.seed, own, 0), width);
             const float *pair =
-                &numbers_[2 * ((size_t{index % depth} * height + row) * width + column)];
+                &numbers_[2 * ((size_t{d.index % depth} * height + row) * width + column)];
             u = std::copy_n(pair, 2, u);
         }
     }

@@ -49,30 +49,24 @@ class SobolGlobal {
         }
     }
 
-    void draw(uint64_t seed, int32_t x, int32_t y, uint32_t index, uint32_t decision,
-              uint32_t dimensions, float *u) const {
-        uint64_t point = uint64_t{index} << 2 * SCREEN;
-        const uint32_t pixel = (uint32_t(x) & PIXELS) | (uint32_t(y) & PIXELS) << SCREEN;
-        const uint32_t missing = pixel ^ shift(seed) ^ pixel_of(point);
+    void draw(const Draw &d, float *u) const {
+        uint64_t point = uint64_t{d.index} << 2 * SCREEN;
+        const uint32_t pixel = (uint32_t(d.x) & PIXELS) | (uint32_t(d.y) & PIXELS) << SCREEN;
+        const uint32_t missing = pixel ^ shift(d.seed) ^ pixel_of(point);
         for (unsigned digit = 0; digit < 2 * SCREEN; ++digit)
             if (missing >> digit & 1u) point ^= inverse_[digit];
-        for (uint32_t half = 0; half < dimensions / 2; ++half) {
-            const uint32_t first = dimension_of(decision, half);
-            if (first >= DIMENSIONS) {
-                draw_white(seed, x, y, index, decision + half, u);
-                u += 2;
-                continue;
-            }
-            for (uint32_t d = first; d < first + 2; ++d) {
-                uint64_t digits = digits_of(point, d), scrambling = mix64(seed + 1) + d;
-                if (d < 2) { // the position: use the digits below those of the pixel
+        const auto place = [&](uint32_t pair) { return dimension_of(d.decision, pair); };
+        draw_pairs(d, DIMENSIONS, u, place, [&](uint32_t first, float *out) {
+            for (uint32_t i = first; i < first + 2; ++i) {
+                uint64_t digits = digits_of(point, i), scrambling = mix64(d.seed + 1) + i;
+                if (i < 2) { // the position: use the digits below those of the pixel
                     digits <<= SCREEN;
-                    scrambling += uint64_t{d == 0 ? pixel & PIXELS : pixel >> SCREEN} << 32;
+                    scrambling += uint64_t{i == 0 ? pixel & PIXELS : pixel >> SCREEN} << 32;
                 }
-                *u++ = bn_draw_float(bn_owen(uint32_t(digits >> 32),
-                                             uint32_t(mix64(scrambling + 0x9e3779b97f4a7c15u))));
+                *out++ = bn_draw_float(bn_owen(uint32_t(digits >> 32),
+                                               uint32_t(mix64(scrambling + 0x9e3779b97f4a7c15u))));
             }
-        }
+        });
     }
 
   private:
