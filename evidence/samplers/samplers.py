@@ -59,11 +59,15 @@ def measure_all(ways, runs, counts=COUNTS, images_of=integrands.images_of_run):
             for row in found[BASE] for name in ways if (name, row.partition(",")[0]) != LEFT_OUT for spp, value in found[name].get(row, {}).items()]
 
 
-def with_earlier(path, make):
-    """The rows of make(), saved to a CSV file together with those of its samplers that were not measured now."""
-    rows = list(make())
-    measured = {row["sampler"] for row in rows}
-    rows += [row for row in read_numbers(path) if row["sampler"] not in measured] if path.is_file() else []
+def updated(path, again, ways, *how):
+    """The rows of measure_all(ways, *how), saved to a CSV file that keeps those of samplers not measured now. again: measures only the
+    samplers that the file lacks."""
+    earlier = read_numbers(path) if path.is_file() else []
+    known = {row["sampler"] for row in earlier} if again else set()
+    if not (left := {name: draw for name, draw in ways.items() if name not in known}):
+        return earlier
+    rows = measure_all({BASE: ways[BASE], **left}, *how)
+    rows += [row for row in earlier if row["sampler"] not in {BASE, *left}]
     order = list(dict.fromkeys(row["row"] for row in rows))
     rows.sort(key=lambda row: (order.index(row["row"]), (*ALL, row["sampler"]).index(row["sampler"])))
     write_rows(path, list(rows[0]), rows)
@@ -154,9 +158,7 @@ def run(arguments):
     parser.pathtracer()
     parser.number("--runs", 8, "number of seeds")
     parser.add_argument("--again", action="store_true", help="measure only results missing from the previous run's files")
-    parser.add_argument("--samplers", type=names_of("sampler", ALL), metavar="A,B,...",
-                        help=f"measure only these of {', '.join(ALL)}, and keep the previous run's results and times of the others")
-    parser.add_argument("--pairs", action="store_true", help="measure only the pairs of a domain, and keep the previous run's other results")
+    parser.add_argument("--samplers", type=names_of("sampler", ALL), metavar="A,B,...", help=f"measure only these of {', '.join(ALL)}")
     parser.add_argument("--out", type=Path, help="folder for the report (default evidence/results; out/samplers with --sampler)")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="only draw constant and drifting half-planes with each sampler")
     options = parser.parse_args(arguments)
@@ -173,24 +175,20 @@ def run(arguments):
                 shutil.copy(path, beside)
     options.out = options.out or Path("evidence/results")
     # As a whole: partial runs only update a page.
-    options.command = command_shown("samplers", [word for word in arguments if word not in ("--pairs", "--samplers", ",".join(options.samplers or ()))])
+    options.command = command_shown("samplers", [word for word in arguments if word not in ("--samplers", ",".join(options.samplers or ()))])
     ways = {**{name: integrands.of_library(name) for name in OWN}, "sobol-global": integrands.global_sobol, **{name: plugin.way(SIDE) for name, plugin in others.items()}}
     if options.heitz:
         ways["heitz"] = integrands.of_heitz(heitz.Tables(options.heitz))
     if options.samplers or added:
         ways = {name: draw for name, draw in ways.items() if name in (*(options.samplers or ()), *added, BASE)}
-    save = with_earlier if options.samplers or added else lambda path, make: kept(path, options.again, make)
-    again = options.again or options.samplers or options.pairs
     timed = [f"{name}={plugin.file}" for name, plugin in others.items() if name in added and not plugin.function]
-    times = kept(options.out / "samplers_draws.csv", again and not added, lambda: [
+    times = kept(options.out / "samplers_draws.csv", (options.again or options.samplers) and not added, lambda: [
         row for row in csv.DictReader(output_of([options.draws, *timed], "build it with scripts/setup", text=True).splitlines())
         if row["form"] != "peer" or row["sampler"] in others])
-    main = options.out / "samplers.csv"
-    rows = read_numbers(main) if options.pairs and main.is_file() else save(main, lambda: measure_all(ways, options.runs))
+    rows = updated(options.out / "samplers.csv", options.again, ways, options.runs)
     some = {name: draw for name, draw in ways.items() if name in EVERY or (name in added and name not in TUNED)}
-    every = (save if added else lambda path, make: kept(path, again, make))(options.out / "samplers_counts.csv", lambda: measure_all(
-        some, RUNS_OF_EVERY, EVERY_COUNT, integrands.images_at_every_count))
-    paired = save(options.out / "samplers_pairs.csv", lambda: measure_all(ways, options.runs, COUNTS, integrands.images_of_pairs))
+    every = updated(options.out / "samplers_counts.csv", options.again, some, RUNS_OF_EVERY, EVERY_COUNT, integrands.images_at_every_count)
+    paired = updated(options.out / "samplers_pairs.csv", options.again, ways, options.runs, COUNTS, integrands.images_of_pairs)
     plot(rows, options.out / "samplers.png")
     text = report_text(rows, times, every, paired, options)
     write_text(options.out / "samplers.md", text)
