@@ -17,7 +17,7 @@ PARTS = {
     "realtime": ("realtime", "follow"),
     "films": ("films",),
     "masks": ("masks",),
-    "renders": ("renders", "headline", "filters", "times", "denoise", "picture", "stop"),
+    "renders": ("renders", "filters", "times", "denoise", "picture", "stop"),
     "external_renderers": ("mitsuba", "pbrt", "cycles"),
     "summary": ("summary",),
 }
@@ -30,8 +30,8 @@ def main(arguments):
         arguments = arguments[1:]
     part, *options = arguments
     folder = next(folder for folder, parts in PARTS.items() if part in parts)
-    module = importlib.import_module(f"evidence.{folder}.{'renders' if part == 'headline' else part}")
-    run_or_say_why(module.headline if part == "headline" else module.run, options, "bench")
+    module = importlib.import_module(f"evidence.{folder}.{part}")
+    run_or_say_why(module.run, options, "bench")
 
 
 if __name__ == "__main__":

@@ -164,14 +164,3 @@ def run(arguments):
     compare.write(options.out / "renders.csv", report.rows())
     write_text(options.out / "renders.md", report.text())
     print(report.text())
-
-
-def headline(arguments):
-    """Repeats the main result in ten minutes on two cores, with smaller crops: `scripts/bench headline` writes out/headline/headline.csv"""
-    options = views.parse_options("headline", headline.__doc__, arguments, COUNTS, quick=True, scenes=views.SCENES, spp=16,
-                                  samplers=("white", "sobol", "sobol-global", "zorder", "blue"))
-    report = Report(options, *measured(options))
-    compare.write(options.out / "headline.csv", report.rows())
-    print(report.short(), report.table(HEADLINE), report.reach_table(), sep="\n\n")
-
-

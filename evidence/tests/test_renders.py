@@ -181,13 +181,11 @@ def test_models_stand_on_a_lit_floor(pathtracer, tmp_path):
         assert means[0] > 0.05 and (means[1] == 0 or in_room)
 
 
-def test_headline_writes_only_a_csv_file_to_out(pathtracer, tmp_path, monkeypatch, capsys):
+def test_trials_write_only_to_out(pathtracer, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    bench(["headline", "--scenes", "penumbra", "--size", "64x48", "--crop", "16x12", "--seeds", "1", "--spp", "4", "--reference-spp", "32",
-           "--pathtracer", str(pathtracer)])
-    text = capsys.readouterr().out
-    assert "| global Sobol' |" in text and "| samples for the error of |" in text
-    assert [path.relative_to(tmp_path) for path in tmp_path.glob("[eo]*/**/*") if path.is_file()] == [Path("out/headline/headline.csv")]
+    bench(["renders", "--quick", "--scenes", "penumbra", "--size", "64x48", "--crop", "16x12", "--seeds", "1", "--spp", "4", "--reference-spp", "32",
+           "--samplers", "blue", "--pathtracer", str(pathtracer)])
+    assert {path.relative_to(tmp_path) for path in tmp_path.glob("[eo]*/**/*") if path.is_file()} == {Path(f"out/renders/renders.{kind}") for kind in ("md", "csv", "png")}
 
 
 def test_filters_are_compared_for_all_samplers_with_tables_for_each_count(pathtracer, tmp_path, capsys):
