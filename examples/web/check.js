@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws a million samples in WebGPU and WebGL 2, compares their hash with the library's, and times them. Load after shaders.js.
+// Draws a million samples in WebGPU and WebGL 2, compares their hash with the library's, and times them. Load after tracer.js.
 "use strict";
 
 const SIDE = 1024; // draws along each side of the image
@@ -100,7 +100,6 @@ async function onWebGpu() {
 // ---- WebGL 2
 
 const CHECK_FRAGMENT = `${DRAWS}
-precision highp usampler2D;
 uniform usampler2D fetched;
 uniform uint repeats; // 0: the draw itself
 uniform bool fetches;
@@ -127,37 +126,18 @@ void main() {
 async function onWebGl2() {
   const gl = document.createElement("canvas").getContext("webgl2");
   if (!gl) return null;
-  const program = compile(gl, CHECK_FRAGMENT);
-  gl.useProgram(program);
-  const place = name => gl.getUniformLocation(program, name);
-  const texture = (unit, format, width, height, layout, data) => {
-    const made = gl.createTexture();
-    gl.activeTexture(gl.TEXTURE0 + unit);
-    gl.bindTexture(gl.TEXTURE_2D, made);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
-    if (data) setUnpackState(gl);
-    if (data) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, layout, gl.UNSIGNED_INT, data);
-    return made;
-  };
-  const rows = BN_TABLE_WORDS.length / 64;
-  texture(0, gl.R32UI, 64, rows, gl.RED_INTEGER, BN_TABLE_WORDS);
-  texture(1, gl.RGBA32UI, TEXELS, TEXELS, gl.RGBA_INTEGER, texels());
-  gl.uniform1i(place("bn_words"), 0);
-  gl.uniform1i(place("fetched"), 1);
-  gl.bindFramebuffer(gl.FRAMEBUFFER, gl.createFramebuffer());
-  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture(2, gl.RGBA32UI, SIDE, SIDE), 0);
-  gl.viewport(0, 0, SIDE, SIDE);
+  const program = compile(gl, CHECK_FRAGMENT), words = makeWords(gl), image = makeImage(gl, SIDE, SIDE), fetched = makeImage(gl, TEXELS, TEXELS);
+  setUnpackState(gl);
+  gl.bindTexture(gl.TEXTURE_2D, fetched.texture);
+  gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, TEXELS, TEXELS, gl.RGBA_INTEGER, gl.UNSIGNED_INT, texels());
   const read = side => {
     const out = new Uint32Array(4 * side * side);
     gl.readPixels(0, 0, side, side, gl.RGBA_INTEGER, gl.UNSIGNED_INT, out);
     return out;
   };
   const run = (fetches, repeats, passes) => {
-    gl.uniform1ui(place("repeats"), repeats);
-    gl.uniform1i(place("fetches"), fetches);
-    for (let i = 0; i < passes; ++i) gl.drawArrays(gl.TRIANGLES, 0, 3);
+    const uniforms = {bn_words: words, fetched, repeats: place => gl.uniform1ui(place, repeats), fetches: place => gl.uniform1i(place, fetches)};
+    for (let i = 0; i < passes; ++i) draw(gl, program, image, SIDE, SIDE, uniforms);
   };
   run(false, 0, 1);
   const drawn = read(SIDE), names = gl.getExtension("WEBGL_debug_renderer_info");
