@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Random numbers for a path tracer in a shader, requested by decision. Needs bn_draw.glsl and bn_path.glsl before it.
- * GLSL ES 3.00 and GLSL 3.30; random.wgsl is the same in WGSL.
+ * GLSL ES 3.00 and GLSL 3.30; make_texts.py translates it to WGSL.
  *
  *     rngInit(uvec2(gl_FragCoord.xy), sampleNumber, 0u);
  *     vec2 jitter = rand2(PIXEL);
@@ -20,27 +20,11 @@
  *     BN_EFFECT_DIRECTION    rand2: the direction in which the path continues
  *     BN_EFFECT_LIGHT        rand2: a point on a light; rand3: the light, then the point
  *     BN_EFFECT_ENVIRONMENT  rand2: the same numbers as BN_EFFECT_LIGHT, for paths that sample either this or a light
- *     BN_EFFECT_CHOICE       rand1: the choice between the two, in the same domain as rand3(BN_EFFECT_LIGHT) */
+ *     BN_EFFECT_CHOICE       rand1: the choice between the two, in the same domain as rand3(BN_EFFECT_LIGHT)
+ *
+ * index.js defines these macros, as BN_NO_EFFECT for decisions that a renderer does not make. */
 
 #define BN_NO_EFFECT 0xffffffffu
-#ifndef BN_EFFECT_PIXEL
-#define BN_EFFECT_PIXEL BN_NO_EFFECT
-#endif
-#ifndef BN_EFFECT_LENS
-#define BN_EFFECT_LENS BN_NO_EFFECT
-#endif
-#ifndef BN_EFFECT_DIRECTION
-#define BN_EFFECT_DIRECTION BN_NO_EFFECT
-#endif
-#ifndef BN_EFFECT_LIGHT
-#define BN_EFFECT_LIGHT BN_NO_EFFECT
-#endif
-#ifndef BN_EFFECT_ENVIRONMENT
-#define BN_EFFECT_ENVIRONMENT BN_NO_EFFECT
-#endif
-#ifndef BN_EFFECT_CHOICE
-#define BN_EFFECT_CHOICE BN_NO_EFFECT
-#endif
 
 uvec2 bn_rng_seed = uvec2(0x7b1dcdafu, 0xe220a839u); /* seed 0 */
 bn_path bn_rng_path;
