@@ -7,25 +7,18 @@ extern const uint16_t bn_data_mask_16[], bn_data_mask_32[], bn_data_mask_64[], b
 extern const uint16_t bn_data_mask_256[];
 #endif
 
-static const uint16_t *ranks_of(uint32_t size) {
-    switch (size) {
-    case 16:
-        return bn_data_mask_16;
-    case 32:
-        return bn_data_mask_32;
-    case 64:
-        return bn_data_mask_64;
-    case 128:
-        return bn_data_mask_128;
+/* Of 16, 32, 64 ... texels along each axis. */
+static const uint16_t *const built_in[] = {
+    bn_data_mask_16,  bn_data_mask_32, bn_data_mask_64, bn_data_mask_128,
 #ifndef BN_SMALL_DATA
-    case 256:
-        return bn_data_mask_256;
+    bn_data_mask_256,
 #endif
-    default:
-        return NULL;
-    }
-}
+};
 
 bn_mask bn_builtin_mask(uint32_t size) {
-    return bn_mask_u16(ranks_of(size), size, size);
+    const uint16_t *ranks = NULL;
+    for (uint32_t i = 0; i < sizeof built_in / sizeof *built_in; ++i) {
+        if (size == 16u << i) ranks = built_in[i];
+    }
+    return bn_mask_u16(ranks, size, size);
 }

@@ -10,7 +10,7 @@ enum {
     BN_MODEL_MOST_ALIGN = 64,
     BN_MODEL_MOST_CHANNELS = 16,
     BN_MODEL_MOST_SPACING = 100 * 100,
-    BN_MODEL_QUANTILES = 65 /* 2^6 + 1, which window_value() bisects */
+    BN_MODEL_QUANTILES = 65
 };
 #define BN_MODEL_MOST_BYTES ((size_t)64 << 20)
 

@@ -269,6 +269,9 @@ static void choose_tiles(image *m, uint32_t threads) {
     }
 }
 
+_Static_assert(((BN_MODEL_QUANTILES - 1) & (BN_MODEL_QUANTILES - 2)) == 0,
+               "bisection needs 2^n steps");
+
 /* Converts an output to a window's value in [0, 1). If the model has quantiles, this is the
  * fraction of the network's outputs below it. */
 static float window_value(const bn_model *model, float value) {
@@ -279,7 +282,6 @@ static float window_value(const bn_model *model, float value) {
         for (uint32_t step = (BN_MODEL_QUANTILES - 1) / 2; step > 0; step /= 2) {
             if (q[below + step] <= value) below += step;
         }
-        BN_ASSERT(below + 1 < BN_MODEL_QUANTILES);
         const float width = q[below + 1] - q[below];
         const float part = width > 0 ? (value - q[below]) / width : 0.5f;
         value = ((float)below + (part < 0 ? 0 : part > 1 ? 1 : part)) / (BN_MODEL_QUANTILES - 1);

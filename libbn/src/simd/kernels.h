@@ -219,18 +219,14 @@ BN_INLINE void change(bn_field *f, bn_field_texel texel, int sign, int extremes)
 
 /* Compiled separately for each use: filling, emptying and moving texels. */
 static void field_change(bn_field *f, bn_field_texel texel, int sign, int extremes) {
-    if (sign > 0) {
-        if (extremes == BN_FIELD_LOWEST) {
-            change(f, texel, 1, BN_FIELD_LOWEST);
-        } else {
-            change(f, texel, 1, BN_FIELD_LOWEST | BN_FIELD_HIGHEST);
-        }
+    if (sign > 0 && extremes == BN_FIELD_LOWEST) {
+        change(f, texel, 1, BN_FIELD_LOWEST);
+    } else if (sign > 0) {
+        change(f, texel, 1, BN_FIELD_LOWEST | BN_FIELD_HIGHEST);
+    } else if (extremes == BN_FIELD_HIGHEST) {
+        change(f, texel, -1, BN_FIELD_HIGHEST);
     } else {
-        if (extremes == BN_FIELD_HIGHEST) {
-            change(f, texel, -1, BN_FIELD_HIGHEST);
-        } else {
-            change(f, texel, -1, BN_FIELD_LOWEST | BN_FIELD_HIGHEST);
-        }
+        change(f, texel, -1, BN_FIELD_LOWEST | BN_FIELD_HIGHEST);
     }
 }
 
