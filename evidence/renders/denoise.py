@@ -16,13 +16,11 @@ import OpenEXR
 
 from ..base.command import package
 from ..base.page import write_page
-from ..base.plots import finish, plt, save, style
+from ..base.plots import plt, save
 from ..measure import compare
-from ..measure.compare import Comparison
 from ..measure.image_error import displayed, displayed_rmse, own_errors, relative_rmse
 from ..measure.statistics import estimate
-from ..samplers.variants import NAMES
-from . import views
+from . import renders, views
 from .judge import Cells, Run, Task, pictures_of, plan, render_references
 
 # The inputs of the denoiser.
@@ -152,27 +150,16 @@ COUNTS = (1, 2, 4, 8, 16)
 LABELS = ("white", "sobol", "sobol-global", "zorder", "blue")
 
 
-class Report:
+class Report(renders.Report):
     """The tables of the page. cells: judge.Cells with measures WAY:MEASURE."""
 
-    def __init__(self, options, cells, references, version):
-        self.version, self.labels, self.counts = version, options.labels, options.counts
-        self.compared = Comparison(cells, references, options.labels)
-
-    def over(self, label, way, measure, views=None):
-        return lambda spp: self.compared.over(label, spp, f"{way}:{measure}", views)
-
-    def found(self, measure, views=None):
-        """[(count, Estimate of blue's error over padded Sobol's, with the inputs `plain`)]."""
-        return [(spp, own) for spp in self.counts if (own := self.over("blue", "plain", measure, views)(spp))]
+    def gain(self, measure, views=None):
+        """{count: Estimate of blue's error over padded Sobol's, with the inputs `plain`}."""
+        return self.found("blue", f"plain:{measure}", views)
 
     def scenes(self):
         """The Estimates of each scene at each count. With a single crop and seed, an interval has no width."""
-        return [own for views in self.compared.by_scene().values() for _, own in self.found("displayed", views) if own.crops > 1]
-
-    def table(self, way, measure, counts):
-        return compare.table("error over padded Sobol'", [spp for spp in counts if spp in self.counts], {
-            NAMES.get(label, label): self.over(label, way, measure) for label in self.labels if label != "sobol"})
+        return [own for views in self.compared.by_scene().values() for own in self.gain("displayed", views).values() if own.crops > 1]
 
     def way_table(self, measure):
         """The errors of the other WAYS relative to `plain`, for the same sampler."""
@@ -189,14 +176,10 @@ class Report:
     def rows(self):
         return self.compared.rows(self.counts, [f"{way}:{name}" for way in WAYS for name in MEASURES], ("plain:displayed", "plain:displayed_2.1"))
 
-    def draw(self, path):
+    def plot(self, path):
         figure, axes = plt.subplots(1, len(DENOISED), figsize=(3.4 * len(DENOISED), 3.6), sharey=True)
         for axis, way in zip(axes, DENOISED):
-            for label in (label for label in self.labels if label != "sobol"):
-                found = {spp: own.value for spp in self.counts if (own := self.over(label, way, "displayed")(spp))}
-                axis.plot(list(found), list(found.values()), **{**style(label, self.labels), "label": NAMES.get(label, label).replace("`", "")})
-            axis.axhline(1, color="0.5", linewidth=.8)
-            finish(axis, way, "samples per pixel")
+            self.draw(axis, f"{way}:displayed", way)
         axes[0].set_ylabel("error over padded Sobol'")
         axes[-1].legend(fontsize="small", loc="center left", bbox_to_anchor=(1.02, 0.5))
         save(figure, path)
@@ -214,7 +197,7 @@ def run(arguments):
     references = render_references(options.pathtracer, options.chosen, options.reference_spp)
     tasks = plan(options.chosen, options.labels, options.counts, options.seeds)
     cells = Cells(work.results(references, tasks))
-    report = Report(options, cells, {view: with_own_errors(own) for view, own in references.items()}, work.version)
-    report.draw(options.out / "denoise.png")
+    report = Report(options, cells, {view: with_own_errors(own) for view, own in references.items()})
+    report.plot(options.out / "denoise.png")
     compare.write(options.out / "denoise.csv", report.rows())
-    write_page(options.out / "denoise.md", globals(), report=report, options=options)
+    write_page(options.out / "denoise.md", globals(), report=report, options=options, version=work.version)

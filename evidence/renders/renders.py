@@ -9,10 +9,9 @@ change to one sampler re-renders only that sampler.
 
 import numpy as np
 
-from ..base.files import write_text
-from ..base.page import render
-from ..base.plots import finish, plt, save, style
-from ..base.tables import md_table, series
+from ..base.page import write_page
+from ..base.plots import STYLES, finish, plt, save, style
+from ..base.tables import md_table
 from ..measure import compare, statistics
 from ..measure.compare import Comparison, row_of
 from ..measure.image_error import LUMINANCE, MEASURES, measure_name
@@ -40,14 +39,18 @@ class Report:
     def over(self, label, measure, views=None):
         return lambda spp: self.compared.over(label, spp, measure, views)
 
-    def table(self, measure, views=None):
+    def table(self, measure, views=None, counts=None):
         """One row per sampler."""
-        return compare.table("error over padded Sobol'", self.counts, {
+        return compare.table("error over padded Sobol'", [spp for spp in counts or self.counts if spp in self.counts], {
             NAMES.get(label, label): self.over(label, measure, views) for label in self.others})
 
     def scenes_table(self, label):
         scenes = self.compared.by_scene()
         return compare.table(f"{NAMES.get(label, label)} over padded Sobol'", self.counts, {scene: self.over(label, HEADLINE, views) for scene, views in scenes.items()})
+
+    def found(self, label, measure, views=None):
+        """{sample count: Estimate}."""
+        return {spp: own for spp in self.counts if (own := self.over(label, measure, views)(spp))}
 
     def groups(self):
         """{name: views}: the built-in scenes and the third-party models."""
@@ -100,50 +103,39 @@ class Report:
                 chances[scene, label] = statistics.chance_of_mean(means, wanted, error, REFERENCE_PARTS)
         return dict(zip(chances, statistics.holm(list(chances.values()))))
 
-    def tests_text(self):
-        losses, biases = self.losses(), self.biases()
-        lost = {at: value for at, value in losses.items() if value <= statistics.FALSE_ALARMS}
-        blurred = [at for at in lost if at[2] != "rmse"]
-        biased = [f"{label} in {scene}" for (scene, label), value in biases.items() if value <= statistics.FALSE_ALARMS]
-        worst = {scene: sum(at[0] == scene for at in lost) for scene, *_ in lost}
-        return (f"`blue` has significantly higher error than padded Sobol' in {len(lost)} of {len(losses)} comparisons (one per scene, sample count and blur)"
-                + (f", {len(lost) - len(blurred) if blurred else 'all'} of them without a blur ({', '.join(f'{count} in `{scene}`' for scene, count in worst.items())})" if lost else "")
-                + f". The {len(biases)} tests for bias (one per scene and sampler) found {len(biased) or 'none'}{': ' * bool(biased)}{', '.join(biased)}. "
-                f"Both sets consist of t-tests with Holm's correction; in each set, the probability of even one false alarm is {100 * statistics.FALSE_ALARMS:g}%.")
-
     # ---- The page
 
-    def short(self):
-        """The gain from blue, and the scenes where it is largest and smallest."""
-        line = series([f"{own.value:.2f} at {spp}" for spp in self.counts if (own := self.compared.over("blue", spp, HEADLINE))])
-        scenes = {scene: own.value for scene, views in self.compared.by_scene().items() if (own := self.compared.over("blue", 16, HEADLINE, views))}
-        order = sorted(scenes, key=scenes.get)
-        ends = f" At 16 samples, the gain is largest in `{order[0]}` ({scenes[order[0]]:.2f}) and smallest in `{order[-1]}` ({scenes[order[-1]]:.2f})." if order else ""
-        return f"After a 2.1-pixel blur, the displayed error of `blue` relative to padded Sobol' is {line} samples.{ends} {self.tests_text()}"
+    def gains(self):
+        """{scene: error of `blue` at 16 samples}, the lowest first."""
+        found = {scene: own.value for scene, views in self.compared.by_scene().items() if (own := self.compared.over("blue", 16, HEADLINE, views))}
+        return dict(sorted(found.items(), key=lambda item: item[1]))
+
+    def draw(self, axis, measure, title):
+        """Errors over sample counts."""
+        for label in self.others:
+            found = self.found(label, measure)
+            axis.plot(list(found), [own.value for own in found.values()], **{**style(label, self.labels), "label": NAMES.get(label, label).replace("`", "")})
+        axis.axhline(1, color="0.4", linewidth=1)
+        finish(axis, title, "samples per pixel")
 
     def plot(self, path):
         figure, axes = plt.subplots(1, 2, figsize=(12, 4.4), sharey=True)
         for axis, measure in zip(axes, (HEADLINE, "displayed")):
-            for label in self.others:
-                found = {spp: own for spp in self.counts if (own := self.compared.over(label, spp, measure))}
-                drawn = style(label, self.labels)
-                axis.plot(list(found), [own.value for own in found.values()], **{**drawn, "label": NAMES.get(label, label).replace("`", "")})
-                if label == "blue":
-                    axis.fill_between(list(found), [own.low for own in found.values()], [own.high for own in found.values()],
-                                      color=drawn["color"], alpha=.15, linewidth=0)
-            axis.axhline(1, color="0.4", linewidth=1)
-            finish(axis, measure_name(measure), "samples per pixel")
+            self.draw(axis, measure, measure_name(measure))
+            found = self.found("blue", measure)
+            axis.fill_between(list(found), [own.low for own in found.values()], [own.high for own in found.values()],
+                              color=STYLES["blue"][0], alpha=.15, linewidth=0)
         axes[0].set_ylabel("error over padded Sobol'")
         axes[0].legend(fontsize="small", ncols=2)
         save(figure, path)
 
     def left_out(self):
         """{sample count: crops whose reference is too noisy}, for the main measure."""
-        return {spp: own.left_out for spp in self.counts if (own := self.compared.over("blue", spp, HEADLINE)) and own.left_out}
+        return {spp: own.left_out for spp, own in self.found("blue", HEADLINE).items() if own.left_out}
 
-    def text(self):
-        return render(globals(), "renders.md.in", report=self, options=self.options, crop=next(iter(self.references)).size, variants=variants,
-                      has_peers=set(variants.PEERS) & set(self.labels))
+
+def rejected(chances):
+    return [at for at, value in chances.items() if value <= statistics.FALSE_ALARMS]
 
 
 # ---- The command
@@ -159,8 +151,6 @@ def run(arguments):
     options = views.parse_options("renders", __doc__, arguments, COUNTS)
     cells, references = measured(options)
     report = Report(options, cells, references)
-    # The text is written last, after the files it refers to.
     report.plot(options.out / "renders.png")
     compare.write(options.out / "renders.csv", report.rows())
-    write_text(options.out / "renders.md", report.text())
-    print(report.text())
+    write_page(options.out / "renders.md", globals(), report=report, options=options, crop=next(iter(references)).size, has_peers=set(variants.PEERS) & set(options.labels))
