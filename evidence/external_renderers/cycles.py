@@ -2,8 +2,6 @@
 """Compares `blue` with Cycles' own sampling patterns: `scripts/bench cycles --cycles DIR --program FILE` writes evidence/results/cycles.md
 
 FILE is Cycles' stand-alone program with the patch from examples/cycles, and DIR is its source folder, which also contains the scenes' objects.
-Renders the scenes with every pattern at 1 to 64 samples per pixel and several seeds, and measures the images against references. Everything
-is cached in ~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
 """
 
 import argparse

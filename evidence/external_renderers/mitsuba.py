@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the `bluenoise` sampler with Mitsuba's own samplers: `scripts/bench mitsuba` writes the table in docs/mitsuba.md and its image
-
-Renders small scenes in Mitsuba 3 (optional `mitsuba` package, with LLVM) and compares errors after a blur. References use
-independent samples from other seeds.
-"""
+"""Compares the `bluenoise` sampler with Mitsuba's own samplers: `scripts/bench mitsuba` writes the table in docs/mitsuba.md and its image"""
 
 import itertools
 import subprocess

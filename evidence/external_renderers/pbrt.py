@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares `blue` with pbrt-v4's own samplers: `scripts/bench pbrt --program FILE --luxcore DIR` writes evidence/results/pbrt.*
 
-FILE is pbrt with the patch from examples/pbrt, and DIR is a checkout of LuxCoreRender at the commit named in lux_scenes.py. Renders crops
-of its scenes with every sampler at 1 to 16 samples per pixel, and measures them against references. Images and references are cached in
-~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
+FILE is pbrt with the patch from examples/pbrt, and DIR is a checkout of LuxCoreRender at the commit named in lux_scenes.py.
 """
 
 import argparse

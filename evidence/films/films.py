@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Films: `scripts/bench films` compares ways to number the samples of frames, and writes evidence/results/films.*
-
-The eye averages the frames of a film. The first part averages four frames of a camera that stands still; the second shows frames of a camera
-that turns to a model of the eye. Renders are cached in ~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
-"""
+"""Films: `scripts/bench films` compares ways to number the samples of frames, and writes evidence/results/films.*"""
 
 import dataclasses
 import hashlib

@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the time and error of the mask generators: `scripts/bench masks` writes evidence/results/masks.*
-
-Times the library's generators and networks at side lengths up to 2048, on one thread and on all threads, and any
-other generators given. Writes the tables and the plot of masks.md, and docs/neural.png with masks, spectra and thresholded patterns.
-"""
+"""Compares the time and error of the mask generators: `scripts/bench masks` writes evidence/results/masks.*"""
 
 import dataclasses
 import functools

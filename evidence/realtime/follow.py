@@ -1,10 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ways to follow a moving image: `scripts/bench follow` averages frames of simple motions, and writes three tables in docs/realtime.md
-
-Every pixel integrates the same half-planes at one sample per frame. The first table compares ways to choose the pan: the history is reprojected
-along the motion, read bilinearly, and averaged with a weight of 0.1. The others have a still camera: the second compares frame numbers that
-repeat, and the third ways to choose a lobe.
-"""
+"""Ways to follow a moving image: `scripts/bench follow` averages frames of simple motions, and writes three tables in docs/realtime.md"""
 
 import numpy as np
 from scipy import ndimage

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One sample per frame: `scripts/bench realtime` measures the noise of single frames and of averages
 
-Every pixel of a frame has the same integrand: a step in one number, a half-plane in a pair, or a product of half-planes in
-four numbers. Single numbers are drawn with bn_ray_next_1d(). Published space-time masks are read from files if you pass
-them; otherwise, figures from an earlier run are kept. Writes evidence/results/realtime.*.
+Published space-time masks are read from files if you pass them; otherwise, figures from an earlier run are kept.
 """
 
 import functools

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares the samplers after denoising, by RMSE and FLIP: `scripts/bench denoise` writes evidence/results/denoise.*
 
-Renders the views at 1 to 16 samples per pixel, denoises each image in several ways with Open Image Denoise (optional
-`pyoidn` package), and measures the remaining error against the references of `scripts/bench renders`. It also measures FLIP
-(optional `flip-evaluator` package). Results are cached in ~/.cache/libbn, so an interrupted run resumes.
+The references are those of `scripts/bench renders`.
 """
 
 import dataclasses
@@ -62,8 +60,6 @@ def flip(image, reference, exposure, distance):
     return float(flip_evaluator.evaluate(*shown, "LDR", inputsRGB=False, applyMagma=False, parameters={"ppd": pixels_per_degree})[1])
 
 
-# ---- Images with their layers
-
 def read_layers(path):
     """(float32 array (height, width, 9), attributes): colour, albedo and normal of a path-traced image."""
     names = [*"RGB", *(f"albedo.{c}" for c in "RGB"), *(f"normal.{c}" for c in "XYZ")]
@@ -72,45 +68,16 @@ def read_layers(path):
         return np.stack([channels[name].pixels.astype(np.float32) for name in names], -1), dict(file.header())
 
 
-@dataclasses.dataclass(frozen=True)
-class Layers:
-    """The denoiser's input; lamps is the directly visible light in its colour."""
-
-    colour: np.ndarray
-    albedo: np.ndarray
-    normal: np.ndarray
-    lamps: np.ndarray
-
-
 def layers_of(program, view, sampler, seed, counts):
-    """{count: Layers}."""
-    seen, whole = ({spp: picture for spp, picture, _ in pictures_of(program, Task(own, sampler, seed, counts), read_layers)}
-                   for own in (primary(view), view))
-    return {spp: Layers(whole[spp][..., :3], whole[spp][..., 3:6], whole[spp][..., 6:], seen[spp][..., :3]) for spp in counts}
+    """{count: layers}."""
+    return {spp: layers for spp, layers, _ in pictures_of(program, Task(view, sampler, seed, counts), read_layers)}
 
 
-def primary(view):
-    """The same view with paths that end at the first surface."""
-    return dataclasses.replace(view, lights=(*view.lights, "--max-depth", "0"))
-
-
-def primary_rays(program, view, seed):
-    """Layers from additional primary rays: directly visible light, albedo and normal."""
-    task = Task(primary(view), PRIMARY_SAMPLER, PRIMARY_SEED + seed, (PRIMARY_RAYS,))
-    (_, picture, _), = pictures_of(program, task, read_layers)
-    return Layers(picture[..., :3], picture[..., 3:6], picture[..., 6:], picture[..., :3])
-
-
-def denoised(denoise, way, picture, rays):
-    if way == "none":
-        return picture.colour
-    if way == "colour":
-        return denoise(picture.colour)
-    if way == "plain":
-        return denoise(picture.colour, picture.albedo, picture.normal, False)
-    if way == "primary":
-        return denoise(picture.colour, rays.albedo, rays.normal, True)
-    return denoise(picture.colour - picture.lamps, rays.albedo, rays.normal, True) + rays.lamps
+def denoised(denoise, way, layers, lamps, rays):
+    """lamps: the directly visible light in the colour; rays: layers from additional primary rays."""
+    (colour, *guides), (visible, *clean) = np.split(layers, 3, -1), np.split(rays, 3, -1)
+    return {"none": lambda: colour, "colour": lambda: denoise(colour), "plain": lambda: denoise(colour, *guides),
+            "primary": lambda: denoise(colour, *clean, True), "apart": lambda: denoise(colour - lamps, *clean, True) + visible}[way]()
 
 
 # ---- Measures
@@ -135,13 +102,13 @@ class DenoisedRun(Run):
 
     def measure(self, task, reference):
         """(rows with measures named WAY:MEASURE, no images)."""
-        pictures = layers_of(self.program, task.view, task.label, task.seed, task.counts)
-        rays = primary_rays(self.program, task.view, task.seed)
+        primary = dataclasses.replace(task.view, lights=(*task.view.lights, "--max-depth", "0"))  # paths that end at the first surface
+        whole, lamps = (layers_of(self.program, view, task.label, task.seed, task.counts) for view in (task.view, primary))
+        rays = layers_of(self.program, primary, PRIMARY_SAMPLER, PRIMARY_SEED + task.seed, (PRIMARY_RAYS,))[PRIMARY_RAYS]
         return [{"spp": spp, **{
             f"{way}:{name}": error for way in WAYS
-            for name, error in errors(
-                denoised(self.denoise, way, picture, rays), reference.picture, reference.exposure, way in FLIP_WAYS and spp in FLIP_COUNTS).items()}}
-            for spp, picture in pictures.items()], {}
+            for name, error in errors(denoised(self.denoise, way, layers, lamps[spp][..., :3], rays), reference.picture, reference.exposure,
+                                      way in FLIP_WAYS and spp in FLIP_COUNTS).items()}} for spp, layers in whole.items()], {}
 
 
 # ---- The report

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the samplers with a box filter and with a Gaussian pixel filter: `scripts/bench filters` writes evidence/results/filters.*
-
-Most production renderers draw pixel positions from a filter wider than the pixel. Renders the crops of scripts/bench renders --quick.
-"""
+"""Compares the samplers with a box filter and with a Gaussian pixel filter: `scripts/bench filters` writes evidence/results/filters.*"""
 
 import dataclasses
 

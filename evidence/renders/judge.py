@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Renders many views with many samplers and measures each against its reference, for `scripts/bench renders`.
 
-Results are cached in ~/.cache/libbn ($XDG_CACHE_HOME) under everything they depend on: the view, the pixels of the
-reference, and the path tracer. An interrupted run therefore resumes.
+Results are cached under everything they depend on: the view, the pixels of the reference, and the path tracer.
 """
 
 import dataclasses

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The README's image, and the spread over seeds: `scripts/bench picture` writes docs/picture.png and evidence/results/worst.csv
 
-The image is the crop from the *development* set in which `blue` has the median error relative to padded Sobol'. worst.csv lists the errors
-of 500 seeds for a soft shadow. Results are cached, so an interrupted run resumes.
+The image is the crop from the *development* set in which `blue` has the median error relative to padded Sobol'.
 """
 
 import numpy as np

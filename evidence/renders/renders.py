@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares the samplers on rendered scenes: `scripts/bench renders` writes evidence/results/renders.*
 
-For every scene and sampler, renders crops of large images at 1 to 64 samples per pixel with several seeds, and measures each
-against a reference. renders.csv lists every error with its interval. Trials (--quick, --views development) write only to
-out/renders. References and results are cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes, and a
-change to one sampler re-renders only that sampler.
+A change to one sampler re-renders only that sampler.
 """
 
 import numpy as np

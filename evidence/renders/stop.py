@@ -1,10 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks the estimate of visible noise and the stop rule: `scripts/bench stop` writes evidence/results/stop.*
-
-Estimates the noise of crops of large images from the halves of their samples and compares it with their error against a reference. Then
-renders them with --visible-noise and, for comparison, with the per-pixel rule --noise, and measures the samples, the CPU time and the noise
-that is left. References and results are cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes.
-"""
+"""Checks the estimate of visible noise and the stop rule: `scripts/bench stop` writes evidence/results/stop.*"""
 
 import dataclasses
 import math

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """CPU time per sample in the path tracer's built-in scenes: `scripts/bench times` writes evidence/results/times.csv
 
-Medians of interleaved single-threaded runs, excluding program start-up. `scripts/bench summary` derives the times to equal error from them.
+Medians of interleaved single-threaded runs, excluding program start-up.
 """
 
 import statistics

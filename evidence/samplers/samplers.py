@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures screen-space error and spectral peaks of the samplers: `scripts/bench samplers` writes evidence/results/samplers.*
-
-Every pixel integrates the same function, or a function that drifts slowly across the screen (integrands.py). The program
-bench_draws times draws, and samplers.csv lists all errors and peaks.
-"""
+"""Measures screen-space error and spectral peaks of the samplers: `scripts/bench samplers` writes evidence/results/samplers.*"""
 
 import csv
 import shutil
