@@ -2,6 +2,7 @@
 """Checks the estimate of visible noise and the stop rule: `scripts/bench stop` writes evidence/results/stop.*"""
 
 import dataclasses
+import itertools
 import math
 import statistics
 import tempfile
@@ -95,48 +96,43 @@ def aligned(view):
 # ---- The report
 
 class Report:
-    """results: {task: (rows, pictures)}; references: {view: judge.Reference}."""
+    """results: {task: (rows, pictures)}; references: {view: judge.Reference}; found: {(what, scene, sampler, at): figures}, the rows of stop.csv."""
 
     def __init__(self, options, results, references):
-        self.options, self.references = options, references
+        self.options, self.references, self.labels = options, references, options.labels
         self.scenes = tuple(dict.fromkeys(view.scene for view in references))
-        self.labels = options.labels
         self.times = times.over(read_numbers(Path("evidence/results/times.csv")), "sobol")
-        self.groups = {}  # (rule, level, scene, label): rows with the reference's own error
+        self.found, groups = {}, {}
         for task, (rows, _) in results.items():
-            own = rms(visible_error(references[task.view].first_half, 2 * references[task.view].picture - references[task.view].first_half,
-                                    references[task.view].exposure)) / 2
-            key = getattr(task, "rule", ""), getattr(task, "level", 0), task.view.scene, task.label
-            self.groups.setdefault(key, []).extend({**row, "own": own} for row in rows)
+            reference = references[task.view]
+            own = rms(visible_error(reference.first_half, 2 * reference.picture - reference.first_half, reference.exposure)) / 2
+            key = getattr(task, "rule", "estimate"), task.view.scene, task.label
+            for row in rows:
+                groups.setdefault((*key, getattr(task, "level", row["spp"])), []).append({**row, "own": own})
+        for (scene, label), (what, levels) in itertools.product(itertools.product(self.scenes, self.labels), {"estimate": options.counts, **RULES}.items()):
+            self.found.update({(what, scene, label, at): (self.estimated if what == "estimate" else self.stopped)(groups[what, scene, label, at])
+                               for at in levels if (what, scene, label, at) in groups})
 
-    def estimate(self, scene, label, spp):
-        """(estimated noise, true noise without the reference's own), root mean squares over crops and seeds."""
-        rows = [row for row in self.groups["", 0, scene, label] if row["spp"] == spp]
+    @staticmethod
+    def estimated(rows):
+        """The true noise is that without the reference's own."""
         true = np.mean([row["noise"] ** 2 - row["own"] ** 2 for row in rows])
-        return rms([row["estimate"] for row in rows]), math.sqrt(max(true, 1e-12))
+        return {"estimate": rms([row["estimate"] for row in rows]), "noise": math.sqrt(max(true, 1e-12))}
 
-    def stopped(self, rule, level, scene, label):
-        """A row of stop.csv, or None."""
-        rows = self.groups.get((rule, level, scene, label))
-        if not rows:
-            return None
+    @staticmethod
+    def stopped(rows):
         blocks = np.concatenate([row["blocks"] for row in rows])
-        return {"what": rule, "scene": scene, "sampler": label, "at": level, "noise": rms(blocks), "noise_95": float(np.percentile(blocks, 95)),
-                "samples": float(np.mean([row["samples"] for row in rows])),
-                "capped": float(np.mean([row["capped"] for row in rows]))}
+        return {"noise": rms(blocks), "noise_95": float(np.percentile(blocks, 95)), **{name: float(np.mean([row[name] for row in rows])) for name in ("samples", "capped")}}
 
     def rows(self):
-        found = []
-        for scene in self.scenes:
-            for label in self.labels:
-                for spp in self.options.counts:
-                    estimate, true = self.estimate(scene, label, spp)
-                    found.append({"what": "estimate", "scene": scene, "sampler": label, "at": spp, "estimate": estimate, "noise": true})
-                found += filter(None, (self.stopped(rule, level, scene, label) for rule, levels in RULES.items() for level in levels))
-        return [{name: f"{value:.4g}" if isinstance(value, float) else value for name, value in row.items()} for row in found]
+        return [{"what": what, "scene": scene, "sampler": label, "at": f"{at:.4g}", **{name: f"{value:.4g}" for name, value in own.items()}}
+                for (what, scene, label, at), own in self.found.items()]
+
+    def of(self, what, label, at, scenes=None):
+        return [self.found[what, scene, label, at] for scene in (self.scenes if scenes is None else scenes)]
 
     def ratios(self, label, spp):
-        return [estimate / true for estimate, true in (self.estimate(scene, label, spp) for scene in self.scenes)]
+        return [own["estimate"] / own["noise"] for own in self.of("estimate", label, spp)]
 
     def estimates_table(self):
         lines = []
@@ -156,16 +152,15 @@ class Report:
 
     def left(self, rule, level, labels):
         """The noise left in each scene that did not reach the cap."""
-        rows = [self.stopped(rule, level, scene, label) for scene in self.scenes for label in labels]
-        return [row["noise_95"] for row in rows if row["capped"] <= 0.05] or [math.nan]
+        return [own["noise_95"] for label in labels for own in self.of(rule, label, level) if own["capped"] <= 0.05] or [math.nan]
 
     def below_cap(self, level, labels, rule="--visible-noise"):
         """The scenes in which no sampler gave more than 5% of the pixels the most samples."""
-        return [scene for scene in self.scenes if all(self.stopped(rule, level, scene, label)["capped"] <= 0.05 for label in labels)]
+        return [scene for scene in self.scenes if all(self.found[rule, scene, label, level]["capped"] <= 0.05 for label in labels)]
 
     def samples(self, label, level, scenes, rule="--visible-noise"):
         """The geometric mean of a sampler's samples over scenes."""
-        return statistics.geometric_mean([self.stopped(rule, level, scene, label)["samples"] for scene in scenes] or [math.nan])
+        return statistics.geometric_mean([own["samples"] for own in self.of(rule, label, level, scenes)] or [math.nan])
 
     def time_over(self, label, base):
         """CPU time per sample over the base's (times.py)."""
@@ -179,7 +174,7 @@ class Report:
     def stop_table(self, level):
         lines = []
         for scene in self.scenes:
-            cells = [self.stopped("--visible-noise", level, scene, label) for label in self.labels]
+            cells = [self.found["--visible-noise", scene, label, level] for label in self.labels]
             lines.append([scene, *(f"{row['samples']:.1f} ({row['noise_95']:.2f}{', capped' if row['capped'] > 0.05 else ''})" for row in cells)])
         for base in ("sobol", "white"):
             found = {label: self.over(label, base, level) for label in self.labels}
@@ -194,7 +189,7 @@ class Report:
             scenes = self.below_cap(level, variants.ALWAYS)
             base = self.samples("sobol", level, scenes)
             for label in variants.ALWAYS:
-                samples, left = self.samples(label, level, scenes), [self.stopped("--visible-noise", level, scene, label)["noise_95"] for scene in scenes]
+                samples, left = self.samples(label, level, scenes), [own["noise_95"] for own in self.of("--visible-noise", label, level, scenes)]
                 lines.append([f"{level:g} step{'s' * (level != 1)} ({len(scenes)} scenes), {NAMES[label]}", f"{samples:.1f}",
                               f"{samples / base * self.time_over(label, 'sobol'):.2f}", f"{np.median(left):.2f}", f"{max(left):.2f}"])
         return md_table(["each block stops below", "samples per pixel", "CPU time over padded Sobol'",
@@ -202,13 +197,13 @@ class Report:
 
     def best_level(self, label):
         """The threshold of --noise that leaves one step in the median of the scenes."""
-        return min(LEVELS, key=lambda level: abs(math.log(np.median([self.stopped("--noise", level, scene, label)["noise_95"] for scene in self.scenes]))))
+        return min(LEVELS, key=lambda level: abs(math.log(np.median([own["noise_95"] for own in self.of("--noise", label, level)]))))
 
     def rules_table(self):
         lines = []
         for label in PER_PIXEL:
             for rule, level in (("--noise", self.best_level(label)), ("--visible-noise", 1.0)):
-                rows, left = [self.stopped(rule, level, scene, label) for scene in self.scenes], self.left(rule, level, (label,))
+                rows, left = self.of(rule, label, level), self.left(rule, level, (label,))
                 lines.append([f"{NAMES[label]}, `{rule} {level:g}`", f"{np.mean([row['samples'] for row in rows]):.1f}", f"{min(left):.2f}", f"{np.median(left):.2f}",
                               f"{max(left):.2f}", f"{max(left) / min(left):.1f}", f"{len(left)}"])
         return md_table(["rule", "samples, mean", "noise left: lowest scene", "median scene", "highest scene", "highest over lowest", "scenes below the cap"], lines)
@@ -218,7 +213,7 @@ class Report:
         for axis, rule in zip(axes, RULES):
             for label in PER_PIXEL:
                 level = self.best_level(label) if rule == "--noise" else 1.0
-                rows = [self.stopped(rule, level, scene, label) for scene in self.scenes]
+                rows = self.of(rule, label, level)
                 axis.plot([row["samples"] for row in rows], [row["noise_95"] for row in rows], color=STYLES[label][0], marker=STYLES[label][1],
                           linestyle="", label=f"{label}, {rule} {level:g}")
             axis.axhline(1, color="grey", linewidth=0.8)
