@@ -72,13 +72,18 @@ def names_of(what, known):
     return parse
 
 
-def name_and_file(text):
+def named(text):
     """An argument type: NAME=FILE as a pair."""
     if not (match := re.fullmatch(r"([A-Za-z0-9][\w.+-]*)=(.+)", text)):
         raise argparse.ArgumentTypeError(f"must be NAME=FILE, such as mine=./mine.so, not '{text}'")
-    if not Path(match[2].partition(":")[0]).is_file():
-        raise argparse.ArgumentTypeError(f"there is no file {match[2].partition(':')[0]}")
     return match[1], match[2]
+
+
+def name_and_file(text):
+    name, file = named(text)
+    if not Path(file.partition(":")[0]).is_file():
+        raise argparse.ArgumentTypeError(f"there is no file {file.partition(':')[0]}")
+    return name, file
 
 
 # ---- Options
@@ -120,7 +125,7 @@ class Parser(argparse.ArgumentParser):
 # ---- The command line in a report
 
 # Options that say where to read and write, or how many jobs to run, but not what to measure.
-PLACES = ("--out", "--pathtracer", "--frames", "--jobs", "--stbn", "--fast", "--slices", "--guide")
+PLACES = ("--out", "--pathtracer", "--frames", "--jobs", "--slices", "--guide")
 FOLDERS = ("--openqmc", "--heitz", "--program", "--luxcore", "--cycles")  # reports do not show these paths
 
 

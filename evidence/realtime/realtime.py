@@ -14,7 +14,7 @@ from scipy import fft, ndimage
 
 import bluenoise
 
-from ..base.command import CommandError, Parser, command_shown
+from ..base.command import CommandError, Parser, command_shown, named
 from ..base.files import read_numbers, write_rows
 from ..base.page import write_page
 from ..base.plots import plt, save, style
@@ -102,43 +102,18 @@ class HeitzTables:
         return self.tables.numbers(x, y, [frame], dimensions, self.tables.for_count(256), seed)[..., 0, :]
 
 
-# ---- Slices in files
-
-# The help of each option, and the pack's sets of uniform numbers with their channels: scalars and two-vectors from STBN (Wolfe et al.,
-# 2022) and FAST (Donnelly et al., 2024).
-PACKS = {"STBN": ("PNG files of the public STBN pack: stbn_scalar_..., stbn_vec2_...",
-                  {r"stbn_(?:scalar|vec1)_.*": 1, r"stbn_vec2_.*": 2}),
-         "FAST": ("PNG files of FAST for one pair of filters: real_uniform_..., vector2_uniform_...",
-                  {r"real_uniform_.*": 1, r"vector2_uniform_.*": 2}),
-         "slices": ("any other stack of numbered PNG files", {".*": 0})}
-
-
-def read_set(folder, pattern, channels):
-    """float32 [depth][height][width][channels] from the PNG files NAME_0.png, NAME_1.png ... of the first NAME that matches the pattern,
-    or None if no file does. An integer maps to the middle of its interval. With channels 0, grey files
-    give one channel, and others give red and green."""
-    found = sorted((match[1], int(match[2]), path) for path in Path(folder).glob("*.png")
-                   if (match := re.fullmatch(rf"({pattern}?)_?(\d+)\.png", path.name)))
-    files = [path for name, _, path in found if name == found[0][0]]
-    if not files:
-        return None
+def read_stack(prefix):
+    """float32 [depth][height][width][channels] from the files PREFIX0.png, PREFIX1.png ... An integer maps to the middle of its interval. Grey
+    files give one channel, and others red and green."""
+    prefix = Path(prefix)
+    files = sorted((int(match[1]), path) for path in prefix.parent.glob("*.png") if (match := re.fullmatch(rf"{re.escape(prefix.name)}(\d+)\.png", path.name)))
     try:
-        pixels = np.stack([np.asarray(Image.open(path)) for path in files])
+        pixels = np.stack([np.asarray(Image.open(path)) for _, path in files])
     except (OSError, ValueError) as error:
-        raise CommandError(f"cannot read the slices of {found[0][0]} in {folder}: {error}") from None
+        raise CommandError(f"cannot read slices from {prefix}0.png, {prefix}1.png ...: {error}") from None
     pixels, steps_of = pixels.reshape(*pixels.shape[:3], -1), np.float32(256 if pixels.dtype.itemsize == 1 else 65536)
-    if not channels:
-        channels = 2 if pixels.shape[-1] > 1 and np.any(pixels[..., 0] != pixels[..., 1]) else 1
+    channels = 2 if pixels.shape[-1] > 1 and np.any(pixels[..., 0] != pixels[..., 1]) else 1
     return (pixels[..., :channels] + np.float32(0.5)) / steps_of
-
-
-def read_pack(pack, folder):
-    """Slices from an "STBN" or "FAST" folder (of several sets, the first by name), or with "slices" from any stack of numbered files."""
-    patterns = PACKS[pack][1]
-    stacks = [stack for pattern, channels in patterns.items() if (stack := read_set(folder, pattern, channels)) is not None]
-    if not stacks:
-        raise CommandError(f"{folder} has no PNG files named like {' or '.join(patterns)}, with a number at the end")
-    return Slices(*stacks)
 
 
 # ---- The measure
@@ -346,8 +321,8 @@ def run(arguments):
     parser = Parser("realtime", __doc__)
     parser.number("--seeds", 2, "number of seeds per sampler")
     parser.number("--integrands", 12, "number of integrands per type")
-    for name, (files, _) in PACKS.items():
-        parser.add_argument(f"--{name.lower()}", type=Path, metavar="FOLDER", help=files)
+    parser.add_argument("--slices", type=named, action="append", default=[], metavar="NAME=PREFIX",
+                        help="include slices of a space-time mask: the files PREFIX0.png, PREFIX1.png ...; repeat it for numbers and pairs of one NAME")
     parser.add_argument("--heitz", type=Path, metavar="FOLDER", help="the tables of Heitz et al. 2019: ..._256spp.cpp or spp256.rs")
     parser.add_argument("--motion", action="store_true", help="measure rendered scenes with a moving camera instead: motion.*, and a table in docs/realtime.md")
     parser.hidden("--frames", "build/evidence/programs/render_frames")
@@ -356,7 +331,7 @@ def run(arguments):
     parser.table("docs/realtime.md")
     options = parser.parse_args(arguments)
     options.command = command_shown("realtime", arguments)
-    packs = {name: read_pack(name, folder) for name in PACKS if (folder := getattr(options, name.lower()))}
+    packs = {name: Slices(*(read_stack(prefix) for own, prefix in options.slices if own == name)) for name, _ in options.slices}
     tables = heitz.Tables(options.heitz) if options.heitz else None
     added = {name: plugins.load(file) for name, file in options.sampler}
     before = options.out  # with the rows of the last run

@@ -77,13 +77,13 @@ def test_slices_and_their_page(frames, tmp_path, monkeypatch, capsys):
     for i, slice_of in enumerate(pairs):
         realtime.Image.fromarray(slice_of).save(tmp_path / f"vector2_uniform_{i}.png")
     arguments = ["--motion", "--frames", str(frames.command[0]), "--out", str(tmp_path / "out"), "--guide", str(guide)]
-    realtime.run([*arguments, "--fast", str(tmp_path)])
+    realtime.run([*arguments, "--slices", f"FAST={tmp_path}/vector2_uniform_"])
     rows = read_numbers(tmp_path / "out" / "motion.csv")
     assert {row["way"] for row in rows} > {"FAST", "FAST, following", "`blue`, a stream per frame", "mask + R2"}
     assert all(row["noise"] > 0 and row["total"] > 0 for row in rows)
     assert "| FAST | " in guide.read_text() and "old" not in guide.read_text() and (tmp_path / "out" / "motion.webp").is_file()
     monkeypatch.setattr(motion, "measure", lambda *_: pytest.fail("cached results are measured again"))
-    realtime.run([*arguments, "--fast", str(tmp_path)])
+    realtime.run([*arguments, "--slices", f"FAST={tmp_path}/vector2_uniform_"])
     assert len(read_numbers(tmp_path / "out" / "motion.csv")) == len(rows)
     page = (tmp_path / "out" / "motion.md").read_text()
     assert page.count("| FAST, following |") == 5 and "at most" in page and capsys.readouterr().out.count("# A moving camera") == 2

@@ -20,31 +20,27 @@ def write(folder, name, slices):
         Image.fromarray(pixels).save(folder / f"{name}{i}.png")
 
 
-def test_packs_are_read_in_order_with_their_channels(tmp_path):
+def test_stacks_are_read_in_order_with_their_channels(tmp_path):
     random = np.random.default_rng(1)
-    scalar, vectors = random.integers(0, 256, (12, 8, 8), np.uint8), random.integers(0, 256, (12, 8, 8, 4), np.uint8)
-    write(tmp_path, "stbn_scalar_2Dx1Dx1D_8x8x12x1_", scalar)
-    for name in ("vec2_2Dx1D_8x8x12_", "unitvec2_2Dx1D_8x8x12_", "vec2_2Dx1D_8x8x12.mag.xy."):
-        write(tmp_path, f"stbn_{name}", vectors)
-    slices = realtime.read_pack("STBN", tmp_path)
-    assert np.array_equal(slices.stack_for(1)[..., 0], (scalar + np.float32(0.5)) / 256)
-    assert np.array_equal(slices.stack_for(2), (vectors[..., :2] + np.float32(0.5)) / 256)
+    grey, deep = random.integers(0, 256, (12, 8, 8), np.uint8), random.integers(0, 65536, (2, 8, 8), np.uint16)
+    vectors = random.integers(0, 256, (12, 8, 8, 4), np.uint8)
+    for name, stack in (("vec2_", vectors), ("other_vec2_", vectors + 1), ("vec2_x", vectors + 1), ("scalar_", grey), ("rgb", grey[..., None].repeat(3, -1)), ("deep", deep)):
+        write(tmp_path, name, stack)
+    scalars, pairs = (realtime.read_stack(tmp_path / name) for name in ("scalar_", "vec2_"))
+    assert np.array_equal(scalars[..., 0], (grey + np.float32(0.5)) / 256) and np.array_equal(scalars, realtime.read_stack(tmp_path / "rgb"))
+    assert np.array_equal(pairs, (vectors[..., :2] + np.float32(0.5)) / 256)
+    assert np.allclose(realtime.read_stack(tmp_path / "deep")[..., 0], (deep + 0.5) / 65536)
+    slices = realtime.Slices(scalars, pairs)
+    assert slices.stack_for(1) is scalars and slices.stack_for(4) is pairs
     # Slices repeat over the screen and over frames. The second pair uses a different offset.
     first, again = slices.frame(2, 4, 0, 16), slices.frame(14, 4, 0, 16)
     assert np.array_equal(first, again) and np.array_equal(first[:8, :8], first[8:, 8:])
     assert not np.array_equal(first[..., :2], first[..., 2:])
     assert np.array_equal(np.sort(first[:8, :8, 2], None), np.sort(first[:8, :8, 0], None))
-
-
-def test_other_stacks_and_invalid_packs(tmp_path):
-    deep = np.arange(64, dtype=np.uint16).reshape(8, 8) * 1000
-    write(tmp_path, "mine", [deep, deep])
-    stack = realtime.read_pack("slices", tmp_path).stack_for(1)
-    assert stack.shape == (2, 8, 8, 1) and np.allclose(stack[0, ..., 0], (deep + 0.5) / 65536)
-    write(tmp_path, "mine", [deep, deep[:4]])
-    for pack, said in (("FAST", "named like"), ("slices", "cannot read")):
-        with pytest.raises(CommandError, match=said):
-            realtime.read_pack(pack, tmp_path)
+    write(tmp_path, "deep", [deep[0], deep[1, :4]])
+    for name in ("deep", "none"):
+        with pytest.raises(CommandError, match="cannot read slices"):
+            realtime.read_stack(tmp_path / name)
 
 
 # ---- The measure
