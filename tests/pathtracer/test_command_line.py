@@ -42,7 +42,6 @@ BAD_ARGUMENTS = """
     --threads 100000                             | --threads, 1024
     --max-depth -1                               | --max-depth
     --max-memory much                            | --max-memory takes GIB: numbers
-    --declare many                               | --declare
     --first-sample 4294967295 --spp 2            | --first-sample, 4294967295
     --draw-offset 1                              | --draw-offset takes, '1'
     --draw-offset 1,2000000000                   | 1073741824
@@ -51,8 +50,8 @@ BAD_ARGUMENTS = """
     --light-samples 2 --first-sample 3000000000  | --first-sample, --light-samples 2
     --env absent.exr                             | absent.exr
     --exposure nan                               | --exposure, 'nan'
-    --crop 0,0,0,10                              | --crop
-    --crop 5,0,3,10                              | --crop
+    --crop 0,0,0,10                              | --crop takes
+    --crop 0,5,10,3                              | --crop takes
     --crop 0,0,10,10 --size 9x20                 | --crop, 9x20
     --crop 0,0,9,21 --size 9x20                  | --crop, 9x20
     --fast                                       | --fast, --help
@@ -69,18 +68,15 @@ BAD_ARGUMENTS = """
     --fov 0                                      | --fov, '0'
     --fov 180                                    | --fov, '180'
     --camera 1                                   | no camera 1
-    --noise x                                    | --noise takes
     --noise 1.5                                  | --noise takes
     --min-spp 8                                  | --noise
     --visible-noise 300                          | --visible-noise takes
     --visible-noise 1 --noise 0.1                | leave out one
     --visible-noise 1 --spp 3                    | --min-spp 4 is more than --spp 3
-    --visible-noise 1 --exposure auto            | --visible-noise has to know
-    --visible-noise 1 --first-sample 4           | --visible-noise needs
+    --visible-noise 1 --exposure auto            | --visible-noise has to know, --exposure EV
+    --visible-noise 1 --first-sample 4           | --visible-noise needs, leave out --first-sample
     --noise 0.1 --min-spp 1                      | --min-spp takes
     --noise 0.1 --spp 8                          | --min-spp 16 is more than --spp 8
-    --noise 0.1 --first-sample 4                 | leave out --first-sample
-    --noise 0.1 --exposure auto                  | --exposure EV
     --noise 0.1 --scene a.gltf                   | --exposure EV
 """
 

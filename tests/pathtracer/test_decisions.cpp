@@ -225,38 +225,20 @@ double walked(const Scene &scene, const Geometry &geometry, Ray ray, Random &ran
 }
 
 // Russian roulette must not reuse the number that selects the lobe, or any other number on which the
-// bounce depends: the survivors would all come from one lobe. With 32 batches, chance exceeds six
-// deviations at most once in ten thousand.
+// bounce depends: the survivors would all come from one lobe. Samplers whose samples are not independent
+// deviate less than is allowed.
 void test_russian_roulette_is_unbiased() {
-    constexpr int SAMPLES = 64 * 48; // per batch, over 64 pixels
-    const Scene scene = boxes_of_glass();
+    constexpr int SPP = 400;
+    Scene scene = boxes_of_glass();
     const GeometryPointer geometry = geometry_build(scene);
-    const auto pixel = [](int i) { return std::pair{8 + i % 8, 8 + i / 8 % 8}; };
     Random random{5};
-    Mean expected; // over batches, since samples within a batch may be correlated
-    for (int batch = 0; batch < 32; ++batch) {
-        double sum = 0;
-        for (int i = 0; i < SAMPLES; ++i) {
-            const auto [x, y] = pixel(i);
-            const Vec2 point = {static_cast<float>(x) + random(), static_cast<float>(y) + random()};
-            sum += walked(scene, *geometry, camera_ray(scene.camera, point, {0, 0}), random);
-        }
-        expected.add(sum / SAMPLES);
+    Mean expected;
+    for (int i = 0; i < SPP * SIDE * SIDE; ++i) {
+        const Vec2 point = {float(i % SIDE) + random(), float(i / SIDE % SIDE) + random()};
+        expected.add(walked(scene, *geometry, camera_ray(scene.camera, point, {0, 0}), random));
     }
     for (const char *name : {"white", "sobol", "blue"}) {
-        PathCounters counters;
-        Mean seen;
-        for (uint64_t seed = 0; seed < 32; ++seed) {
-            const SamplerPointer sampler = sampler_create(name, seed);
-            const Integrator integrator{&scene, geometry.get(), sampler.get(), 1000};
-            double sum = 0;
-            for (int i = 0; i < SAMPLES; ++i) {
-                const auto [x, y] = pixel(i);
-                sum += trace_path(integrator, x, y, static_cast<uint32_t>(i / 64), counters)
-                           .radiance.x;
-            }
-            seen.add(sum / SAMPLES);
-        }
+        const Mean seen = render(scene, {SPP, 1000, name}).mean;
         const double deviation = std::hypot(seen.error(), expected.error());
         CHECK(deviation < 0.02 * expected.mean(), "%s: too noisy, %g", name, deviation);
         CHECK(std::abs(seen.mean() - expected.mean()) < 6 * deviation, "%s: %g, should be %g +- %g",

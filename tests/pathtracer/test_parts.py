@@ -207,10 +207,3 @@ def test_images_with_changed_input_files_are_refused(pathtracer, scene):
     # Control characters in an image's list of inputs do not reach the terminal.
     before.write_bytes(before.read_bytes().replace(b"  sub/wood.png\n", b"  \x1b[31mwoo.png\n", 1))
     pathtracer.failure("--merge", after, before, said="?[31mwoo.png")
-
-
-def test_no_output_replaces_a_texture(pathtracer, scene):
-    """The preview of wood.exr would overwrite the texture wood.png."""
-    (pathtracer.folder / "link.png").symlink_to("bump map.png")
-    for output, file in (("sub/wood.exr", "wood.png"), ("link.exr", "bump map.png")):
-        pathtracer.failure(*scene[0], "-o", output, said=["the preview of -o", file])

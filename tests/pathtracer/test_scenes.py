@@ -8,7 +8,7 @@ import itertools
 
 import numpy as np
 import pytest
-from pathtracer_driver import PLUGINS, SAMPLERS, SCENES, assert_equal_means, block_means, read_layers
+from pathtracer_driver import PLUGINS, SAMPLERS, SCENES, assert_equal_means, block_means, read_exr, read_layers
 from scene_files import write_exr
 
 SPLIT = ("--light-samples", 4)
@@ -37,7 +37,9 @@ def test_furnace(pathtracer, depth):
     expected = 1 - 0.5 ** (depth + 1)
     done = pathtracer.success("--scene", "furnace", "--size", "64x64", "--spp", 16, "--max-depth", depth, "-o", "out.exr")
     assert f"{100 * 0.5**depth:.2f}% cut off at depth {depth}" in done.stdout
-    layers = read_layers(pathtracer.folder / "out.exr")
+    layers, header = read_layers(pathtracer.folder / "out.exr"), read_exr(pathtracer.folder / "out.exr")[1]
+    shadow_rays = int(header["rays"]) / (64 * 64 * 16) - (depth + 1)  # per path; most bounces cast one
+    assert depth > 2 or 0.7 * depth <= shadow_rays <= depth
     for blocks, error in ((1, 0.001), (4, 0.01)):  # five standard deviations or more
         np.testing.assert_allclose(block_means(layers, blocks)[0], expected, rtol=error if depth else 0)
 

@@ -16,6 +16,8 @@ void check_near(const Render &seen, double expected, double relative, const char
 // Degenerate and duplicate faces change nothing: they are dropped, or too thin to be visible.
 void test_degenerate_and_duplicate_faces() {
     Scene clean = scene_build("cornell", {});
+    // Unlike diffuse surfaces, metal is wrong without valid normals.
+    clean.materials[0] = {Material::METALLIC_ROUGHNESS, Vec3(0.7f), Vec3(1), 0.5f};
     Scene broken = clean;
     const auto triangle = [&](Vec3 a, Vec3 b, Vec3 c) {
         const auto first = uint32_t(broken.vertices.size());
@@ -44,35 +46,6 @@ void test_degenerate_and_duplicate_faces() {
     scene_finish(broken);
     CHECK(broken.triangles.size() <= count - 2, "%zu of %zu left", broken.triangles.size(), count);
     check_near(render(broken, {}), render(clean, {}).mean.mean(), 0.005, "broken faces");
-}
-
-void test_zero_and_nan_normals() {
-    for (const Vec3 normal : {Vec3{0, 0, 0}, {NAN, 0, 0}, {1e-30f, 1e-30f, 0}, {0, -1, 0}}) {
-        Scene scene = floor_scene();
-        scene.normals.assign(4, normal);
-        scene.environment = even_environment();
-        scene_finish(scene);
-        check_near(render(scene, {}), 0.35, 0.7, "a floor with an invalid normal");
-    }
-}
-
-// Inside a closed white box, all paths end at the maximum depth and are reported as cut off.
-void test_closed_white_box() {
-    Scene scene;
-    scene.camera = camera_look_at({0, 0, 0}, {1, 0.3f, 0.2f}, {0, 1, 0}, 0.5f);
-    add_box(scene, add_diffuse(scene, {1, 1, 1}), {0, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, 0, 1});
-    Scene lit = scene;
-    scene_finish(scene);
-    const Render dark = render(scene, {4, 50, "white"});
-    CHECK(dark.mean.sum == 0, "%g", dark.mean.sum);
-    CHECK(std::abs(dark.counters.cut_off / dark.mean.count - 1) < 1e-3, "%g cut off",
-          dark.counters.cut_off);
-    CHECK(dark.counters.rays == 51u * 4 * SIDE * SIDE, "%g rays", double(dark.counters.rays));
-    // With a light inside, every bounce adds the same amount.
-    add_light(lit, 0, {0.1f, 0.1f, 0.1f}, {-0.2f, 0.5f, -0.2f}, {0.2f, 0.5f, -0.2f},
-              {0.2f, 0.5f, 0.2f});
-    scene_finish(lit);
-    check_near(render(lit, {8, 20}), 2.005 * render(lit, {8, 10}).mean.mean(), 0.05, "lit");
 }
 
 void test_empty_and_unlit_scenes() {
@@ -141,33 +114,6 @@ void test_light_samples_from_inside_glass() {
     add_box(scene, glass, scene.camera.position, {0.2f, 0, 0}, {0, 0.2f, 0}, {0, 0, 0.2f});
     scene_finish(scene);
     check_near(render(scene, {32, 100}), 0.5, 0.01, "from inside glass");
-}
-
-// All rays of an image point meet in the plane of focus and start uniformly on the lens: along an axis,
-// a disc's mean square is a quarter of its squared radius.
-void test_lens_rays() {
-    const float radius = 0.2f;
-    Camera camera = camera_look_at({1, 2, 3}, {0, 0, -4}, {0, 1, 0}, 0.4f);
-    camera_fit(camera, SIDE, SIDE);
-    const Vec2 point = {3.3f, 17.9f};
-    const Vec3 straight = camera_ray(camera, point, {0.5f, 0.5f}).direction;
-    camera_set_lens(camera, radius, {0.5f, 0, -2});
-    const Vec3 sharp =
-        camera.position + (camera.focus_distance / dot(straight, camera.forward)) * straight;
-    CHECK(std::abs(dot(sharp - Vec3{0.5f, 0, -2}, camera.forward)) < 1e-5f, "wrong plane of focus");
-    Random random{1};
-    Mean right, up;
-    for (int i = 0; i < 10000; ++i) {
-        const Ray ray = camera_ray(camera, point, {random(), random()});
-        CHECK(length(cross(sharp - ray.origin, ray.direction)) < 1e-5f, "the ray is out of focus");
-        const Vec3 place = (1 / radius) * (ray.origin - camera.position);
-        CHECK(std::abs(dot(place, camera.forward)) < 1e-5f && length(place) < 1.0001f,
-              "not on the lens");
-        right.add(dot(place, camera.right) * dot(place, camera.right));
-        up.add(dot(place, camera.up) * dot(place, camera.up));
-    }
-    check_mean(right, 0.25, "the lens along x");
-    check_mean(up, 0.25, "the lens along y");
 }
 
 // ---- Motion while the shutter is open
@@ -240,11 +186,8 @@ void test_all_bounces_of_a_path_use_the_same_time() {
 
 int main() {
     geometry_thread_begin();
-    test_lens_rays();
     test_empty_and_unlit_scenes();
     test_degenerate_and_duplicate_faces();
-    test_zero_and_nan_normals();
-    test_closed_white_box();
     test_mis_weights();
     test_light_samples_from_inside_glass();
     test_coverage_of_a_moving_square("white", 0, 1);
