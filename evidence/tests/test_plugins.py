@@ -10,11 +10,9 @@ import pytest
 from conftest import ROOT
 
 import bluenoise
-from evidence.__main__ import main as bench
 from evidence.base.command import CommandError
 from evidence.base.files import read_numbers
 from evidence.realtime import realtime
-from evidence.renders import renderer
 from evidence.samplers import integrands, plugins, samplers
 
 HEADER = ROOT / "examples" / "sampler_plugin"
@@ -85,13 +83,11 @@ def test_numbers_reach_the_tables_of_frames(python):
     assert np.all(mine < white) and np.all(constant > 3 * white)
 
 
-def test_numbers_reach_the_tables_of_renders(program, tmp_path, monkeypatch, capsys):
+def test_numbers_reach_the_tables_of_renders(bench, tmp_path, capsys):
     """Compares the sample with a copy, and with one that draws no numbers but 0.5."""
-    monkeypatch.setattr(renderer, "REFERENCE_PARTS", 4)
     names = {"mine": library(tmp_path, code("c")), "copy": library(tmp_path, code("c"), "copy"),
              "half": library(tmp_path, code("c").replace("out[d] = ", "out[d] = 0.5f + 0 * "), "half")}
-    bench(["renders", "--scenes", "penumbra", "--size", "36x34", "--crop", "17x16", "--samplers", "blue", "--spp", "4", "--seeds", "2", "--reference-spp", "64",
-           "--out", str(tmp_path / "out"), "--pathtracer", str(program), *(word for name, file in names.items() for word in ("--sampler", f"{name}={file}"))])
+    bench("renders", "--samplers", "blue", *(word for name, file in names.items() for word in ("--sampler", f"{name}={file}")))
     rows = {}
     for row in read_numbers(tmp_path / "out" / "renders.csv"):
         rows.setdefault(row["sampler"], {})[row["measure"], row["scene"], row["spp"]] = row["error"]
@@ -164,7 +160,7 @@ def test_mitsubas_points_are_stratified(name, side):
 
 @pytest.mark.parametrize(("words", "said"), [
     (["--sampler", "mine.so"], "must be NAME=FILE, such as mine=./mine.so"), (["--sampler", "mine=nowhere.so"], "there is no file {}/nowhere.so"),
-    (["--sampler"], "--sampler needs a path")])
+    (["--sampler"], "--sampler needs a path"), (["--openqmc"], "needs a path"), (["--openqmc", "nowhere"], "nowhere/include/oqmc/oqmc.h does not exist")])
 def test_bench_rejects_invalid_options_before_it_builds(tmp_path, words, said):
     done = subprocess.run([ROOT / "scripts" / "bench", "renders", *words], cwd=tmp_path, check=False, capture_output=True, text=True)
     assert done.returncode != 0 and done.stdout == "" and said.format(tmp_path) in done.stderr and "building" not in done.stderr, done.stderr

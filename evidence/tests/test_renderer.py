@@ -15,11 +15,6 @@ from evidence.renders.renderer import Request, make_reference, run_pathtracer
 SMALL = Request("sobol", spp=8, seed=5, width=24, height=16, more=("--light-samples", "1"))
 
 
-@pytest.fixture(autouse=True)
-def few_parts(monkeypatch):
-    monkeypatch.setattr(renderer, "REFERENCE_PARTS", 4)
-
-
 @pytest.fixture
 def runs(monkeypatch):
     """Records the commands that are run."""

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from own_scene import to_gltf
 
-from evidence.__main__ import main as bench
+from evidence.__main__ import main
 from evidence.base import page
 from evidence.base.files import read_exr, read_numbers
 from evidence.measure.image_error import MEASURES, displayed_rmse
 from evidence.measure.statistics import Estimate
-from evidence.renders import judge, models, renderer, renders, views
+from evidence.renders import judge, models, renders, views
 from evidence.renders.renderer import run_pathtracer
 from evidence.samplers import heitz
 from evidence.summary import summary
@@ -24,19 +24,8 @@ from evidence.summary import summary
 CORNELL = [(516, 560), (754, 107), (221, 981), (1051, 730)]
 
 
-@pytest.fixture(autouse=True)
-def few_parts(monkeypatch):
-    monkeypatch.setattr(renderer, "REFERENCE_PARTS", 4)  # the path tracer starts once per part
-
-
-def arguments(pathtracer, out, *more):
-    return ["--size", "36x34", "--crop", "17x16", "--scenes", "penumbra", "--samplers", "zorder,blue", "--spp", "4",
-            "--seeds", "2", "--reference-spp", "64", "--jobs", "2", "--out", str(out),
-            "--pathtracer", str(pathtracer), *more]
-
-
-def test_interrupted_run_resumes_and_writes_the_whole_report(pathtracer, cache, tmp_path, monkeypatch, capsys):
-    out, made = tmp_path / "report", []
+def test_interrupted_run_resumes_and_writes_the_whole_report(bench, cache, tmp_path, monkeypatch, capsys):
+    out, made = tmp_path / "out", []
     real = judge.measure
 
     def counted(program, task, *more):
@@ -47,17 +36,17 @@ def test_interrupted_run_resumes_and_writes_the_whole_report(pathtracer, cache, 
 
     monkeypatch.setattr(judge, "measure", counted)
     with pytest.raises(SystemExit, match="run the command again"):
-        bench(["renders", *arguments(pathtracer, out)])
+        bench("renders", "--samplers", "zorder,blue", "--jobs", 2)
     assert not out.exists() and 0 < len(made) < 32
 
     # The total is 32: four crops, four samplers and two seeds.
     first, made[:] = list(made), []
     monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
-    bench(["renders", *arguments(pathtracer, out)])
+    bench("renders", "--samplers", "zorder,blue", "--jobs", 2)
     assert not set(first) & set(made) and len(first) + len(made) == 32
     text = (out / "renders.md").read_text(encoding="utf-8")
     assert text.rstrip("\n") in capsys.readouterr().out
-    assert "scripts/bench renders --size 36x34 --crop 17x16" in text and "4 crops of 17x16 pixels" in text and str(tmp_path) not in text
+    assert "scripts/bench renders --scenes penumbra --size 64x64 --crop 17x16" in text and "4 crops of 17x16 pixels" in text and str(tmp_path) not in text
 
     found = summary.read(out / "renders.csv")["displayed_2.1", "", "white", 4]
     assert 1 < found.low < found.value < found.high and found.crops + found.left_out == 4 and found.text() in text
@@ -67,7 +56,7 @@ def test_interrupted_run_resumes_and_writes_the_whole_report(pathtracer, cache, 
     # All results are now cached, and only the text is compared.
     made.clear()
     monkeypatch.setattr(renders.Report, "plot", lambda *_: None)
-    bench(["renders", *arguments(pathtracer, out)])
+    bench("renders", "--samplers", "zorder,blue", "--jobs", 2)
     assert made == [] and (out / "renders.md").read_text(encoding="utf-8") == text
     assert sorted(path.name for path in cache.iterdir()) == ["references", "renders"]
 
@@ -187,18 +176,17 @@ def test_models_stand_on_a_lit_floor(pathtracer, tmp_path):
 
 def test_trials_write_only_to_out(pathtracer, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    bench(["renders", "--quick", "--scenes", "penumbra", "--size", "64x48", "--crop", "16x12", "--seeds", "1", "--spp", "4", "--reference-spp", "32",
-           "--samplers", "blue", "--pathtracer", str(pathtracer)])
+    main(["renders", "--quick", "--scenes", "penumbra", "--size", "64x48", "--crop", "16x12", "--seeds", "1", "--spp", "4", "--reference-spp", "32",
+          "--samplers", "blue", "--pathtracer", str(pathtracer)])
     assert {path.relative_to(tmp_path) for path in tmp_path.glob("[eo]*/**/*") if path.is_file()} == {Path(f"out/renders/renders.{kind}") for kind in ("md", "csv", "png")}
 
 
-def test_filters_are_compared_for_all_samplers_with_tables_for_each_count(pathtracer, tmp_path, capsys):
+def test_filters_are_compared_for_all_samplers_with_tables_for_each_count(bench, tmp_path, capsys):
     random, tables = np.random.default_rng(1), tmp_path / "tables"
     tables.mkdir()
     for spp in (1, 2):
         (tables / f"spp{spp}.rs").write_text("".join(f"{kind.upper()}: &[\n{','.join(map(str, random.integers(0, 256, size)))}];\n" for kind, size in heitz.SIZES.items()))
-    bench(["filters", "--scenes", "penumbra", "--size", "36x34", "--crop", "17x16", "--samplers", "blue", "--spp", "2", "--reference-spp", "32",
-           "--heitz", str(tables), "--out", str(tmp_path / "out"), "--pathtracer", str(pathtracer)])
+    bench("filters", "--samplers", "blue", "--spp", 2, "--heitz", tables)
     rows, text = read_numbers(tmp_path / "out" / "filters.csv"), capsys.readouterr().out
     assert {(row["filter"], row["sampler"]) for row in rows} == {(name, label) for name in ("box", "gaussian") for label in ("white", "blue", "heitz")}
     errors = {(row["filter"], row["sampler"], row["spp"]): row["error"] for row in rows if row["measure"] == "displayed"}

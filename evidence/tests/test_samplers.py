@@ -1,11 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The measurements and programs behind scripts/bench samplers."""
 
-import subprocess
-
 import numpy as np
 import pytest
-from conftest import ROOT
 
 from evidence.base.command import CommandError
 from evidence.samplers import heitz, integrands, plugins, samplers, variants
@@ -47,15 +44,6 @@ def test_peers_draw_distinct_uniform_numbers(pathtracer):
         np.testing.assert_allclose(np.mean(numbers, (1, 2, 3)), 0.5, atol=0.02)
         drawn += [each.tobytes() for each in numbers]
     assert len(set(drawn)) == len(drawn)
-
-
-@pytest.mark.parametrize(("words", "said"), [(["--openqmc"], "needs a path"),
-                                             (["--openqmc", "nowhere"], "nowhere/include/oqmc/oqmc.h does not exist")])
-def test_bench_rejects_invalid_openqmc_folders(tmp_path, words, said):
-    done = subprocess.run([ROOT / "scripts" / "bench", "samplers", *words], cwd=tmp_path, check=False,
-                          capture_output=True, text=True)
-    assert done.returncode == 1 and done.stdout == ""
-    assert said in done.stderr and done.stderr.count("\n") == 1
 
 
 def test_wins_list_only_clear_leads():

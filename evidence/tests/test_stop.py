@@ -7,21 +7,18 @@ import dataclasses
 import numpy as np
 import pytest
 
-from evidence.__main__ import main as bench
 from evidence.base.files import read_exr
 from evidence.measure.image_error import visible_error
-from evidence.renders import judge, renderer, stop, views
+from evidence.renders import judge, stop, views
 from evidence.renders.renderer import run_pathtracer
 
 
-def test_tiny_run(pathtracer, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(renderer, "REFERENCE_PARTS", 4)
+def test_tiny_run(bench, pathtracer, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(stop, "CAP", 16)
     monkeypatch.setattr(stop, "RULES", {"--visible-noise": (1.0, 2.0), "--noise": (0.1,)})
     monkeypatch.setattr(stop, "LEVELS", (0.1,))
-    out = tmp_path / "report"
-    bench(["stop", "--scenes", "penumbra", "--size", "64x64", "--crop", "20x30", "--samplers", "blue", "--spp", "8", "--seeds", "1", "--reference-spp", "64", "--out",
-           str(out), "--pathtracer", str(pathtracer)])
+    bench("stop", "--crop", "20x30", "--samplers", "blue", "--spp", 8, "--seeds", 1)
+    out = tmp_path / "out"
     text = capsys.readouterr().out
     assert (out / "stop.md").read_text(encoding="utf-8").strip() == text.strip() and "scripts/bench stop" in text and (out / "stop.png").is_file()
     with open(out / "stop.csv", newline="", encoding="utf-8") as file:
