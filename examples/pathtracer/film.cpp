@@ -16,9 +16,6 @@
 
 namespace {
 
-// Pixels per side of the blocks of --noise and of --visible-noise, whose blur needs larger ones. Blocks at the
-// image's edges may be smaller.
-constexpr int BLOCK_SIZE = 8, VISIBLE_BLOCK_SIZE = 16;
 constexpr int LARGE_BLOCK = 16; // for auto_exposure
 constexpr double MIDDLE_GREY = 0.18;
 constexpr double LARGEST = 64; // stops; the command line has the same limit
@@ -44,10 +41,6 @@ using Clock = std::chrono::steady_clock;
 constexpr double DARKEST = 0.02; // a fiftieth of white, so that black does not need endless samples
 constexpr double PROGRESS_SECONDS = 0.1; // between two reports
 constexpr uint32_t LONGEST_PASS = 256;   // samples per pixel
-
-int block_size(const RenderSettings &settings) {
-    return settings.visible_noise > 0 ? VISIBLE_BLOCK_SIZE : BLOCK_SIZE;
-}
 
 // A crop extended to whole blocks.
 Crop whole_blocks(const Crop &crop, const Film &film, int size) {
@@ -96,7 +89,8 @@ float visible_noise(const Film &film, const Crop &block, float exposure) {
     bn_visible_noise_options options = bn_visible_noise_options_default();
     options.exposure = std::exp2(double(exposure));
     options.first_share = double(half) / count;
-    options.window = 2 * VISIBLE_BLOCK_SIZE + 1; // the whole block, for each of its pixels
+    options.window =
+        2 * RenderSettings::VISIBLE_BLOCK + 1; // the whole block, for each of its pixels
     options.threads = 1;
     each_pixel(block, [&](int x, int y) {
         const FilmPixel &pixel = film_pixel(film, x, y);
@@ -184,7 +178,7 @@ struct Renderer {
 
     // Gives every pixel `count` samples, unless its block is done. Returns false if interrupted.
     bool render_pass(uint32_t count, const Progress &progress) {
-        const std::vector<Crop> blocks = blocks_of(film.crop, block_size(settings));
+        const std::vector<Crop> blocks = blocks_of(film.crop, settings.block_size());
         const double seconds_before = totals.seconds;
         const Clock::time_point start = Clock::now();
         double reported = 0;
@@ -327,7 +321,7 @@ bool render_frame(const Integrator &integrator, const RenderSettings &settings, 
                   RenderTotals &totals, const Progress &progress,
                   const volatile std::sig_atomic_t &interrupted) {
     const Crop crop = film.crop;
-    const Crop wide = settings.adaptive() ? whole_blocks(crop, film, block_size(settings)) : crop;
+    const Crop wide = settings.adaptive() ? whole_blocks(crop, film, settings.block_size()) : crop;
     const bool extends = pixel_count(wide) > pixel_count(crop);
     if (extends) film = film_with_crop(film, wide);
     Renderer renderer = {integrator, settings, interrupted, film, totals};

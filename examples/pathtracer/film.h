@@ -81,8 +81,7 @@ double film_noise(const Film &film);
 
 // ---- Rendering on all cores, in passes over the whole image, so that an interrupt leaves an image with
 // fewer samples. Adaptive sampling tests where an image has enough samples, in blocks on the grid of the
-// whole image, at powers of two: 8x8 pixels by variance (--noise), 16x16 by what a viewer sees
-// (--visible-noise). README.md explains why.
+// whole image, at powers of two: by variance (--noise) or by what a viewer sees (--visible-noise). README.md explains why.
 
 struct RenderSettings {
     uint32_t spp;          // samples per pixel
@@ -94,6 +93,9 @@ struct RenderSettings {
     float exposure;      // display exposure, in stops
 
     bool adaptive() const { return noise > 0 || visible_noise > 0; }
+    // Pixels per side. The blur of --visible-noise needs larger blocks.
+    static constexpr int BLOCK = 8, VISIBLE_BLOCK = 16;
+    int block_size() const { return visible_noise > 0 ? VISIBLE_BLOCK : BLOCK; }
 };
 
 struct RenderTotals : PathCounters {

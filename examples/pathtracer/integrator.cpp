@@ -2,17 +2,14 @@
 // A unidirectional path tracer (Kajiya, "The Rendering Equation", 1986) with next event estimation. The
 // power heuristic combines light sampling and BSDF sampling (Veach and Guibas, "Optimally Combining
 // Sampling Techniques for Monte Carlo Rendering", 1995). Paths end by Russian roulette or after
-// max_depth bounces. The pixel filter is a box, because splatting would correlate neighbours and
+// max_depth bounces. Pixel filters are sampled, because splatting would correlate neighbours and
 // destroy the blue noise.
 #include "integrator.h"
-
-#include <limits>
 
 namespace {
 
 // The first bounces contribute most light: Russian roulette there would cost more than it saves.
 constexpr uint32_t FIRST_ROULETTE_BOUNCE = 3;
-constexpr float INFINITE = std::numeric_limits<float>::infinity();
 
 bool has_lens(const Scene &scene) {
     return scene.camera.lens_radius > 0;
@@ -48,13 +45,6 @@ struct Vertex {
     }
 };
 
-// The sampled point, moved off the light to the side that emits towards the surface.
-inline Vec3 shadow_ray_end(const Light &light, const LightSample &sample) {
-    if (!(light.area > 0)) return sample.point;
-    const bool leaves_front = dot(light.normal, sample.direction) < 0;
-    return offset_point(sample.point, leaves_front ? light.normal : -light.normal, 0);
-}
-
 template <typename PathNumbers>
 class Path {
   public:
@@ -77,8 +67,8 @@ class Path {
             Hit hit;
             ++counters_.rays;
             const bool met = intersect(*integrator_.geometry, ray_, seen_by_camera_, hit);
-            const float flight = free_flight(met ? hit.distance : INFINITE);
-            const bool in_medium = flight < INFINITE;
+            const float flight = free_flight(met ? hit.distance : INFINITY);
+            const bool in_medium = flight < INFINITY;
             std::optional<Material> textured;
             std::optional<Vertex> vertex;
             if (met && (bounce_ == 0 || !in_medium)) vertex = vertex_at(hit, textured);
@@ -124,7 +114,7 @@ class Path {
 
     // The distance to the ray's next collision before `end`, or infinity.
     float free_flight(float end) const {
-        if (!scene_.medium) return INFINITE;
+        if (!scene_.medium) return INFINITY;
         bn::LoopSampler walk = numbers_.draw_loop(0);
         return medium_free_flight(*scene_.medium, ray_, end, walk);
     }
@@ -180,7 +170,10 @@ class Path {
         if (!(max_component(scattered) > 0) || !v.same_side(wi, sample.direction)) return;
         ++counters_.rays;
         const Ray shadow = {v.start(wi), sample.direction, ray_.time};
-        const Vec3 end = shadow_ray_end(light, sample);
+        Vec3 end = sample.point; // moved off the light to the side that emits towards the surface
+        if (light.area > 0)
+            end = offset_point(
+                end, dot(light.normal, sample.direction) < 0 ? light.normal : -light.normal, 0);
         if (occluded(*integrator_.geometry, shadow.origin, end, shadow.time)) return;
         float passed = 1;
         if (scene_.medium) {

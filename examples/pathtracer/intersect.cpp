@@ -3,7 +3,6 @@
 #include "intersect.h"
 
 #include <cstring>
-#include <limits>
 
 #include "files.h"
 
@@ -113,8 +112,7 @@ void geometry_thread_begin() {
 
 bool intersect(const Geometry &geometry, const Ray &ray, bool seen_by_camera, Hit &hit) {
     RTCRayHit query;
-    query.ray =
-        make_ray(ray.origin, ray.direction, std::numeric_limits<float>::infinity(), ray.time);
+    query.ray = make_ray(ray.origin, ray.direction, INFINITY, ray.time);
     if (seen_by_camera) query.ray.id = SEES_FRONTS;
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;

@@ -5,8 +5,6 @@
 // "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", 2019).
 #include "light.h"
 
-#include <limits>
-
 #include "files.h"
 #include "film.h"
 
@@ -83,7 +81,7 @@ float weigh(const LightTree &tree, const LightNode &node, const Receiver &r,
 
 LightNode node_around(const std::vector<Light> &lights, const uint32_t *first, size_t count) {
     LightNode node;
-    node.low = Vec3(std::numeric_limits<float>::infinity());
+    node.low = Vec3(INFINITY);
     node.high = -node.low;
     bool to_all_sides = false;
     for (size_t i = 0; i < count; ++i) {

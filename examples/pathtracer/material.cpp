@@ -204,8 +204,9 @@ float kept(float alpha, Vec3 o, Vec3 wi) {
 // The mean of a function over the normals visible from o. The important facets are at the rim of the
 // disc, so the rings are thinner there.
 template <typename Function>
-float mean_over_normals(float alpha, Vec3 o, const Function &function) {
-    double sum = 0, weights = 0;
+Vec2 mean_over_normals(float alpha, Vec3 o, const Function &function) {
+    glm::dvec2 sum(0);
+    double weights = 0;
     for (int ring = 0; ring < RINGS; ++ring) {
         const float v = (float(ring) + 0.5f) / RINGS;
         const float radius = std::sqrt(1 - v * v * v);
@@ -214,11 +215,11 @@ float mean_over_normals(float alpha, Vec3 o, const Function &function) {
             const float angle = PI * ((float(sector) + 0.5f) / SECTORS - 0.5f);
             const Vec2 disc = {radius * std::cos(angle), radius * std::sin(angle)};
             const double weight = double(v * v);
-            sum += weight * double(function(ggx_visible_normal(alpha, o, disc)));
+            sum += weight * glm::dvec2(function(ggx_visible_normal(alpha, o, disc)));
             weights += weight;
         }
     }
-    return float(sum / weights);
+    return sum / weights;
 }
 
 // The cosine-weighted mean. Between entries the table is linear in the root, as in interpolate().
@@ -244,16 +245,13 @@ const ConductorTable &conductor_table() {
             const float alpha = roughness * roughness;
             for (size_t c = 0; c < ENERGY_SIZE; ++c) {
                 const Vec3 o = direction_of_entry(c);
-                const auto mean = [&](bool edge) {
-                    return mean_over_normals(alpha, o, [&](Vec3 h) {
-                        const Vec3 wi = 2 * dot(o, h) * h - o;
-                        if (!(wi.z > 0)) return 0.0f;
-                        return edge ? schlick_edge(dot(o, h)) * kept(alpha, o, wi)
-                                    : kept(alpha, o, wi);
-                    });
-                };
-                t.energy[r][c] = mean(false);
-                t.edge[r][c] = mean(true);
+                const Vec2 mean = mean_over_normals(alpha, o, [&](Vec3 h) {
+                    const Vec3 wi = 2 * dot(o, h) * h - o;
+                    const float all = wi.z > 0 ? kept(alpha, o, wi) : 0;
+                    return Vec2(all, schlick_edge(dot(o, h)) * all);
+                });
+                t.energy[r][c] = mean.x;
+                t.edge[r][c] = mean.y;
             }
             t.mean_loss[r] = 1 - hemispherical_mean(t.energy[r]);
             t.mean_edge[r] = hemispherical_mean(t.edge[r]);
@@ -276,15 +274,16 @@ void material_prepare(Material &m) {
         for (size_t c = 0; c < ENERGY_SIZE; ++c) {
             const Vec3 o = direction_of_entry(c);
             transmitted[c] = 1 - fresnel_dielectric(o.z, eta);
-            e.kept[side][c] = mean_over_normals(alpha, o, [&](Vec3 h) {
+            const Vec2 mean = mean_over_normals(alpha, o, [&](Vec3 h) {
                 const float fresnel = fresnel_dielectric(std::max(0.0f, dot(o, h)), eta);
                 const Vec3 mirrored = 2 * dot(o, h) * h - o;
                 Vec3 refracted;
                 float sum = mirrored.z > 0 ? fresnel * kept(alpha, o, mirrored) : 0;
                 if (refract(o, h, eta, refracted) && refracted.z < 0)
                     sum += (1 - fresnel) * kept(alpha, o, refracted);
-                return sum;
+                return Vec2(sum, 0);
             });
+            e.kept[side][c] = mean.x;
         }
         e.mean_loss[side] = 1 - hemispherical_mean(e.kept[side]);
         passed[side] = hemispherical_mean(transmitted);

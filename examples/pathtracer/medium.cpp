@@ -2,11 +2,7 @@
 // Tracking through a medium, from block to block, with exponential steps within each block.
 #include "medium.h"
 
-#include <limits>
-
 namespace {
-
-constexpr float INFINITE = std::numeric_limits<float>::infinity();
 
 size_t index_of(glm::ivec3 size, int x, int y, int z) {
     return (size_t(z) * size.y + y) * size.x + x;
@@ -24,7 +20,7 @@ void each_cell(glm::ivec3 first, glm::ivec3 last, Visit visit) {
 Medium::Range range_of(const Medium &m, glm::ivec3 block) {
     const glm::ivec3 first = max(block * Medium::BLOCK - 1, glm::ivec3(0));
     const glm::ivec3 last = min((block + 1) * Medium::BLOCK, m.size - 1);
-    Medium::Range range = {INFINITE, 0};
+    Medium::Range range = {INFINITY, 0};
     each_cell(first, last, [&](int x, int y, int z) {
         const float density = m.density[index_of(m.size, x, y, z)];
         range = {std::min(range.least, density), std::max(range.most, density)};
@@ -57,8 +53,8 @@ void walk(const Medium &m, const Ray &ray, float end, bn::LoopSampler &numbers, 
         step[i] = direction[i] < 0 ? -1 : 1;
         const float face = low[i] + side[i] * float(block[i] + (step[i] > 0 ? 1 : 0));
         const bool crosses = direction[i] != 0;
-        next[i] = crosses ? (face - origin[i]) / direction[i] : INFINITE;
-        length[i] = crosses ? side[i] / std::abs(direction[i]) : INFINITE;
+        next[i] = crosses ? (face - origin[i]) / direction[i] : INFINITY;
+        length[i] = crosses ? side[i] / std::abs(direction[i]) : INFINITY;
     }
     const auto draw_depth = [&] { return -std::log(1 - numbers.next_1d()); };
     float left = -1; // optical depth until the next collision; below 0: not drawn yet
@@ -118,7 +114,7 @@ float medium_density(const Medium &m, Vec3 point) {
 
 float medium_free_flight(const Medium &medium, const Ray &ray, float end,
                          bn::LoopSampler &numbers) {
-    float found = INFINITE;
+    float found = INFINITY;
     const auto rate = [](Medium::Range range, float) { return range.most; };
     walk(medium, ray, end, numbers, rate, [&](float distance, Medium::Range range) {
         const float density = medium_density(medium, ray.origin + distance * ray.direction);

@@ -12,7 +12,7 @@
 //     time_wavelength() for the whole path, if anything moves
 //
 // No state is kept between samples, so threads, tiles and crops cannot change an image. docs/paths.md gives
-// the reasons; README.md lists what else the path tracer does to keep noise blue.
+// the reasons.
 #pragma once
 
 #include <bn/bn.hpp>

@@ -3,7 +3,6 @@
 #include "scene.h"
 
 #include <iomanip>
-#include <limits>
 
 namespace {
 
@@ -180,8 +179,7 @@ void choose_camera(Scene &scene, const SceneOptions &choice) {
 } // namespace
 
 Bounds scene_bounds(const Scene &scene) {
-    const float infinity = std::numeric_limits<float>::infinity();
-    Bounds b = {Vec3(infinity), Vec3(-infinity)};
+    Bounds b = {Vec3(INFINITY), Vec3(-INFINITY)};
     for (const Vec3 v : scene.vertices) include(b, v);
     return b;
 }

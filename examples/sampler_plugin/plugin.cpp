@@ -10,27 +10,19 @@
 
 namespace fs = std::filesystem;
 
-namespace {
-
-// The places of a name's colon and of its argument, or the name's end.
-std::pair<size_t, size_t> argument_of(const std::string &name) {
-    const size_t colon = std::min(name.find(':'), name.size());
-    return {colon, std::min(colon + 1, name.size())};
-}
-
-} // namespace
-
 std::vector<std::string> plugin_files(const std::string &name) {
     if (name.find_first_of("./") == std::string::npos) return {};
-    const auto [colon, argument] = argument_of(name);
+    const size_t colon = std::min(name.find(':'), name.size());
     std::vector<std::string> files = {name.substr(0, colon)};
     std::error_code none;
-    if (fs::is_regular_file(name.substr(argument), none)) files.push_back(name.substr(argument));
+    if (fs::is_regular_file(name.c_str() + colon + (colon < name.size()), none))
+        files.push_back(name.substr(colon + 1));
     return files;
 }
 
 Plugin plugin_load(const std::string &name, uint64_t seed, uint32_t samples) {
-    const auto [colon, argument] = argument_of(name);
+    const size_t colon = name.find(':');
+    const std::string argument = colon < name.size() ? name.substr(colon + 1) : "";
     // Stays open.
     void *const library = dlopen(fs::absolute(name.substr(0, colon)).c_str(), RTLD_NOW);
     if (!library) throw std::runtime_error(std::string("cannot load the sampler: ") + dlerror());
@@ -53,7 +45,7 @@ Plugin plugin_load(const std::string &name, uint64_t seed, uint32_t samples) {
                                  " of sampler_plugin.h, not " +
                                  std::to_string(SAMPLER_PLUGIN_VERSION) + "; compile it again");
     if (create)
-        plugin.state = {create(seed, samples, &name[argument]), [=](void *state) {
+        plugin.state = {create(seed, samples, argument.c_str()), [=](void *state) {
                             if (destroy && state) destroy(state);
                         }};
     if (create ? !plugin.state : colon < name.size())
