@@ -91,8 +91,8 @@ static int run_vector_sweep(field *f, uint32_t sweep, double temperature) {
     const uint32_t texels = job->texels, farthest = texels / 16 + 1; /* in ranks */
     for (uint32_t trial = 0; trial < texels; ++trial) {
         if (bn_anneal_cancelled(job, sweep, trial)) return 0;
-        /* Bits 32 to 63 choose p; 0 to 11 the allowance, 12 and 13 the type of move, 14 its direction, 16 to 31
-         * q. Those of `more` choose the channel, and how far q is. */
+        /* Bits 32 to 63 choose p, 0 to 11 the allowance, 12 and 13 the type of move, 14 its direction, and 16 to
+         * 31 q. Those of `more` choose the channel and how far q is. */
         const uint64_t bits = bn_random_next(&job->random);
         const uint32_t p = (uint32_t)((bits >> 32) * texels >> 32);
         const double allowance = temperature * job->logs[bits & (BN_ANNEAL_LOG_SIZE - 1)];

@@ -43,10 +43,10 @@ typedef struct elimination {
     uint32_t *scratch;
     size_t count; /* at the start of the stage, with those removed since */
     uint32_t cells[3];
-    uint64_t scale;        /* from squared distance to table entry, times 2^32 */
-    uint64_t bucket_scale; /* from energy to bucket, times 2^32 */
-    uint32_t bucket[BN_ELIMINATE_BUCKETS],
-        *next;                              /* lists of slots: the first, and the one after each */
+    uint64_t scale;                         /* from squared distance to table entry, times 2^32 */
+    uint64_t bucket_scale;                  /* from energy to bucket, times 2^32 */
+    uint32_t bucket[BN_ELIMINATE_BUCKETS];  /* lists: the first slot of each bucket, */
+    uint32_t *next;                         /* and the one after each slot */
     uint32_t table[BN_ELIMINATE_TABLE + 1]; /* the last entry is 0 */
     const bn_eliminate_watch *watch;
     size_t all, calls; /* the points of the first stage; calls of elimination_cancelled() */

@@ -107,8 +107,8 @@ static int create_kernel(bn_field *f, double sigma, int32_t *centre) {
         double line = 0;
         profile[axis] = create_profile(f, axis, sigma);
         if (profile[axis] == NULL) goto done;
-        for (int32_t d = 0; d <= f->reach[axis];
-             ++d) { /* a profile that is not folded is one half */
+        /* A profile that is not folded is one half of the Gaussian. */
+        for (int32_t d = 0; d <= f->reach[axis]; ++d) {
             line += d == 0 || f->folded[axis] ? profile[axis][d] : 2 * profile[axis][d];
         }
         sum *= line;

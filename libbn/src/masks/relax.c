@@ -30,7 +30,7 @@ typedef struct relaxation {
     void *progress_user;
     const bn_simd *simd;
     uint32_t width, height;
-    size_t rows, stride;  /* of an image; rows end with lanes that relax_row() reads in vain */
+    size_t rows, stride;  /* of an image; rows end with spare lanes for relax_row() */
     int16_t *image[2];    /* with a toroidal margin of REACH; the steps alternate between them */
     ptrdiff_t *offsets;   /* one per pair, for all steps */
     int16_t *weights;     /* each repeated BN_WINDOW_LANES times */

@@ -13,15 +13,15 @@ enum {
     BN_RELAX_LEARNED_REACH = 4
 };
 
-/* Up to eight offsets in texels, (+-x, +-y) and (+-y, +-x), with 0 <= y <= x and x > 0. Their weight is times 2^15,
- * divided by 2^shift, and converts to the scale after the step. */
+/* Up to eight offsets in texels, (+-x, +-y) and (+-y, +-x), with 0 <= y <= x and x > 0. A clipped difference is
+ * multiplied by weight * 2^(shift - 15), which also converts it to the scale after the step. */
 typedef struct bn_relax_learned_group {
     int16_t x, y, weight;
 } bn_relax_learned_group;
 
 typedef struct bn_relax_learned_step {
     int16_t limit, shift; /* the shift makes the limit use all 16 bits */
-    int32_t keep;         /* times 2^15; converts to the scale after the step */
+    int32_t keep;         /* a value is multiplied by keep * 2^-15, likewise */
     uint32_t group_count;
     bn_relax_learned_group groups[BN_RELAX_LEARNED_GROUPS];
 } bn_relax_learned_step;

@@ -28,8 +28,7 @@ typedef struct maker {
     size_t count, ones;    /* texels, and those that are set */
     size_t done, expected; /* changes to the field, for progress; `expected` is an estimate */
     uint32_t *ranks;       /* of texels in row-major order; not yet known for some */
-    uint32_t
-        *minority; /* texels by rank: those that empty() has removed, or that are being ordered */
+    uint32_t *minority;    /* texels by rank, while they are removed or ordered */
     int cancelled;
 } maker;
 

@@ -219,7 +219,7 @@ static int32_t clamped_row(const meter *m, int64_t y) {
     return (int32_t)(y < 0 ? 0 : y < m->height ? y : m->height - 1);
 }
 
-/* Computes a tile of the map, row by row, while the rings follow. Returns 0 if cancelled; only member 0 can be. */
+/* Computes a tile of the map, row by row. Returns 0 if cancelled; only member 0 can be. */
 static int measure_tile(const meter *m, scratch *s, uint32_t index, uint32_t tile, uint32_t tiles) {
     const uint32_t first = tile / m->tiles_across * TILE_ROWS, around = (uint32_t)m->around;
     const uint32_t last = m->height - first < TILE_ROWS ? m->height : first + TILE_ROWS;
@@ -229,7 +229,7 @@ static int measure_tile(const meter *m, scratch *s, uint32_t index, uint32_t til
     s->to = m->width - s->right < around ? m->width : s->right + around;
     int32_t top = clamped_row(m, (int64_t)first - m->around); /* of the window */
     uint32_t rows = 0;                                        /* measured in the window */
-    /* The next rows to measure and to blur. Rings hold the rows that later ones need. */
+    /* The next rows to measure and to blur. The rings hold the rows that these still need. */
     int32_t next = top, next_blurred = clamped_row(m, (int64_t)top - m->reach);
     for (size_t x = 0; x < m->most_pixels; ++x) s->columns[x] = 0;
     for (uint32_t y = first; y < last; ++y) {

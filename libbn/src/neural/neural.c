@@ -277,8 +277,7 @@ _Static_assert(((BN_MODEL_QUANTILES - 1) & (BN_MODEL_QUANTILES - 2)) == 0,
 static float window_value(const bn_model *model, float value) {
     if (model->has_quantiles) {
         const float *q = model->quantiles;
-        uint32_t below =
-            0; /* the last quantile that is not above the value, except for the largest */
+        uint32_t below = 0; /* the last quantile up to the value, except for the largest */
         for (uint32_t step = (BN_MODEL_QUANTILES - 1) / 2; step > 0; step /= 2) {
             if (q[below + step] <= value) below += step;
         }

@@ -148,8 +148,8 @@ static int load_library(const char *given, library *found) {
 
 /* ---- Sessions */
 
-struct
-    bn_runtime { /* ONNX Runtime allows concurrent runs of a session; everything else is only read */
+/* ONNX Runtime allows concurrent runs of a session; everything else is only read. */
+struct bn_runtime {
     const bn_ort_api *api; /* belongs to the library */
     bn_ort_env *env;
     bn_ort_session *session;

@@ -9,8 +9,7 @@ static void draw_sobol(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t
                        uint32_t domain, uint32_t pairs, uint32_t out[4]) {
     uint32_t key = bn_draw_sobol_key(bn_draw_seed(sampler), (uint32_t)x, (uint32_t)y, domain);
     for (uint32_t pair = 0; pair < 2u; ++pair) {
-        if (pair == 1 && pairs >> 1 != 0)
-            key = bn_draw_sobol_second_key(key); /* from the first pair's */
+        if (pair == 1 && pairs >> 1 != 0) key = bn_draw_sobol_second_key(key);
         if (!(pairs >> pair & 1u)) continue;
         const bn_uint2 v = bn_draw_sobol_two(key, index);
         out[2 * pair] = v.x;
