@@ -20,10 +20,10 @@ typedef struct {
 } block_tile;
 
 /* Sums a kernel over all pairs of pixels from two blocks. */
-static void make_kernel(block_tile *t, int which, int axes, double narrow) {
+static void make_kernel(block_tile *t, int which) {
     bake_kernel k;
     memset(&k, 0, sizeof k);
-    bake_kernel_add(&k, axes, narrow, 1);
+    bake_kernel_add(&k, 3 - which, 0, 1);
     for (int by = -NEAR; by <= NEAR; ++by) {
         for (int bx = -NEAR; bx <= NEAR; ++bx) {
             double sum = 0;
@@ -126,9 +126,7 @@ static void anneal(block_tile *t, const bake_options *options, double hot) {
 
 void bake_blocks(bake_table *table, const bake_options *options) {
     block_tile *t = bake_allocate(1, sizeof *t);
-    make_kernel(t, 0, 3, 0);
-    make_kernel(t, 1, 2, 0);
-    make_kernel(t, 2, 1, 0);
+    for (int which = 0; which < KERNELS; ++which) make_kernel(t, which);
     for (int a = 0; a < MEMBERS; ++a) {
         add_products(t, 0, bake_features_of_label(table, options, a, FEATURES_OWN), 16,
                      a == 0 ? 1.5 : 1);

@@ -15,8 +15,8 @@ enum { LANES = 16, ITERATIONS = 4 };
 
 /* ---- Principal components ---- */
 
-/* out (count x width) = rows (count x inner) times right (inner x width); `width` is a multiple of
- * LANES. */
+/* out (count x width) = rows (count x inner) times right (inner x width); `inner` is a multiple of 4, and `width`
+ * of LANES. */
 static void multiply(const float *rows, const float *right, float *out, int count, int inner,
                      int width) {
     memset(out, 0, (size_t)count * width * sizeof *out);
@@ -25,18 +25,13 @@ static void multiply(const float *rows, const float *right, float *out, int coun
         for (int i = 0; i < count; ++i) {
             const float *row = rows + (size_t)i * inner;
             float *sum = out + (size_t)i * width;
-            int j = from;
-            for (; j + 4 <= to; j += 4) {
+            for (int j = from; j < to; j += 4) {
                 const float *r = right + (size_t)j * width;
                 float a = row[j], b = row[j + 1], c = row[j + 2], d = row[j + 3];
                 for (int k = 0; k < width; ++k) {
                     sum[k] +=
                         a * r[k] + b * r[width + k] + c * r[2 * width + k] + d * r[3 * width + k];
                 }
-            }
-            for (; j < to; ++j) {
-                const float *r = right + (size_t)j * width;
-                for (int k = 0; k < width; ++k) sum[k] += row[j] * r[k];
             }
         }
     }
@@ -107,42 +102,22 @@ static void project(const float *rows, int count, int step, int inner, int width
 
 /* ---- Samples ---- */
 
-/* The digits of a member's first samples and labels. A sample is their sum with a key of random digits, which
- * belong to a domain in a copy of the tile and, from the seventeenth digit on, to a pixel. */
-typedef struct {
-    uint32_t point[4][POINTS], shift[PIXELS][4];
-} sample_digits;
-
-typedef struct {
-    uint32_t digits[4];
-} sample_key;
-
-static void digits_make(sample_digits *s, const pole_vectors *v) {
-    for (uint32_t i = 0; i < POINTS; ++i) {
-        uint32_t point[4];
-        pole_index_point(v, i, point);
-        for (int d = 0; d < 4; ++d) s->point[d][i] = point[d];
+/* Random digits, which belong to a domain in a copy of the tile and, from the seventeenth on, to a pixel. */
+static void key_make(uint32_t key[4], bake_random *r) {
+    for (int d = 0; d < 4; d += 2) {
+        const uint64_t bits = bake_random_bits(r);
+        key[d] = (uint32_t)bits;
+        key[d + 1] = (uint32_t)(bits >> 32);
     }
-    for (uint32_t m = 0; m < PIXELS; ++m) {
-        pole_label_shift(v, m, s->shift[m]);
-        for (int d = 0; d < 4; ++d) s->shift[m][d] &= 0xffff0000u;
-    }
-}
-
-static sample_key key_make(bake_random *r) {
-    const uint64_t first = bake_random_bits(r), second = bake_random_bits(r);
-    const sample_key key = {
-        {(uint32_t)first, (uint32_t)(first >> 32), (uint32_t)second, (uint32_t)(second >> 32)}};
-    return key;
 }
 
 /* The four coordinates of a label's first samples. */
-static void label_samples(const sample_digits *s, uint32_t label, sample_key key, int count,
+static void label_samples(const bake_sums *s, uint32_t label, const uint32_t key[4], int count,
                           float u[4][POINTS]) {
     for (int d = 0; d < 4; ++d) {
-        const uint32_t shift = s->shift[label][d] ^ key.digits[d];
+        const uint32_t shift = (s->label[label][d] & 0xffff0000u) ^ key[d];
         for (int i = 0; i < count; ++i) {
-            u[d][i] = (float)(int32_t)((s->point[d][i] ^ shift) >> 8) * (1.0f / 16777216.0f);
+            u[d][i] = (float)(int32_t)((s->point[i][d] ^ shift) >> 8) * (1.0f / 16777216.0f);
         }
     }
 }
@@ -228,7 +203,7 @@ static void plane_bits(const half_plane *p, const float *x, const float *y, int 
 
 /* ---- Errors ---- */
 
-/* The errors of one type of integrand: columns of a matrix with `stride` numbers per row. */
+/* The errors of one type of integrand: columns of a matrix with `stride` numbers per row, a multiple of 4. */
 typedef struct {
     float *rows;
     int stride, used;
@@ -305,21 +280,20 @@ static void centre(error_matrix *m, int first) {
 }
 
 /* Every two integrands share a domain's random digits and sample order. */
-static void add_integrands(error_matrix *m, const sample_digits *digits,
-                           const label_integrand *list, int n, int partials, const double *weight,
-                           bake_random *r) {
+static void add_integrands(error_matrix *m, const bake_sums *sums, const label_integrand *list,
+                           int n, int partials, const double *weight, bake_random *r) {
     enum { GROUP = 2 };
     float u[4][POINTS];
     int first = m->used, columns = LEVELS + partials;
     m->used += n * columns;
     for (int from = 0; from < n; from += GROUP) {
-        int to = from + GROUP < n ? from + GROUP : n;
-        const sample_key key = key_make(r);
+        uint32_t key[4];
+        key_make(key, r);
         const sample_order order = order_make(r);
         for (int label = 0; label < PIXELS; ++label) {
             float *row = m->rows + (size_t)label * m->stride + first;
-            label_samples(digits, (uint32_t)label, key, POINTS, u);
-            for (int f = from; f < to; ++f) {
+            label_samples(sums, (uint32_t)label, key, POINTS, u);
+            for (int f = from; f < from + GROUP; ++f) {
                 uint64_t bits[4] = {~(uint64_t)0, ~(uint64_t)0, ~(uint64_t)0, ~(uint64_t)0};
                 double mean = 1;
                 if (list[f].width > 0) {
@@ -387,14 +361,14 @@ bake_features bake_features_of_label(const bake_table *table, const bake_options
                  [FEATURES_SINGLES] = {15, 48, single_weight}};
     enum { MOST = 160 };
     static label_integrand list[MOST];
-    static sample_digits digits;
+    static bake_sums sums;
     error_matrix m = {NULL, 0, 0};
-    digits_make(&digits, &table->member[member]);
+    bake_sums_make(&sums, &table->member[member]);
     bake_random r = bake_random_make(options->seed, 5, (uint64_t)(member * 16 + what));
     memset(list, 0, sizeof list);
     if (what == FEATURES_OWN) {
-        const int planes = fewer(options, 112, 2), both = fewer(options, 160, 2);
-        const int bumps = fewer(options, 32, 2);
+        const int planes = fewer(options, 112, 4), both = fewer(options, 160, 4);
+        const int bumps = fewer(options, 32, 4);
         m.stride = (2 * planes + both + 2 * bumps) * (LEVELS + PARTIALS);
         m.rows = bake_allocate((size_t)PIXELS * m.stride, sizeof *m.rows);
         for (int kind = 1; kind <= 3; ++kind) {
@@ -405,15 +379,15 @@ bake_features bake_features_of_label(const bake_table *table, const bake_options
                 list[i].plane[0] = plane_make(&r, kind == 2 ? bake_random_double(&r) : turns);
                 list[i].plane[1] = plane_make(&r, kind == 2 ? turns : bake_random_double(&r));
             }
-            add_integrands(&m, &digits, list, n, PARTIALS, kind < 3 ? plane_weight : product_weight,
+            add_integrands(&m, &sums, list, n, PARTIALS, kind < 3 ? plane_weight : product_weight,
                            &r);
         }
         for (int pair = 0; pair < 2; ++pair) {
             for (int i = 0; i < bumps; ++i) list[i] = bump_make(&r, pair);
-            add_integrands(&m, &digits, list, bumps, PARTIALS, bump_weight, &r);
+            add_integrands(&m, &sums, list, bumps, PARTIALS, bump_weight, &r);
         }
     } else {
-        const int n = fewer(options, kinds[what].full, 2);
+        const int n = fewer(options, kinds[what].full, 4);
         const int dimensions = what == FEATURES_AXES && member == 0 ? 12 : kinds[what].dimensions;
         m.stride = __builtin_popcount((unsigned)dimensions) * n * LEVELS;
         m.rows = bake_allocate((size_t)PIXELS * m.stride, sizeof *m.rows);
@@ -423,7 +397,7 @@ bake_features bake_features_of_label(const bake_table *table, const bake_options
                 list[i].uses = 1 << d / 2;
                 list[i].plane[d / 2] = plane_step(d & 1, (i + bake_random_double(&r)) / n);
             }
-            add_integrands(&m, &digits, list, n, 0, kinds[what].weight, &r);
+            add_integrands(&m, &sums, list, n, 0, kinds[what].weight, &r);
         }
     }
     const int most = what == FEATURES_OWN ? 336 : 80;
@@ -439,20 +413,21 @@ bake_features bake_features_of_two(const bake_table *table, const bake_options *
     enum { COLUMNS = FEW_LEVELS + FEW_PARTIALS };
     static const double weight[COLUMNS] = {1.1, 1.2, 1.2, 1.1, 1, 1, 1, .5, .4, .4, .3, .3, .3, .3};
     static half_plane plane[2][MOST];
-    static sample_digits digits;
-    int n = fewer(options, MOST, 5);
+    static bake_sums sums;
+    int n = fewer(options, MOST, 10);
     uint64_t *bits[2];
     bake_random r = bake_random_make(options->seed, 6, (uint64_t)(first * MEMBERS + second));
     for (int side = 0; side < 2; ++side) {
         float u[4][POINTS];
         bits[side] = bake_allocate((size_t)PIXELS * MOST, sizeof *bits[side]);
-        digits_make(&digits, &table->member[side == 0 ? first : second]);
+        bake_sums_make(&sums, &table->member[side == 0 ? first : second]);
         for (int i = 0; i < n; ++i) plane[side][i] = plane_make(&r, bake_random_double(&r));
         /* Two in five integrands use both first pairs. Every five integrands share a domain. */
         for (int from = 0; from < n; from += 5) {
-            const sample_key key = key_make(&r);
+            uint32_t key[4];
+            key_make(key, &r);
             for (int label = 0; label < PIXELS; ++label) {
-                label_samples(&digits, (uint32_t)label, key, 64, u);
+                label_samples(&sums, (uint32_t)label, key, 64, u);
                 for (int i = from; i < from + 5; ++i) {
                     const int pairing = i % 5 % 4, d = side == 0 ? (pairing & 1) * 2 : pairing & 2;
                     plane_bits(&plane[side][i], u[d], u[d + 1], 64, &bits[side][label * MOST + i]);

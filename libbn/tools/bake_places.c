@@ -26,9 +26,10 @@ typedef struct {
     int sets;
     feature_set set[MEMBERS];
     bake_kernel kernel;
-    int crossed;
-    float *
-        gram; /* by block and places, [BLOCKS][16][16], or by pixels and places, [BLOCKS][256][256] */
+    /* Products of features, [BLOCKS][rows][rows]. A row is a place or, if `pixels` is 16, a pixel of the block
+     * and a place; otherwise `pixels` is 0. */
+    float *gram;
+    int rows, pixels;
 } feature_group;
 
 typedef struct {
@@ -59,8 +60,8 @@ static const float *features_at(const feature_set *s, int pixel, uint32_t label)
 }
 
 static void gram_of_block(feature_group *g, const arrangement *t, int block) {
-    uint32_t upper = t->label[bake_pixel_of(block, 0)] & ~15u;
-    float own[16][16];
+    uint32_t upper = t->label[bake_pixel_of(block, 0)] & ~15u, rows = (uint32_t)g->rows;
+    float own[16][16], *gram = g->gram + (size_t)block * rows * rows;
     const feature_set *first = &g->set[0];
     for (uint32_t i = 0; i < 16; ++i) {
         for (uint32_t j = 0; j <= i; ++j) {
@@ -68,12 +69,7 @@ static void gram_of_block(feature_group *g, const arrangement *t, int block) {
                 features_at(first, 0, upper | i), features_at(first, 0, upper | j), first->f.width);
         }
     }
-    if (!g->crossed) {
-        memcpy(g->gram + (size_t)block * 256, own, sizeof own);
-        return;
-    }
-    float *gram = g->gram + (size_t)block * 65536;
-    for (uint32_t i = 0; i < 256; ++i) {
+    for (uint32_t i = 0; i < rows; ++i) {
         for (uint32_t j = 0; j <= i; ++j) {
             float sum = own[i & 15][j & 15];
             for (int s = 1; s < g->sets; ++s) {
@@ -83,7 +79,7 @@ static void gram_of_block(feature_group *g, const arrangement *t, int block) {
                     features_at(set, bake_pixel_of(block, (int)j >> 4), upper | (j & 15)),
                     set->f.width);
             }
-            gram[i * 256 + j] = gram[j * 256 + i] = sum;
+            gram[i * rows + j] = gram[j * rows + i] = sum;
         }
     }
 }
@@ -129,16 +125,16 @@ static void make_fields(arrangement *t) {
 /* ---- Annealing ---- */
 
 typedef struct {
+    int block;
     uint32_t place[16];    /* of the block's pixels */
     float product[16][16]; /* a pixel's field times the features of a place there */
-    const float *gram[MOST_GROUPS];
 } block_state;
 
 static void enter_block(const arrangement *t, int block, block_state *b) {
     memset(b->product, 0, sizeof b->product);
+    b->block = block;
     for (int i = 0; i < t->groups; ++i) {
         const feature_group *g = &t->group[i];
-        b->gram[i] = g->gram + (size_t)block * (g->crossed ? 65536 : 256);
         for (int k = 0; k < 16; ++k) {
             const int p = bake_pixel_of(block, k);
             const uint32_t upper = t->label[p] & ~15u;
@@ -160,10 +156,11 @@ static float kernel_at(const feature_group *g, int p, int q) {
     return g->kernel.tap[REACH + q / 4 - p / 4][REACH + q % 4 - p % 4];
 }
 
-/* The row of a group's Gram matrix for place i at pixel p. */
-static const float *gram_row(const feature_group *g, const block_state *b, int group, int p,
-                             uint32_t i) {
-    return b->gram[group] + (g->crossed ? ((uint32_t)p * 16 + i) * 256 : i * 16);
+/* The product of the features of place i at pixel p and place j at pixel q. */
+static float gram_at(const feature_group *g, const block_state *b, int p, uint32_t i, int q,
+                     uint32_t j) {
+    const int row = b->block * g->rows + p * g->pixels + (int)i;
+    return g->gram[row * g->rows + q * g->pixels + (int)j];
 }
 
 static float swap_cost(const arrangement *t, const block_state *b, int p, int q) {
@@ -171,12 +168,11 @@ static float swap_cost(const arrangement *t, const block_state *b, int p, int q)
     float cost = 2 * (b->product[p][j] - b->product[p][i] + b->product[q][i] - b->product[q][j]);
     for (int n = 0; n < t->groups; ++n) {
         const feature_group *g = &t->group[n];
-        const float *pi = gram_row(g, b, n, p, i), *pj = gram_row(g, b, n, p, j);
-        const float *qi = gram_row(g, b, n, q, i), *qj = gram_row(g, b, n, q, j);
-        uint32_t at_p = g->crossed ? (uint32_t)p * 16 : 0, at_q = g->crossed ? (uint32_t)q * 16 : 0;
-        float here = pi[at_p + i] + pj[at_p + j] - 2 * pi[at_p + j] + qi[at_q + i] + qj[at_q + j] -
-                     2 * qi[at_q + j];
-        float between = pj[at_q + i] - pj[at_q + j] - pi[at_q + i] + pi[at_q + j];
+        float here = gram_at(g, b, p, i, p, i) + gram_at(g, b, p, j, p, j) -
+                     2 * gram_at(g, b, p, i, p, j) + gram_at(g, b, q, i, q, i) +
+                     gram_at(g, b, q, j, q, j) - 2 * gram_at(g, b, q, i, q, j);
+        float between = gram_at(g, b, p, j, q, i) - gram_at(g, b, p, j, q, j) -
+                        gram_at(g, b, p, i, q, i) + gram_at(g, b, p, i, q, j);
         cost += kernel_at(g, p, p) * here + 2 * kernel_at(g, p, q) * between;
     }
     return cost;
@@ -186,13 +182,11 @@ static void swap(const arrangement *t, block_state *b, int p, int q) {
     uint32_t i = b->place[p], j = b->place[q];
     for (int n = 0; n < t->groups; ++n) {
         const feature_group *g = &t->group[n];
-        const float *pi = gram_row(g, b, n, p, i), *pj = gram_row(g, b, n, p, j);
-        const float *qi = gram_row(g, b, n, q, i), *qj = gram_row(g, b, n, q, j);
         for (int r = 0; r < 16; ++r) {
             const float kp = kernel_at(g, p, r), kq = kernel_at(g, q, r);
-            int at = g->crossed ? r * 16 : 0;
-            for (int l = 0; l < 16; ++l) {
-                b->product[r][l] += kp * (pj[at + l] - pi[at + l]) + kq * (qi[at + l] - qj[at + l]);
+            for (uint32_t l = 0; l < 16; ++l) {
+                b->product[r][l] += kp * (gram_at(g, b, p, j, r, l) - gram_at(g, b, p, i, r, l)) +
+                                    kq * (gram_at(g, b, q, i, r, l) - gram_at(g, b, q, j, r, l));
             }
         }
     }
@@ -269,7 +263,7 @@ static arrangement *begin(const bake_table *table, const bake_options *options, 
         const float w = (float)sqrt(2.0 / member);
         for (size_t i = 0; i < (size_t)BLOCKS * 256 * f.width; ++i) f.rows[i] *= w;
         add_set(own, f, table->label[a]);
-        own->crossed = 1;
+        own->pixels = 16;
     }
     add_group(t, OF(SINGLES), 0.5, 3, 0, 0.25);
     add_group(t, OF(AXES), member == 0 ? 0.4 : 0.12, 1, 2, 0);
@@ -281,7 +275,8 @@ static arrangement *begin(const bake_table *table, const bake_options *options, 
     memcpy(t->label, table->label[member], sizeof t->label);
     for (int i = 0; i < t->groups; ++i) {
         feature_group *g = &t->group[i];
-        g->gram = bake_allocate((size_t)BLOCKS * (g->crossed ? 65536 : 256), sizeof *g->gram);
+        g->rows = g->pixels == 0 ? 16 : 256;
+        g->gram = bake_allocate((size_t)BLOCKS * g->rows * g->rows, sizeof *g->gram);
         for (int block = 0; block < BLOCKS; ++block) gram_of_block(g, t, block);
     }
     return t;

@@ -82,33 +82,30 @@ static void make_functions(bake_smooth_judge *j, bake_random *r) {
     static const int cross[4][2] = {{0, 2}, {0, 3}, {1, 2}, {1, 3}};
     const curve single[SINGLES] = {{0, 1, 0, 0}, {0, 1, 0.25, 0}, {0, 2, 0, 0}, {2, 1, 0, 0},
                                    {2, 2, 0, 0}, {3, 3, 1, 0},    {3, 7, 2, 0}, {3, 17, 5, 0}};
-    int one[SINGLES], more[MIXED], n = 0;
+    int one[SINGLES], more[MIXED];
     for (int i = 0; i < SINGLES; ++i) one[i] = add_factor(j, single[i]);
-    while (n < MIXED) {
+    for (int i = 0; i < MIXED; ++i) {
         double kind = bake_random_double(r), a = bake_random_double(r), b = bake_random_double(r);
         const curve bump = {1, a, 0.15 + 0.35 * b, 0}, wave = {0, b < 0.6 ? 1 : 2, a, 1.2},
                     ramp = {2, 1 + 2 * a, 0, 0};
-        more[n++] = add_factor(j, kind < 0.5 ? bump : kind < 0.8 ? wave : ramp);
+        more[i] = add_factor(j, kind < 0.5 ? bump : kind < 0.8 ? wave : ramp);
     }
     for (int d = 0; d < 4; ++d) {
         for (int i = 0; i < SINGLES; ++i) add_function(j, d, 1, &one[i], &d);
     }
     for (int pair = 0; pair < 2; ++pair) {
-        int of[2] = {2 * pair, 2 * pair + 1};
-        for (int i = 0; i < MIXED / 2; ++i) {
-            int factor[2] = {more[2 * i], more[2 * i + 1]};
-            add_function(j, 4 + pair, 2, factor, of);
-        }
+        const int of[2] = {2 * pair, 2 * pair + 1};
+        for (int i = 0; i < MIXED; i += 2) add_function(j, 4 + pair, 2, &more[i], of);
     }
     for (int k = 0; k < 4; ++k) {
         for (int i = 0; i < 4; ++i) {
-            int factor[2] = {more[(5 * i + k) % n], more[(5 * i + k + 7) % n]};
+            const int factor[2] = {more[5 * i + k], more[5 * i + k + 7]};
             add_function(j, 6 + k, 2, factor, cross[k]);
         }
     }
     for (int i = 0; i < 12; ++i) {
-        int triple[3] = {0, 2, 3}, all[4] = {0, 1, 2, 3};
-        int factor[4] = {more[i], more[(i + 9) % n], more[(i + 17) % n], more[(i + 27) % n]};
+        const int triple[3] = {0, 2, 3}, all[4] = {0, 1, 2, 3};
+        const int factor[4] = {more[i], more[i + 9], more[i + 17], more[i + 27]};
         add_function(j, 10, 3, factor, triple);
         add_function(j, 11, 4, factor, all);
     }
@@ -173,20 +170,17 @@ bake_smooth_judge *bake_smooth_begin(bake_random *r) {
     return j;
 }
 
-/* The mean logarithm of the ratios to Sobol', plus a penalty for ratios above 1. */
-double bake_smooth_energy(const bake_smooth_judge *j, const pole_vectors *v) {
+double bake_smooth_energy(const bake_smooth_judge *j, const uint32_t point[POINTS][4]) {
     static const double weight[LEVELS] = {0, .3, .7, 1, 1, 1, 1, .4, .3};
     static const double group_weight[GROUPS] = {.3, .3, .3, .3, 1.8, 1.8, .3, .3, .3, .3, 1, 1.5};
-    static uint32_t point[POINTS][4];
     double logs[GROUPS][LEVELS] = {{0}}, energy = 0;
     int members[GROUPS] = {0};
-    for (uint32_t i = 0; i < POINTS; ++i) pole_index_point(v, i, point[i]);
     for (const smooth_function *f = j->f; f < j->f + j->count; ++f) {
         const int single = f->dimensions == 1;
         double square[LEVELS] = {0};
         ++members[f->group];
         for (int s = 0; s < SHIFTS; ++s) {
-            add_errors(j, f, (const uint32_t(*)[4])point, j->shift[s], square);
+            add_errors(j, f, point, j->shift[s], square);
         }
         for (int l = 1; l < levels_of(f); ++l) {
             const double ratio = sqrt(square[l] / SHIFTS) / f->sobol[l];

@@ -13,12 +13,10 @@
 enum {
     SIDE = 64,            /* tile side, in pixels */
     PIXELS = SIDE * SIDE, /* also the number of labels */
-    BLOCKS =
-        PIXELS /
-        16, /* of 4 x 4 pixels: a label's upper bits lead to one, the others to a place in it */
+    BLOCKS = PIXELS / 16, /* of 4 x 4 pixels */
     MEMBERS = 4,
-    POINTS = 256,
-    LEVELS = 9 /* 1, 2, 4 ... 256 samples */
+    POINTS = 256, /* the first samples of a pixel, which the searches judge */
+    LEVELS = 9    /* 1, 2, 4 ... 256 samples */
 };
 
 static const double TURN = 6.283185307179586;
@@ -33,6 +31,16 @@ typedef struct {
     uint64_t seed;
     double effort;
 } bake_options;
+
+/* The sums of the vectors of all labels and of the first samples. A draw is the sum of one each, and of keys. */
+typedef struct {
+    uint32_t label[PIXELS][4], point[POINTS][4];
+} bake_sums;
+
+static inline void bake_sums_make(bake_sums *s, const pole_vectors *v) {
+    for (uint32_t m = 0; m < PIXELS; ++m) pole_sum(v->label, m, s->label[m]);
+    for (uint32_t i = 0; i < POINTS; ++i) pole_sum(v->index, i, s->point[i]);
+}
 
 /* ---- Memory and random numbers ---- */
 
@@ -137,7 +145,7 @@ void bake_places(bake_table *table, const bake_options *options, int member);
  * for ratios above 1. */
 typedef struct bake_smooth_judge bake_smooth_judge;
 bake_smooth_judge *bake_smooth_begin(bake_random *r);
-double bake_smooth_energy(const bake_smooth_judge *j, const pole_vectors *v);
+double bake_smooth_energy(const bake_smooth_judge *j, const uint32_t point[POINTS][4]);
 
 /* ---- Features, by which labels are compared ---- */
 

@@ -157,33 +157,20 @@ static void integrand_make(integrand *f, bake_random *r, int which, int member, 
     f->earlier_pair = which >> 1 & 1;
 }
 
-/* ---- Samples: 15 bits of a label's vector, a sample's vector and a key ---- */
+/* ---- Samples: 15 bits of a label's sum, a sample's sum and a key ---- */
 
+/* The upper 16 digits at every pixel of the tile. */
 typedef uint16_t coordinates[4][PIXELS];
 
-static void label_coordinates(coordinates out, const pole_vectors *v, const uint16_t *label,
+static void label_coordinates(coordinates out, const bake_sums *s, const uint16_t *label,
                               const uint16_t key[4]) {
-    static uint16_t of_label[PIXELS][4];
-    for (uint32_t m = 0; m < PIXELS; ++m) {
-        uint32_t sum[4];
-        pole_label_shift(v, m, sum);
-        for (int d = 0; d < 4; ++d) of_label[m][d] = (uint16_t)(sum[d] >> 16 ^ key[d]);
-    }
     for (int p = 0; p < PIXELS; ++p) {
-        for (int d = 0; d < 4; ++d) out[d][p] = of_label[label[p]][d];
+        for (int d = 0; d < 4; ++d) out[d][p] = (uint16_t)(s->label[label[p]][d] >> 16 ^ key[d]);
     }
 }
 
-static void sample_words(uint16_t out[SAMPLES][4], const pole_vectors *v) {
-    for (uint32_t i = 0; i < SAMPLES; ++i) {
-        uint32_t point[4];
-        pole_index_point(v, i, point);
-        for (int d = 0; d < 4; ++d) out[i][d] = (uint16_t)(point[d] >> 16);
-    }
-}
-
-static inline int16_t coordinate(uint16_t label, uint16_t sample) {
-    return (int16_t)((uint16_t)(label ^ sample) >> 1);
+static inline int16_t coordinate(uint16_t label, uint32_t point) {
+    return (int16_t)((uint16_t)(label ^ point >> 16) >> 1);
 }
 
 static inline int16_t times(int16_t a, int16_t u) {
@@ -197,40 +184,41 @@ static inline int16_t below(int16_t value, int16_t limit) {
 
 /* Marks the pixels whose sample lies inside an edge in the dimensions x, y and, for half-spaces, z. */
 BAKE_WIDE static void mark_edge(int16_t *mark, const edge *e, const coordinates at,
-                                const uint16_t sample[4], int x, int y, int z) {
+                                const uint32_t point[4], int x, int y, int z) {
     const int16_t a = e->factor[0], b = e->factor[1], c = e->factor[2];
     for (int p = 0; p < PIXELS; ++p) {
-        const int16_t u = coordinate(at[x][p], sample[x]), v = coordinate(at[y][p], sample[y]);
-        const int16_t w = coordinate(at[z][p], sample[z]);
+        const int16_t u = coordinate(at[x][p], point[x]), v = coordinate(at[y][p], point[y]);
+        const int16_t w = coordinate(at[z][p], point[z]);
         mark[p] = below((int16_t)(times(a, u) + times(b, v) + times(c, w)), e->limit[p]);
     }
 }
 
 /* Marks the pixels whose sample is below a limit in one dimension. */
-BAKE_WIDE static void mark_step(int16_t *mark, const uint16_t *x, uint16_t sample, int16_t limit) {
-    for (int p = 0; p < PIXELS; ++p) mark[p] = below(coordinate(x[p], sample), limit);
+BAKE_WIDE static void mark_step(int16_t *mark, const uint16_t *x, uint32_t point, int16_t limit) {
+    for (int p = 0; p < PIXELS; ++p) mark[p] = below(coordinate(x[p], point), limit);
+}
+
+BAKE_WIDE static void add_marks(int16_t *count, const int16_t *mark) {
+    for (int p = 0; p < PIXELS; ++p) count[p] = (int16_t)(count[p] - mark[p]);
 }
 
 /* Takes one sample in every pixel, and adds those inside to the counts. */
 BAKE_WIDE static void count_sample(int16_t count[STEP][PIXELS], const integrand *f,
-                                   const coordinates at, const uint16_t sample[4],
+                                   const coordinates at, const uint32_t point[4],
                                    const int16_t *inside) {
-    static int16_t first[PIXELS], second[PIXELS], other[PIXELS], space[PIXELS], choice[PIXELS];
-    const int16_t *own = f->pair == 0 ? first : second;
-    mark_edge(first, &f->plane[0], at, sample, 0, 1, 0);
-    mark_edge(second, &f->plane[1], at, sample, 2, 3, 2);
-    mark_edge(other, &f->other, at, sample, 0, 1, 0);
-    mark_edge(space, &f->space, at, sample, 0, 1, f->third);
-    mark_step(choice, at[f->third], sample[f->third], f->below);
+    static int16_t mark[STEP][PIXELS], other[PIXELS], choice[PIXELS];
+    const int16_t *first = mark[FIRST], *second = mark[SECOND], *own = mark[f->pair];
+    mark_edge(mark[FIRST], &f->plane[0], at, point, 0, 1, 0);
+    mark_edge(mark[SECOND], &f->plane[1], at, point, 2, 3, 2);
+    mark_edge(other, &f->other, at, point, 0, 1, 0);
+    mark_edge(mark[SPACE], &f->space, at, point, 0, 1, f->third);
+    mark_step(choice, at[f->third], point[f->third], f->below);
     for (int p = 0; p < PIXELS; ++p) {
-        count[FIRST][p] = (int16_t)(count[FIRST][p] - first[p]);
-        count[SECOND][p] = (int16_t)(count[SECOND][p] - second[p]);
-        count[BOTH][p] = (int16_t)(count[BOTH][p] - (first[p] & second[p]));
-        count[CHOICE][p] =
-            (int16_t)(count[CHOICE][p] - ((first[p] & choice[p]) | (other[p] & ~choice[p])));
-        count[SPACE][p] = (int16_t)(count[SPACE][p] - space[p]);
-        count[MEMBER][p] = (int16_t)(count[MEMBER][p] - (own[p] & inside[p]));
+        mark[BOTH][p] = first[p] & second[p];
+        mark[CHOICE][p] = (int16_t)((first[p] & choice[p]) | (other[p] & ~choice[p]));
+        mark[MEMBER][p] = own[p] & inside[p];
     }
+    for (int kind = 0; kind < STEP; ++kind) add_marks(count[kind], mark[kind]);
 }
 
 /* ---- Errors ---- */
@@ -307,7 +295,7 @@ static void add_errors(vector_judge *j, int kind, int level, const float *image)
 }
 
 static void judge_integrand(vector_judge *j, const integrand *f, const coordinates at,
-                            const uint16_t sample[SAMPLES][4]) {
+                            const uint32_t point[][4]) {
     static int16_t count[STEP][PIXELS];
     static float image[PIXELS], mean[STEP][PIXELS];
     const float share = (float)f->below / 32768;
@@ -316,13 +304,12 @@ static void judge_integrand(vector_judge *j, const integrand *f, const coordinat
         const float first = f->plane[0].mean[p], second = f->plane[1].mean[p];
         mean[FIRST][p] = first;
         mean[SECOND][p] = second;
-        mean[BOTH][p] = first * second;
+        mean[BOTH][p] = mean[MEMBER][p] = first * second;
         mean[CHOICE][p] = share * first + (1 - share) * f->other.mean[p];
         mean[SPACE][p] = f->space.mean[p];
-        mean[MEMBER][p] = f->plane[f->pair].mean[p] * f->plane[!f->pair].mean[p];
     }
     for (int i = 0, level = 0; i < SAMPLES; ++i) {
-        count_sample(count, f, at, sample[i], f->inside[i]);
+        count_sample(count, f, at, point[i], f->inside[i]);
         if ((i & (i + 1)) != 0) continue;
         for (int kind = 0; kind < (j->others > 0 ? STEP : MEMBER); ++kind) {
             image_of(image, count[kind], 1.0f / (float)(i + 1), mean[kind]);
@@ -334,7 +321,7 @@ static void judge_integrand(vector_judge *j, const integrand *f, const coordinat
 
 /* Judges steps in single numbers. Member 0 also blurs steps in x along columns, and steps in y along rows. */
 static void judge_steps(vector_judge *j, const integrand_set *s, const coordinates at,
-                        const uint16_t sample[SAMPLES][4]) {
+                        const uint32_t point[][4]) {
     static int16_t count[PIXELS], mark[PIXELS];
     static float image[PIXELS], mean[PIXELS];
     for (int d = 0; d < 4; ++d) {
@@ -342,8 +329,8 @@ static void judge_steps(vector_judge *j, const integrand_set *s, const coordinat
             memset(count, 0, sizeof count);
             for (int p = 0; p < PIXELS; ++p) mean[p] = (float)s->step[d][k] / 32768;
             for (int i = 0, level = 0; i < SAMPLES; ++i) {
-                mark_step(mark, at[d], sample[i][d], s->step[d][k]);
-                for (int p = 0; p < PIXELS; ++p) count[p] = (int16_t)(count[p] - mark[p]);
+                mark_step(mark, at[d], point[i][d], s->step[d][k]);
+                add_marks(count, mark);
                 if ((i & (i + 1)) != 0) continue;
                 image_of(image, count, 1.0f / (float)(i + 1), mean);
                 j->blurred[SINGLE][level] += wide_square(image, 3) / (SETS * 4 * STEPS);
@@ -361,21 +348,19 @@ static const double COUNT_WEIGHT[2][COUNTS] = {{1.25, 1.05, 1, 1, 1, 0.75, 0.95}
                                                {1.15, 1, 1, 1.1, 1, 1, 1.35}};
 
 /* The mean logarithm of the errors. */
-static double judge_vectors(vector_judge *j, const pole_vectors *v) {
+static double judge_vectors(vector_judge *j, const bake_sums *sums) {
     static coordinates at;
-    uint16_t sample[SAMPLES][4];
     double sum = 0, weights = 0;
     memset(j->blurred, 0, sizeof j->blurred);
     memset(j->narrow, 0, sizeof j->narrow);
     memset(j->raw, 0, sizeof j->raw);
-    sample_words(sample, v);
     for (int s = 0; s < SETS; ++s) {
-        label_coordinates(at, v, j->label, j->set[s].key);
+        const integrand_set *set = &j->set[s];
+        label_coordinates(at, sums, j->label, set->key);
         for (int k = 0; k < EACH; ++k) {
-            judge_integrand(j, &j->set[s].f[k], (const uint16_t(*)[PIXELS])at,
-                            (const uint16_t(*)[4])sample);
+            judge_integrand(j, &set->f[k], (const uint16_t(*)[PIXELS])at, sums->point);
         }
-        judge_steps(j, &j->set[s], (const uint16_t(*)[PIXELS])at, (const uint16_t(*)[4])sample);
+        judge_steps(j, set, (const uint16_t(*)[PIXELS])at, sums->point);
     }
     for (int kind = 0; kind < KINDS; ++kind) {
         if (kind == MEMBER ? j->others == 0 : kind == STEP && j->member != 0) continue;
@@ -426,6 +411,7 @@ static void move(pole_vectors *v, bake_random *r, int member) {
 static void judge_begin(vector_judge *j, const bake_table *table, int member, int others,
                         bake_random *r) {
     static coordinates at;
+    static bake_sums sums;
     j->member = member;
     j->others = others;
     j->label = table->label[member];
@@ -439,17 +425,16 @@ static void judge_begin(vector_judge *j, const bake_table *table, int member, in
         }
         for (int k = 0; k < EACH; ++k) {
             integrand *f = &set->f[k];
-            uint16_t key[4], sample[SAMPLES][4];
+            uint16_t key[4];
             integrand_make(f, r, k, member, others);
             if (others == 0) continue;
-            const pole_vectors *v = &table->member[f->earlier];
             for (int d = 0; d < 4; ++d) key[d] = (uint16_t)bake_random_bits(r);
-            label_coordinates(at, v, table->label[f->earlier], key);
-            sample_words(sample, v);
+            bake_sums_make(&sums, &table->member[f->earlier]);
+            label_coordinates(at, &sums, table->label[f->earlier], key);
             for (int i = 0; i < SAMPLES; ++i) {
                 const int d = 2 * f->earlier_pair;
                 mark_edge(f->inside[i], &f->plane[!f->pair], (const uint16_t(*)[PIXELS])at,
-                          sample[i], d, d + 1, d);
+                          sums.point[i], d, d + 1, d);
             }
         }
     }
@@ -460,6 +445,7 @@ void bake_vectors(bake_table *table, const bake_options *options, int member, in
     enum { SMOOTH_WEIGHT_PERCENT = 22, START_MOVES = 400, PARTS = 8, AGAIN_PARTS = 2 };
     const int others = again ? MEMBERS - 1 : member, trials = bake_count(options, 1600, 1);
     const int first = again ? PARTS : 0, end = again ? PARTS + AGAIN_PARTS : PARTS;
+    static bake_sums sums;
     vector_judge *j = bake_allocate(1, sizeof *j);
     bake_random r = bake_random_make(options->seed, 2, (uint64_t)(member + again * MEMBERS));
     judge_begin(j, table, member, others, &r);
@@ -478,11 +464,12 @@ void bake_vectors(bake_table *table, const bake_options *options, int member, in
             for (uint32_t n = trial > 0 ? 1 + bake_random_below(&r, 3) : 0; n > 0; --n) {
                 move(&v, &r, member);
             }
-            double e = 0.01 * SMOOTH_WEIGHT_PERCENT * bake_smooth_energy(j->smooth, &v);
+            bake_sums_make(&sums, &v);
+            double e = 0.01 * SMOOTH_WEIGHT_PERCENT * bake_smooth_energy(j->smooth, sums.point);
             for (int a = 0; a <= others; ++a) {
                 if (a != member) e += 0.05 * clash(&table->member[a], &v);
             }
-            e += judge_vectors(j, &v);
+            e += judge_vectors(j, &sums);
             if (e <= limit) {
                 now = v;
                 energy = e;

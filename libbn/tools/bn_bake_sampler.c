@@ -86,7 +86,7 @@ static void rebase_labels(bake_table *table) {
         for (int i = 0; i < POLE_LABEL_BITS; ++i) {
             const int block = i < 4 ? 0 : (i & 1 ? 16 : 1) << (i / 2 - 2);
             const uint32_t upper = table->label[0][0] ^ table->label[0][bake_pixel_of(block, 0)];
-            pole_label_shift(&old, i < 4 ? 1u << i : upper & ~15u, v->label[i]);
+            pole_sum(old.label, i < 4 ? 1u << i : upper & ~15u, v->label[i]);
             for (int d = 0; d < 4; ++d) v->label[i][d] &= 0xffff0000u;
         }
     }
@@ -134,21 +134,21 @@ static void pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]) {
         const pole_vectors *v = &table->member[a];
         uint32_t sum[4];
         for (uint32_t b = 0; b < BLOCKS; ++b) {
-            pole_label_shift(v, table->label[0][bake_pixel_of((int)b, 0)] & ~15u, sum);
+            pole_sum(v->label, table->label[0][bake_pixel_of((int)b, 0)] & ~15u, sum);
             pack_digits(sum, words + BN_BLOCKS_AT + (b * MEMBERS + a) * 2u);
         }
         for (uint32_t i = 0; i < 16u; ++i) {
-            pole_label_shift(v, i, sum);
+            pole_sum(v->label, i, sum);
             pack_digits(sum, words + BN_PLACES_AT + (a * 16u + i) * 2u);
         }
         /* Tables for an index's lowest eight bits, then for four bits at a time, each reversed. */
         for (uint32_t i = 0; i < 256u; ++i) {
             const uint32_t index = bn_reverse_bits(i) >> 24;
-            pole_index_point(v, index, words + BN_POINTS_AT + (i * MEMBERS + a) * 4u);
+            pole_sum(v->index, index, words + BN_POINTS_AT + (i * MEMBERS + a) * 4u);
         }
         for (uint32_t i = 0; i < 6u * 16u; ++i) {
             const uint32_t index = bn_reverse_bits(i & 15u) >> 28 << (8u + i / 16u * 4u);
-            pole_index_point(v, index, words + BN_LATER_AT + (i * MEMBERS + a) * 4u);
+            pole_sum(v->index, index, words + BN_LATER_AT + (i * MEMBERS + a) * 4u);
         }
     }
 }

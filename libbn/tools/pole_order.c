@@ -64,19 +64,11 @@ void pole_vectors_make(pole_vectors *v, int form) {
     if ((form & 2) != 0) exchange(v, 0);
 }
 
-static void add_chosen(const uint32_t vectors[][4], uint32_t bits, uint32_t out[4]) {
+void pole_sum(const uint32_t vectors[][4], uint32_t bits, uint32_t out[4]) {
     memset(out, 0, 4 * sizeof *out);
     for (int j = 0; bits != 0; bits >>= 1, ++j) {
         for (int d = 0; d < 4 && (bits & 1u) != 0; ++d) out[d] ^= vectors[j][d];
     }
-}
-
-void pole_label_shift(const pole_vectors *v, uint32_t label, uint32_t out[4]) {
-    add_chosen(v->label, label, out);
-}
-
-void pole_index_point(const pole_vectors *v, uint32_t index, uint32_t out[4]) {
-    add_chosen(v->index, index, out);
 }
 
 void pole_add_digit(pole_vectors *v, int d, int from, int to) {

@@ -32,9 +32,8 @@ typedef union {
  * coordinates. */
 void pole_vectors_make(pole_vectors *v, int form);
 
-/* The sums of the vectors of a label's or an index's bits. */
-void pole_label_shift(const pole_vectors *v, uint32_t label, uint32_t out[4]);
-void pole_index_point(const pole_vectors *v, uint32_t index, uint32_t out[4]);
+/* The sum of the vectors of the bits that are set: of v->label for a label, of v->index for an index. */
+void pole_sum(const uint32_t vectors[][4], uint32_t bits, uint32_t out[4]);
 
 /* The first digit of coordinate d as a sum of index bits. */
 uint32_t pole_first_digit(const pole_vectors *v, int d);
