@@ -8,7 +8,7 @@ extern const uint16_t bn_data_mask_256[];
 #endif
 
 /* Of 16, 32, 64 ... texels along each axis. */
-static const uint16_t *const built_in[] = {
+static const uint16_t *const masks_by_size[] = {
     bn_data_mask_16,  bn_data_mask_32, bn_data_mask_64, bn_data_mask_128,
 #ifndef BN_SMALL_DATA
     bn_data_mask_256,
@@ -17,8 +17,8 @@ static const uint16_t *const built_in[] = {
 
 bn_mask bn_builtin_mask(uint32_t size) {
     const uint16_t *ranks = NULL;
-    for (uint32_t i = 0; i < sizeof built_in / sizeof *built_in; ++i) {
-        if (size == 16u << i) ranks = built_in[i];
+    for (uint32_t i = 0; i < sizeof masks_by_size / sizeof *masks_by_size; ++i) {
+        if (size == 16u << i) ranks = masks_by_size[i];
     }
     return bn_mask_u16(ranks, size, size);
 }
