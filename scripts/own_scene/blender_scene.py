@@ -368,12 +368,9 @@ def check_objects(scene, lost):
 
 
 def bounds_of(scene):
-    """The lowest and the highest coordinates of all meshes, with y up."""
-    graph = bpy.context.evaluated_depsgraph_get()
-    points = []
-    for item in scene.objects:
-        if item.type == "MESH" and not hidden(item):
-            points += [item.matrix_world @ vertex.co for vertex in item.evaluated_get(graph).data.vertices]
+    """The lowest and the highest coordinates of the boxes around all meshes, with y up."""
+    meshes = (item for item in scene.objects if item.type == "MESH" and not hidden(item))
+    points = [item.matrix_world @ Vector(corner) for item in meshes for corner in item.bound_box]
     points = [(p.x, p.z, -p.y) for p in points] or [(0, 0, 0)]
     return [[reach(values) for values in zip(*points)] for reach in (min, max)]
 
