@@ -73,7 +73,7 @@ def test_unknown_bench_options_are_refused_before_set_up(tmp_path):
     if not (ROOT / ".venv").is_dir():
         pytest.skip("there is no .venv; run scripts/setup")
     (program / ".venv").symlink_to(ROOT / ".venv")
-    for part in ("summary", "samplers", "denoise"):
+    for part in ("samplers", "denoise"):
         done = run(program, "bench", part, "--nope")
         assert done.returncode == 2 and done.stderr.rstrip().endswith("error: unrecognized arguments: --nope")
         assert "Traceback" not in done.stderr and not (program / "build").exists()
