@@ -8,8 +8,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "base/threads.h"
 #include "base/assert.h"
-
-enum { BN_THREADS_MOST = 64 };
+#include <bn/bn.h>
 
 typedef struct team_member {
     bn_team *team;
@@ -143,12 +142,17 @@ static void member_run(team_member *member) {
     team->work(team->user, team, member->index, size);
 }
 
+uint32_t bn_team_threads(uint32_t option) {
+    const uint32_t threads = option != 0 ? option : bn_thread_count();
+    return threads < BN_TEAM_MOST ? threads : BN_TEAM_MOST;
+}
+
 void bn_team_run(uint32_t threads, bn_team_work work, void *user) {
-    team_member members[BN_THREADS_MOST];
-    thread started[BN_THREADS_MOST];
+    team_member members[BN_TEAM_MOST];
+    thread started[BN_TEAM_MOST];
     bn_team team = {LOCK_INITIALIZER, CONDITION_INITIALIZER, .work = work, .user = user};
     uint32_t size = 1;
-    for (; size < threads && size < BN_THREADS_MOST; ++size) {
+    for (; size < threads && size < BN_TEAM_MOST; ++size) {
         members[size].team = &team;
         members[size].index = size;
         if (!thread_start(&started[size], &members[size])) break;

@@ -7,10 +7,15 @@
 
 typedef struct bn_team bn_team;
 
+enum { BN_TEAM_MOST = 64 }; /* members */
+
+/* The number of threads for an option `threads`: as many as it says, or one per CPU for 0, at most BN_TEAM_MOST. */
+uint32_t bn_team_threads(uint32_t option);
+
 /* The work for member `index` of `size`. Member 0 is the calling thread. */
 typedef void (*bn_team_work)(void *user, bn_team *team, uint32_t index, uint32_t size);
 
-/* Runs `work` on `threads` threads, or on as many as the system allows, at most 64, and waits for all of them. */
+/* Runs `work` on `threads` threads, or on as many as the system and BN_TEAM_MOST allow, and waits for all of them. */
 void bn_team_run(uint32_t threads, bn_team_work work, void *user);
 
 /* A barrier: waits until all members have called it. Everything written before it is visible to all

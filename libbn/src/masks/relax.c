@@ -20,7 +20,7 @@
 #include "simd/simd.h"
 #include <string.h>
 
-enum { REACH = BN_RELAX_LEARNED_REACH, VALUES = 1 << 16, COLUMNS = 256, MOST_THREADS = 64 };
+enum { REACH = BN_RELAX_LEARNED_REACH, VALUES = 1 << 16, COLUMNS = 256 };
 static const double SPARSE = 3.5;       /* texels farther apart do not interact */
 static const double STEPS_SHARE = 0.25; /* share of the time; ordering the ends takes the rest */
 
@@ -35,7 +35,7 @@ typedef struct relaxation {
     ptrdiff_t *offsets;   /* one per pair, for all steps */
     int16_t *weights;     /* each repeated BN_WINDOW_LANES times */
     uint32_t *histograms; /* [threads][VALUES] */
-    uint32_t sums[MOST_THREADS];
+    uint32_t sums[BN_TEAM_MOST];
     uint32_t *ranks;
     int cancelled[2]; /* in even and odd steps: the first thread may be one step ahead */
 } relaxation;
@@ -220,12 +220,11 @@ static BN_NOINLINE bn_result relax(const bn_relax_options *given, const bn_mask 
     if (result != BN_SUCCESS) return result;
     if (mask->depth != 1 || mask->channels != 1) return BN_ERROR_INVALID_ARGUMENT;
 
-    uint32_t threads = o.threads != 0 ? o.threads : bn_thread_count();
+    uint32_t threads = bn_team_threads(o.threads);
     /* Because of the barriers, more threads pay off only if each has several thousand texels. */
     const uint64_t worth = count / 8192 + 1;
     if (threads > worth) threads = (uint32_t)worth;
     if (threads > mask->height) threads = mask->height;
-    if (threads > MOST_THREADS) threads = MOST_THREADS;
     uint32_t *made = bn_allocate(count, sizeof *made);
     if (made == NULL) return BN_ERROR_OUT_OF_MEMORY;
     const relaxation r = {.seed = o.seed,

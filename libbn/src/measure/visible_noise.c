@@ -29,8 +29,7 @@ enum {
     SMALL = 64,         /* rows of an image whose rows are all measured */
     REPORT = 16,        /* rows between two calls of `progress` */
     MOST_TAPS = 48 + 1, /* distances from 0 to the reach of the widest blur */
-    MOST_WINDOW = 1023,
-    MOST_THREADS = 64
+    MOST_WINDOW = 1023
 };
 
 static const double BN_MOST_SIGMA = 16, BN_REACH = 3; /* the blur ends at 3 sigma */
@@ -339,10 +338,9 @@ static BN_NOINLINE bn_result visible_noise(const bn_visible_noise_options *given
     }
     for (int32_t j = 0; j <= m.reach; ++j) m.kernel[j] = (float)(weights[j] / total);
 
-    uint32_t threads = o.threads != 0 ? o.threads : bn_thread_count();
+    uint32_t threads = bn_team_threads(o.threads);
     const uint32_t tiles = m.tiles_across * ((height - 1) / TILE_ROWS + 1);
     if (threads > tiles) threads = tiles;
-    if (threads > MOST_THREADS) threads = MOST_THREADS;
     scratch unused;
     m.each_memory = scratch_divide(&m, NULL, &unused);
     m.memory = bn_allocate_zero(threads, m.each_memory);

@@ -174,7 +174,7 @@ bn_result bn_neural_open(const bn_neural_options *given, bn_neural **neural) {
     bn_neural *n = bn_allocate_zero(1, sizeof *n);
     if (n == NULL) return BN_ERROR_OUT_OF_MEMORY;
     n->provider = provider;
-    n->threads = o.threads != 0 ? o.threads : bn_thread_count();
+    n->threads = bn_team_threads(o.threads);
     if (o.threads == 0 && provider != BN_PROVIDER_CPU && n->threads > BN_GPU_THREADS) {
         n->threads = BN_GPU_THREADS;
     }
@@ -199,8 +199,6 @@ uint32_t bn_neural_channels(const bn_neural *n) {
 
 /* ---- Images in tiles */
 
-enum { BN_NEURAL_MOST_THREADS = 64 };
-
 typedef struct image {
     const bn_neural *neural;
     bn_progress progress; /* or NULL */
@@ -213,7 +211,7 @@ typedef struct image {
     float *values;
     uint64_t area_width, area_height; /* covered by tiles; starts at an aligned texel */
     uint32_t tile_width, tile_height, columns, rows; /* of tiles; the last ones overlap others */
-    bn_result results[BN_NEURAL_MOST_THREADS];
+    bn_result results[BN_TEAM_MOST];
 } image;
 
 static uint64_t round_up(uint64_t value, uint64_t to) {
@@ -367,7 +365,6 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t size) {
 static bn_result fill_image(image *m) {
     const int64_t align = m->neural->model.align;
     uint32_t threads = m->neural->threads;
-    if (threads > BN_NEURAL_MOST_THREADS) threads = BN_NEURAL_MOST_THREADS;
     m->area_width =
         round_up((uint64_t)positive_remainder(m->x0, align) + m->width, (uint64_t)align);
     m->area_height =
