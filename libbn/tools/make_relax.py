@@ -54,7 +54,9 @@ def quantise(schedule):
     for step in schedule:
         if len(step["weights"]) != len(step["groups"]):
             sys.exit("make_relax: a step must have one weight for each group of offsets")
-        for to_scale in range(MOST, 0, -1):
+        # Up to rounding, the largest value is proportional to the scale.
+        finest = 1.05 * MOST**2 / integers(step, scale, most, MOST)[3] + 8
+        for to_scale in range(min(MOST, int(finest)), 0, -1):
             shift, keep, weights, after = integers(step, scale, most, to_scale)
             if after <= MOST and max(map(abs, weights)) <= MOST and abs(keep) * most < 2**31 - 2**14:
                 break

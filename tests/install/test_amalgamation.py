@@ -5,7 +5,7 @@ beside it contains the headers that programs include as <bn/...>."""
 import shutil
 
 import pytest
-from conftest import CC, COMPILERS, CPP, CXX, ROOT, run
+from conftest import CACHED, CC, COMPILERS, CPP, CXX, ROOT, run
 from test_readme import program as readmes_program
 from test_symbols import DRAWS, declared, symbols
 
@@ -18,8 +18,8 @@ LOOPS = ("simd/mask_hashes", "simd/many_equals_single")  # these test each instr
 def compiled(request, amalgamation):
     """A compiler and the object file it built from bn.c with all warnings as errors."""
     objects = amalgamation / f"{request.param}.o"
-    run(request.param, "-O1", "-fPIC", "-ffunction-sections", "-fdata-sections", *STRICT, "-Wcast-qual", "-Wredundant-decls",
-        "-c", amalgamation / "bn.c", "-o", objects)
+    run(*CACHED, request.param, "-O1", "-fPIC", "-ffunction-sections", "-fdata-sections", *STRICT, "-Wcast-qual", "-Wredundant-decls",
+        "-c", "bn.c", "-o", objects, cwd=amalgamation)
     return request.param, objects
 
 

@@ -8,7 +8,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from conftest import CC, COMPILERS, CPP, CXX, ROOT, run
+from conftest import CACHED, CC, COMPILERS, CPP, CXX, ROOT, run
 from test_amalgamation import LOOPS, program
 from test_header import INCLUDE, KEPT
 
@@ -113,7 +113,7 @@ def test_one_source_with_other_code(name, compiler, amalgamation, tmp_path):
     warnings are on. With AVX2, the results of bn.c are the same."""
     (tmp_path / "unity.c").write_text(HOSTILE + included(amalgamation, name) + DRAW + USER)
     fuse = [*AVX2, "-mfma", *(["-fexpensive-optimizations"] if compiler == "gcc" else [])] if AVX2 else []
-    said = run(compiler, "-std=gnu11", "-O1", *fuse, *FLAGS[1:], "-S", "unity.c", "-o", "unity.s", cwd=tmp_path)
+    said = run(*CACHED, compiler, "-std=gnu11", "-O1", *fuse, *FLAGS[1:], "-S", "unity.c", "-o", "unity.s", cwd=tmp_path)
     assert sorted(re.findall(r"\[-W([\w-]+)\]", said)) == ["shadow", "unused-function"]
     run(compiler, "-c", "unity.s", "-o", "unity.o", cwd=tmp_path)
     text = (tmp_path / "unity.s").read_text()

@@ -7,7 +7,7 @@ import re
 import shutil
 
 import pytest
-from conftest import ROOT, cmake_build, run
+from conftest import CACHED, ROOT, cmake_build, run
 from test_guests import DRAW, FLAGS, included
 
 CC, CXX = "x86_64-w64-mingw32-gcc", "x86_64-w64-mingw32-g++"
@@ -36,7 +36,8 @@ def test_cpp_header_with_windows_h(amalgamation, tmp_path):
 def test_same_bits(amalgamation, windows, tmp_path):
     """bn.c for draws and dithering, and bn_draws.h for draws, with the compiler's own flags."""
     (tmp_path / "draws.c").write_text(included(amalgamation, "bn_draws.h"))
-    run(CC, "-O1", "-c", amalgamation / "bn.c", "draws.c", cwd=tmp_path)
+    for path in (amalgamation / "bn.c", "draws.c"):
+        run(*CACHED, CC, "-O1", "-c", path, cwd=tmp_path)
     for test, library in (("test_draw_hashes", "bn"), ("test_dither", "bn"), ("test_draw_hashes", "draws")):
         program = tmp_path / f"{test}-{library}.exe"
         run(CC, f'-DBN_TESTS_DIR="{ROOT}/tests"', "-I", amalgamation, ROOT / f"tests/c/{test}.c", tmp_path / f"{library}.o", "-o", program)
