@@ -9,11 +9,7 @@
  * level down to single points. Points are sorted into cells as large as the kernel's reach. Energies
  * are integers that only decrease, so the next point comes from a bucket queue whose entries are
  * corrected when they reach the front. Time is linear in the number of points, and so is memory, 36 bytes per
- * point, all of which bn_eliminate() allocates and frees.
- *
- * An energy fits 32 bits if at most 256 other points lie within the reach, or if the spacing is at most 14 texels,
- * where even a solid cluster of points adds up to less. Only a network that asks for a wider spacing and clusters
- * its points can exceed this; energies then wrap, and the order is less even. */
+ * point, all of which bn_eliminate() allocates and frees. */
 #include "masks/eliminate.h"
 #include "base/assert.h"
 #include "base/hash.h"
@@ -36,7 +32,10 @@ static const uint32_t BN_ELIMINATE_NONE = UINT32_MAX;
 typedef struct elimination {
     const uint32_t *extent;
     /* The remaining points, sorted by cell; a slot is a position in this order. A removed point becomes
-     * BN_ELIMINATE_NONE. A point's energy is the sum of its pairs' weights. */
+     * BN_ELIMINATE_NONE. A point's energy is the sum of its pairs' weights. It fits 32 bits if at most 256 other
+     * points lie within the reach, or if the spacing is at most 14 texels, where even a solid cluster adds up to
+     * less. Only a network that asks for a wider spacing and clusters its points can exceed this; energies then
+     * wrap, and the order is less even. */
     uint32_t *point, *x, *y, *z, *energy;
     uint32_t *cell_of;    /* scratch for sorting: a point's cell, then its slot */
     uint32_t *cell_start; /* the first slot of each cell, and the end */
