@@ -207,15 +207,16 @@ class Path {
 
     // Continues the path in a direction sampled from the material. Returns false if the path ends.
     bool scatter(const Vertex &v) {
+        const Material &m = *v.material;
         const bool roulette = bounce_ > FIRST_ROULETTE_BOUNCE;
         float lobe = 0, fate = 0;
-        if (roulette || material_reads_lobe(*v.material)) {
+        if (roulette || (m.kind == Material::DIELECTRIC && !material_is_smooth(m))) {
             lobe = numbers_.next_1d();
             fate = numbers_.next_1d();
         }
         u_ = draw(bounce_);
         const MaterialSample sample =
-            material_sample(*v.material, v.normals.front, v.wo, Vec2{u_[0], u_[1]}, lobe);
+            material_sample(m, v.normals.front, v.wo, Vec2{u_[0], u_[1]}, lobe);
         if (!(sample.pdf > 0)) return false;
         const Vec3 direction = v.frame * sample.wi;
         if (!v.same_side(sample.wi, direction)) return false;
@@ -229,7 +230,7 @@ class Path {
         ray_ = {v.start(sample.wi), direction, ray_.time};
         scatter_pdf_ = sample.pdf;
         from_ = v.receiver();
-        seen_by_camera_ = seen_by_camera_ && material_is_smooth(*v.material);
+        seen_by_camera_ = seen_by_camera_ && material_is_smooth(m);
         return true;
     }
 

@@ -157,14 +157,14 @@ MaterialValue dielectric_value(const Material &m, bool front, Vec3 wo, Vec3 wi) 
 MaterialSample sample_smooth(const Material &m, bool front, Vec3 wo, float lobe) {
     const Vec3 mirrored = {-wo.x, -wo.y, wo.z};
     if (m.kind == Material::METALLIC_ROUGHNESS)
-        return {mirrored, fresnel_schlick(m.albedo, 1, wo.z), 1, true};
-    if (std::abs(m.ior - 1) < SAME_IOR) return {-wo, m.albedo, 1, true};
+        return {mirrored, fresnel_schlick(m.albedo, 1, wo.z), 1};
+    if (std::abs(m.ior - 1) < SAME_IOR) return {-wo, m.albedo, 1};
     const float eta = relative_ior(m, front);
     const float fresnel = fresnel_dielectric(wo.z, eta);
-    if (lobe < fresnel) return {mirrored, {1, 1, 1}, fresnel, true};
+    if (lobe < fresnel) return {mirrored, {1, 1, 1}, fresnel};
     Vec3 wi;
     if (!refract(wo, {0, 0, 1}, eta, wi)) return {};
-    return {wi, m.albedo, 1 - fresnel, true};
+    return {wi, m.albedo, 1 - fresnel};
 }
 
 bool sample_rough(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe, Vec3 &wi) {
@@ -317,11 +317,11 @@ MaterialSample specular_sample(const Material &m, bool front, Vec3 wo, Vec2 u, f
     if (material_is_smooth(m)) return sample_smooth(m, front, wo, u.x);
     if (m.kind == Material::PHASE) {
         const Vec3 wi = phase_sample(m.anisotropy, u);
-        return {wi, m.albedo, phase_pdf(m.anisotropy, wi), false};
+        return {wi, m.albedo, phase_pdf(m.anisotropy, wi)};
     }
     Vec3 wi;
     if (!sample_rough(m, front, wo, u, lobe, wi)) return {};
     const auto [eval, pdf] = specular_value(m, front, wo, wi);
     if (!(pdf > 0) || !std::isfinite(pdf)) return {};
-    return {wi, (1 / pdf) * eval, pdf, false};
+    return {wi, (1 / pdf) * eval, pdf};
 }

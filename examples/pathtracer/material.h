@@ -66,8 +66,7 @@ inline bool material_is_smooth(const Material &m) {
 struct MaterialSample {
     Vec3 wi = {0, 0, 1};
     Vec3 weight = {0, 0, 0}; // eval / pdf
-    float pdf = 0;           // 0: no direction found; the path ends
-    bool smooth = false;     // pdf is a probability; no other technique finds this direction
+    float pdf = 0;           // 0: no direction found; the path ends. Smooth: a probability
 };
 
 // The BSDF times the cosine of `wi`, and the density with which material_sample chooses `wi`.
@@ -91,9 +90,5 @@ inline MaterialValue material_value(const Material &m, bool front, Vec3 wo, Vec3
 inline MaterialSample material_sample(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe) {
     if (m.kind != Material::DIFFUSE) return specular_sample(m, front, wo, u, lobe);
     const Vec3 wi = square_to_cosine_hemisphere(u);
-    return {wi, m.albedo, wi.z / PI, false};
-}
-
-inline bool material_reads_lobe(const Material &m) {
-    return m.kind == Material::DIELECTRIC && !material_is_smooth(m);
+    return {wi, m.albedo, wi.z / PI};
 }
