@@ -120,11 +120,11 @@ def amalgamation(tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def windows():
-    """Runs a program, if there is Wine, and returns what it prints. Later runs reuse Wine's folder, which takes seconds to create."""
-    environment = {**os.environ, "WINEPREFIX": str(ROOT / "out" / "wine"), "WINEDEBUG": "-all", "LC_ALL": "C.UTF-8",
+def windows(tmp_path_factory):
+    """Runs a program, if there is Wine, and returns what it prints."""
+    environment = {**os.environ, "WINEPREFIX": str(tmp_path_factory.mktemp("wine")), "WINEDEBUG": "-all", "LC_ALL": "C.UTF-8",
                    "WINEDLLOVERRIDES": "mscoree,mshtml,winemenubuilder.exe="}
-    (ROOT / "out").mkdir(exist_ok=True)
+    server = Path(WINE).resolve().with_name("wineserver") if WINE else None
 
     def windows(program, **options):
         if WINE is None:
@@ -133,4 +133,6 @@ def windows():
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
 
-    return windows
+    yield windows
+    if server is not None and server.exists():
+        subprocess.run([server, "-k"], env=environment, check=False)
