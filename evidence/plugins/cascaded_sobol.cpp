@@ -5,10 +5,6 @@
 // data/cascaded_sobol_init_tab.dat in https://github.com/loispaulin/CascadedSobol (MIT). Each pixel and dimension has its
 // own Owen scrambling.
 #include <array>
-#include <fstream>
-#include <sstream>
-#include <stdexcept>
-#include <vector>
 
 #include "plugin_class.hpp"
 
@@ -34,16 +30,8 @@ Columns columns_of(uint32_t degree, uint32_t polynomial, std::istream &numbers) 
 
 class CascadedSobol {
   public:
-    CascadedSobol(uint64_t, uint32_t samples, const std::string &path) {
-        std::ifstream file(path);
-        uint32_t number, degree, polynomial;
-        for (std::string line; std::getline(file, line);) {
-            std::istringstream words(line);
-            if (!(words >> number >> degree >> polynomial) || degree == 0 || degree > 31)
-                throw std::invalid_argument(line);
-            dimensions_.push_back(columns_of(degree, polynomial, words));
-        }
-        if (dimensions_.size() < 16) throw std::invalid_argument(path);
+    CascadedSobol(uint64_t, uint32_t samples, const std::string &path)
+        : dimensions_(read_dimensions(path, 31, 16, columns_of)) {
         while (bits_ < 31 && (1u << bits_) < (samples > 0 ? samples : 256u)) ++bits_;
     }
 

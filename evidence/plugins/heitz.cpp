@@ -5,10 +5,7 @@
 // with 256 dimensions, and a scrambling and a ranking tile of 128 x 128 pixels with eight dimensions each. A path's first
 // eight dimensions are those that the authors optimised: pixel position, light, and direction and light of ray 1. Seeds
 // shift the tile.
-#include <fstream>
 #include <iterator>
-#include <stdexcept>
-#include <vector>
 
 #include "plugin_class.hpp"
 

@@ -9,9 +9,7 @@
 #include <oqmc/pmjbn.h>
 #include <oqmc/sobolbn.h>
 
-#include <stdexcept>
 #include <variant>
-#include <vector>
 
 #include "plugin_class.hpp"
 

@@ -6,7 +6,11 @@
 #include <bn/bn.hpp>
 
 #include <cstdint>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "sampler_plugin.h"
 
@@ -59,6 +63,23 @@ void draw_pairs(const Draw &d, uint32_t count, float *u, const Place &place, con
             bn_sample_2d(white.get(), d.x, d.y, d.index, d.decision + pair, 0, u);
         }
     }
+}
+
+// Reads initial direction numbers: a line for each dimension with its number, degree, polynomial and numbers, of which
+// columns_of(degree, polynomial, numbers) makes columns. Other lines are comments.
+template <typename Columns>
+std::vector<Columns> read_dimensions(const std::string &path, uint32_t most_degree, size_t least,
+                                     Columns (*columns_of)(uint32_t, uint32_t, std::istream &)) {
+    std::ifstream file(path);
+    std::vector<Columns> found;
+    uint32_t number, degree, polynomial;
+    for (std::string line; std::getline(file, line);) {
+        std::istringstream words(line);
+        if (words >> number >> degree >> polynomial && degree > 0 && degree <= most_degree)
+            found.push_back(columns_of(degree, polynomial, words));
+    }
+    if (found.size() < least) throw std::invalid_argument(path);
+    return found;
 }
 
 #define SAMPLER_PLUGIN(Type, tuned)                                                                \

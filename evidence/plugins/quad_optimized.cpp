@@ -5,10 +5,6 @@
 // The authors' table is initIrreducibleGF3.dat in https://github.com/liris-origami/Quad-Optimized-LDS, which states no
 // licence. Each pixel and dimension has its own Owen scrambling in base 3, like the authors' samples.
 #include <array>
-#include <fstream>
-#include <sstream>
-#include <stdexcept>
-#include <vector>
 
 #include "plugin_class.hpp"
 
@@ -43,16 +39,8 @@ Columns columns_of(uint32_t degree, uint32_t polynomial, std::istream &numbers) 
 
 class QuadOptimized {
   public:
-    QuadOptimized(uint64_t, uint32_t, const std::string &path) {
-        std::ifstream file(path);
-        uint32_t number, degree, polynomial;
-        for (std::string line; std::getline(file, line);) {
-            std::istringstream words(line);
-            if (words >> number >> degree >> polynomial && degree > 0 && degree <= DIGITS)
-                dimensions_.push_back(columns_of(degree, polynomial, words));
-        }
-        if (dimensions_.size() < DIMENSIONS) throw std::invalid_argument(path);
-    }
+    QuadOptimized(uint64_t, uint32_t, const std::string &path)
+        : dimensions_(read_dimensions(path, DIGITS, DIMENSIONS, columns_of)) {}
 
     void draw(const Draw &d, float *u) const {
         const auto place = [&](uint32_t pair) {

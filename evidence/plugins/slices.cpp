@@ -3,10 +3,7 @@
 // height and width as 32-bit integers, then [depth][height][width][2] floats. Each pair of a path reads the
 // slices at its own offset.
 #include <algorithm>
-#include <fstream>
 #include <iterator>
-#include <stdexcept>
-#include <vector>
 
 #include "plugin_class.hpp"
 

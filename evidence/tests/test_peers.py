@@ -19,8 +19,8 @@ def points(name, decision, first, count, dimensions=4, seed=7, **more):
 
 
 def is_even(u, *sides):
-    """Whether each box of a grid that divides the dimensions into `sides` parts holds the same number of points."""
-    cells = np.ravel_multi_index([(own * side).astype(int) for own, side in zip(u.T.astype(float), sides)], sides)
+    """Whether each box of a grid that divides the dimensions into `sides` parts holds the same number of points, which are truncated to 24 bits."""
+    cells = np.ravel_multi_index([((own + 2**-25) * side).astype(int) for own, side in zip(u.T.astype(float), sides)], sides)
     return len(set(np.bincount(cells, minlength=math.prod(sides)))) == 1
 
 
