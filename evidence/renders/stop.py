@@ -57,7 +57,7 @@ class StopTask(Task):
 
 
 class Stops(Run):
-    """Rows of progressive runs: one per sample count. Rows of runs that stop: one."""
+    """A progressive run gives a row per sample count; a run that stops gives one."""
 
     def key(self, task, reference):
         return {**super().key(task, reference), "rule": getattr(task, "rule", ""), "level": getattr(task, "level", 0), "cap": CAP, "format": 2}
@@ -115,7 +115,7 @@ class Report:
 
     @staticmethod
     def estimated(rows):
-        """The true noise is that without the reference's own."""
+        """The reference's own noise is subtracted from the measured noise."""
         true = np.mean([row["noise"] ** 2 - row["own"] ** 2 for row in rows])
         return {"estimate": rms([row["estimate"] for row in rows]), "noise": math.sqrt(max(true, 1e-12))}
 
@@ -155,7 +155,7 @@ class Report:
         return [own["noise_95"] for label in labels for own in self.of(rule, label, level) if own["capped"] <= 0.05] or [math.nan]
 
     def below_cap(self, level, labels, rule="--visible-noise"):
-        """The scenes in which no sampler gave more than 5% of the pixels the most samples."""
+        """The scenes in which at most 5% of the pixels reached the cap, with every sampler."""
         return [scene for scene in self.scenes if all(self.found[rule, scene, label, level]["capped"] <= 0.05 for label in labels)]
 
     def samples(self, label, level, scenes, rule="--visible-noise"):

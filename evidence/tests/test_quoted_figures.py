@@ -53,6 +53,18 @@ def test_cpu_time_until_noise_is_invisible():
     assert quoted("README.md", "takes #% less CPU time than padded Sobol' and #% less than white noise, averaged over the # scenes") == [*percent(*shares), len(scenes)]
 
 
+def test_visible_noise_is_within_its_limits():
+    """The figures of docs/stop.md, and that they are good enough to stop by."""
+    rows = read_numbers(RESULTS / "stop.csv")
+    left = max(row["noise_95"] for row in rows if (row["what"], row["at"]) == ("--visible-noise", 1) and row["capped"] <= 0.05)
+    ratios = [row["estimate"] / row["noise"] for row in rows if row["what"] == "estimate" and row["at"] >= 8]
+    within = statistics.mean(0.8 <= ratio <= 1.5 for ratio in ratios)
+    assert left < 1.3 and min(ratios) > 0.7 and within > 0.95
+    assert quoted("docs/stop.md", "95% of its blocks had a true noise of at most # steps") == rounded([left], 2)
+    assert quoted("docs/stop.md", "From 8 samples on, #% of # estimates are 0.8 to 1.5 times the true noise; the lowest is # times and the highest # times"
+                  ) == [round(100 * within), len(ratios), *rounded([min(ratios), max(ratios)], 2)]
+
+
 def test_error_over_fast():
     """FAST's errors are stored with two digits, so the README quotes a range."""
     found = {row["way"]: row["error"] for row in read_numbers(RESULTS / "realtime.csv")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""scripts/bench stop: a tiny run, whose figures match renders, and the report's ratios on synthetic data."""
+"""scripts/bench stop: a tiny run, whose figures match a separate render, and the unit of visible noise."""
 
 import csv
 import dataclasses

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The estimates that need a whole film: --noise, the automatic exposure, and the visible noise of each
-// block, which decides where the next samples go.
+// Renders a film in blocks on all cores, and computes what needs many pixels: the automatic exposure, and
+// when a block may stop (--noise, --visible-noise).
 #include "film.h"
 
 #include <bn/bn.h>
@@ -79,8 +79,8 @@ double displayed_error(const Film &film, const Crop &block, float exposure) {
 }
 
 // The visible noise of a block whose pixels share a count of at least 2. The block is measured by itself, with
-// mirrored borders, so that its neighbours and the crop do not matter. Uses the EXR's layers, like the function
-// above.
+// mirrored borders, so that its neighbours and the crop do not matter. Like displayed_error(), it reads only
+// values that the EXR stores, so a resumed render makes the same decisions.
 float visible_noise(const Film &film, const Crop &block, float exposure) {
     std::vector<float> first, second;
     uint32_t half = 1, count = 0;
@@ -117,20 +117,20 @@ struct Renderer {
     RenderTotals &totals;
 
     // The next count after `count` at which blocks are tested, or UINT32_MAX.
-    uint32_t next_look(uint32_t count) const {
-        uint64_t look = 2;
-        while (look <= count || look < settings.min_spp) look *= 2;
-        return uint32_t(std::min<uint64_t>(look, UINT32_MAX));
+    uint32_t next_test(uint32_t count) const {
+        uint64_t next = 2;
+        while (next <= count || next < settings.min_spp) next *= 2;
+        return uint32_t(std::min<uint64_t>(next, UINT32_MAX));
     }
 
     // Whether a block with `count` samples per pixel is done; always false between tests.
     bool is_done(const Crop &block, uint32_t count) {
         if (!settings.adaptive() || count < 2) return false;
-        const bool looks = next_look(count - 1) == count;
+        const bool is_test = next_test(count - 1) == count;
         if (settings.visible_noise > 0) {
-            if (!looks && count != settings.spp) return false;
+            if (!is_test && count != settings.spp) return false;
             const float noise = visible_noise(film, block, settings.exposure);
-            const bool done = looks && noise < settings.visible_noise;
+            const bool done = is_test && noise < settings.visible_noise;
             each_pixel(block, [&](int x, int y) {
                 FilmPixel &pixel = film_pixel(film, x, y);
                 pixel.noise = noise;
@@ -138,7 +138,7 @@ struct Renderer {
             });
             return done;
         }
-        return looks && displayed_error(film, block, settings.exposure) < double(settings.noise);
+        return is_test && displayed_error(film, block, settings.exposure) < double(settings.noise);
     }
 
     void render_pixel(int x, int y, uint32_t count, PathCounters &counters) {
@@ -166,11 +166,11 @@ struct Renderer {
             count = std::max(count, film_pixel(film, x, y).count);
             noise = std::max(noise, film_pixel(film, x, y).noise);
         });
-        // An earlier pass has stopped it. At other counts, a resumed image may hold the noise of its last sample.
-        const bool tested = count >= 2 && next_look(count - 1) == count;
-        if (tested && noise != UNMEASURED && noise < double(settings.visible_noise))
+        // An earlier pass has stopped it. A resumed image may hold noise measured at a count that is not a test.
+        const bool is_test = count >= 2 && next_test(count - 1) == count;
+        if (is_test && noise != UNMEASURED && noise < double(settings.visible_noise))
             return counters;
-        for (;; count = std::min(next_look(count), limit)) {
+        for (;; count = std::min(next_test(count), limit)) {
             each_pixel(block, [&](int x, int y) { render_pixel(x, y, count, counters); });
             if (is_done(block, count) || count >= limit) return counters;
         }

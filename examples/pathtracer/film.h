@@ -80,8 +80,9 @@ std::string film_warning(const Film &film, const std::string &extent);
 double film_noise(const Film &film);
 
 // ---- Rendering on all cores, in passes over the whole image, so that an interrupt leaves an image with
-// fewer samples. Adaptive sampling tests where an image has enough samples, in blocks on the grid of the
-// whole image, at powers of two: by variance (--noise) or by what a viewer sees (--visible-noise). README.md explains why.
+// fewer samples. Adaptive sampling decides block by block, at powers of two, whether to stop: by variance
+// (--noise) or by what a viewer sees (--visible-noise). The grid of blocks is that of the whole image, so
+// crops do not matter. docs/stop.md explains why.
 
 struct RenderSettings {
     uint32_t spp;          // samples per pixel

@@ -51,8 +51,8 @@ const Row ROWS[] = {
      "take fewer samples where the estimated relative error as displayed is below LEVEL,\n"
      "such as 0.05; --spp is then the maximum (default 1024)"},
     {"--visible-noise", "STEPS", "0", REAL, 0, 255, true,
-     "take samples until a viewer sees less noise than STEPS of an 8-bit display, such as 1;\n"
-     "--spp is then the maximum (default 1024)"},
+     "take samples until a viewer sees less noise than STEPS steps of an 8-bit display, such\n"
+     "as 1; --spp is then the maximum (default 1024)"},
     {"--min-spp", "N", "", WHOLE, 2, MAX_SPP, true,
      "samples per pixel before a block may stop (default 16; --visible-noise: 4)"},
     {"--declare", "N", "0", WHOLE, 0, MAX_INDEX, true,
@@ -153,16 +153,15 @@ bool fits(const Row &row, const std::string &value) {
 void check_noise(const Options &o) {
     const auto spp = o.number<uint64_t>("--spp"), least = o.number<uint64_t>("--min-spp");
     if (!o.is_adaptive()) {
-        if (o.given("--min-spp")) throw Error("--min-spp goes with --noise or --visible-noise");
+        if (o.given("--min-spp")) throw Error("--min-spp needs --noise or --visible-noise");
         return;
     }
     const bool relative = o.number<double>("--noise") > 0;
     const char *const rule = relative ? "--noise" : "--visible-noise";
     if (relative && o.number<double>("--visible-noise") > 0)
-        throw Error("a block stops by --noise or by --visible-noise; leave out one");
+        throw Error("--noise and --visible-noise exclude each other; leave out one");
     if (o.has_auto_exposure(o.text("--scene")))
-        throw Error(rule,
-                    " has to know the exposure; set --exposure EV, which other renders print");
+        throw Error(rule, " needs a fixed exposure; set --exposure EV, which other renders print");
     if (o.text("--first-sample") != "0")
         throw Error(rule, " needs the first samples of a pixel; leave out --first-sample");
     if (least > spp) throw Error("--min-spp ", least, " is more than --spp ", spp);

@@ -514,16 +514,16 @@ Scene scene_furnace() {
 const std::vector<SceneEntry> &scene_entries() {
     static const std::vector<SceneEntry> entries = {
         {"cornell", "the Cornell box: soft shadows, colour bleeding", scene_cornell},
-        {"penumbra", "soft and hard shadows of thin bars: pixels differ in visibility",
+        {"penumbra", "soft and hard shadows of thin bars: visibility varies between pixels",
          scene_penumbra},
         {"glossy", "Veach's plates: MIS combines light sampling and BSDF sampling", scene_glossy},
         {"lens", "depth of field: positions in the pixel, on the lens and on the light",
          scene_lens},
-        {"motion", "time and pixel position: each edge moves in its own way", scene_motion},
+        {"motion", "motion blur: edges move in different directions", scene_motion},
         {"glass", "smooth and rough glass: caustics, which only scattered rays find", scene_glass},
-        {"interior", "a room lit through a small window: light of many bounces", scene_interior},
+        {"interior", "a room lit through a small window: light after many bounces", scene_interior},
         {"fog", "drifting fog: free flight and shadow rays, loops of unknown length", scene_fog},
-        {"furnace", "the renderer itself: every pixel's exact value is known", scene_furnace},
+        {"furnace", "white furnace: the exact value of every pixel is known", scene_furnace},
     };
     return entries;
 }

@@ -48,9 +48,12 @@ Plugin plugin_load(const std::string &name, uint64_t seed, uint32_t samples) {
         plugin.state = {create(seed, samples, argument.c_str()), [=](void *state) {
                             if (destroy && state) destroy(state);
                         }};
-    if (create ? !plugin.state : colon < name.size())
-        throw std::runtime_error(name + " refuses its argument or " + std::to_string(samples) +
-                                 " samples");
+    if (!create && !argument.empty())
+        throw std::runtime_error(name.substr(0, colon) + " takes no argument");
+    if (create && !plugin.state)
+        throw std::runtime_error(
+            name.substr(0, colon) + " rejects the argument '" + argument + "'" +
+            (samples > 0 ? " or " + std::to_string(samples) + " samples per pixel" : ""));
     return plugin;
 }
 

@@ -23,8 +23,8 @@ struct Plugin {
 
 constexpr uint64_t PLUGIN_INDEX_LIMIT = uint64_t{1} << 31;
 
-// The files of a plug-in "FILE" or "FILE:ARGUMENT": its own, and its argument if that is one. None if the name has
-// no dot or slash, and is another sampler's.
+// The library's path in "FILE" or "FILE:ARGUMENT", and the argument if it names a file. Empty if the name has no dot
+// or slash: it is then a built-in sampler.
 std::vector<std::string> plugin_files(const std::string &name);
 // `samples`: 0 means unknown. Throws std::runtime_error.
 Plugin plugin_load(const std::string &name, uint64_t seed, uint32_t samples);

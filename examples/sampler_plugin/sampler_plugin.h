@@ -13,8 +13,8 @@
  *     s     0     4  ray s (1, 2) or ray s - 1 (s > 3) of the path: direction; the light where it ends
  *     s     2     2  the same ray: lobe of rough glass; Russian roulette
  *
- * Loops, such as the flight through fog, add (loop + 1) * 2^14 to slot s, and a ray's further pairs add 2^24 to part 2.
- * A sequence that serves whole paths need not spend dimensions on these: use independent numbers. */
+ * A loop, such as the flight through fog, adds (loop + 1) * 2^14 to the decision of its ray, part 0. The ray's n-th
+ * further pair of part 2 adds n * 2^24. A sequence that serves whole paths need not spend dimensions on these: use independent numbers. */
 #ifndef SAMPLER_PLUGIN_H
 #define SAMPLER_PLUGIN_H
 
@@ -32,7 +32,7 @@
 SAMPLER_PLUGIN_EXPORT uint32_t sampler_plugin_version(void);
 
 /* Required: writes the first `dimensions` numbers of a decision, each in [0, 1), for sample `index` of pixel (x, y).
- * The same arguments must always give the same numbers, in any order and from several threads at once.
+ * A number outside [0, 1) ends the program with an error. The same arguments must always give the same numbers, in any order and from several threads at once.
  *
  *   state       from sampler_plugin_create(), or NULL
  *   seed, x, y  any, also negative; images with different seeds should be independent
@@ -49,7 +49,7 @@ SAMPLER_PLUGIN_EXPORT void sampler_plugin_split(const void *state, uint64_t seed
                                                 uint32_t count, uint32_t k, float *out);
 
 /* Optional: a state for a seed, such as tables. `samples` is the number of samples per pixel, or 0 if unknown, and
- * `argument` the text after the file's name (./FILE.so:TEXT), or "". Returns NULL if it refuses them. */
+ * `argument` the text after the file's name (./FILE.so:TEXT), or "". Returns NULL to reject them. */
 SAMPLER_PLUGIN_EXPORT void *sampler_plugin_create(uint64_t seed, uint32_t samples,
                                                   const char *argument);
 SAMPLER_PLUGIN_EXPORT void sampler_plugin_destroy(void *state);

@@ -206,7 +206,7 @@ static int moved_points(const uint64_t one[ORDERED], const uint64_t other[ORDERE
 }
 
 /* Rank scrambling: MASK takes the same 16 points in all pixels and pairs, up to a digital shift, but in
- * different orders. There are eight orders. */
+ * different orders. There are eight orders, so two agree with a probability of 1 / 8. */
 static void test_mask_orders(void) {
     enum { PIXELS = 64 };
     static uint64_t points_of[PIXELS][2][ORDERED];

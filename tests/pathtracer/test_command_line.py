@@ -73,7 +73,7 @@ BAD_ARGUMENTS = """
     --visible-noise 300                          | --visible-noise takes
     --visible-noise 1 --noise 0.1                | leave out one
     --visible-noise 1 --spp 3                    | --min-spp 4 is more than --spp 3
-    --visible-noise 1 --exposure auto            | --visible-noise has to know, --exposure EV
+    --visible-noise 1 --exposure auto            | --visible-noise needs a fixed exposure, --exposure EV
     --visible-noise 1 --first-sample 4           | --visible-noise needs, leave out --first-sample
     --noise 0.1 --min-spp 1                      | --min-spp takes
     --noise 0.1 --spp 8                          | --min-spp 16 is more than --spp 8

@@ -62,7 +62,7 @@
 #ifndef BN_BN_HPP
 #define BN_BN_HPP
 
-/* A program's warnings, such as -Wshadow and -Wold-style-cast, are about its own code. */
+/* Your warnings, such as -Wshadow, do not apply to this header unless you define BN_SHOW_WARNINGS. */
 #if defined(__GNUC__) && !defined(BN_SHOW_WARNINGS)
 #pragma GCC system_header
 #endif

@@ -15,9 +15,9 @@
  *
  * One flat buffer of BN_WORD_COUNT 32-bit words (46.5 KiB). It is the same for every seed, and only
  * BLUE reads it. Each bit of a pixel's label and of a sample's index XORs a vector of digits into the
- * four coordinates; the tables hold sums of these vectors. A label leads through the quadtree of the
- * 64 x 64 pixel tile: its upper eight bits lead to the pixel's block, 4 x 4 pixels, and its lower
- * four, the place, to the pixel in the block (docs/blue.md, "Terms").
+ * four coordinates; the tables hold sums of these vectors. A label is a pixel's path through the quadtree
+ * of the 64 x 64 pixel tile: its upper eight bits select a block of 4 x 4 pixels, and its lower four, the
+ * place, the pixel in the block (docs/blue.md, "Terms").
  *
  * A two-word entry holds the upper 16 digits of the four coordinates, packed into one half-word each,
  * lowest first. A four-word entry holds all 32 digits of each coordinate. `member` is the domain's
@@ -132,7 +132,7 @@ fn bn_draw_blue_pixel(seed: vec2u, x: u32, y: u32, domain: u32) -> bn_blue_pixel
     let column = (x ^ (0u - (family >> 31u))) + (start >> 26u);
     let row = (y ^ (0u - ((family >> 19u) & 1u))) + (family >> 20u);
     /* Each copy of the tile has its own random digits and sample order, which all its pixels share.
-     * Sample counts between powers of two are therefore as blue as powers of two. */
+     * The error is therefore as blue between powers of two as at them. */
     var copy = (column >> 6u) + (row >> 6u) * 0x9e3779b1u + family;
     copy = (copy ^ (copy >> 16u)) * 0x21f0aaadu;
     copy ^= copy >> 15u;

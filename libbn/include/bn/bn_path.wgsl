@@ -156,8 +156,8 @@ fn bn_pan_add(at_in: vec2u, motion: f32) -> vec2u {
     return at;
 }
 
-/* The pan after one more frame, in which the image moved by (x, y) pixels, in the directions in which
- * the coordinates grow. pan.x becomes the sum of all x, rounded to the nearest integer (halves upwards),
+/* The pan after the image has moved by another (x, y) pixels; positive values point towards larger
+ * coordinates. pan.x becomes the sum of all x, rounded to the nearest integer (halves upwards),
  * modulo 2^32. Each motion is truncated to a multiple of 2^-24 and then added without rounding, so errors
  * do not grow with the distance, and a motion and its opposite cancel. Coordinates that are NaN or at
  * least 2^24 in size count as 0. Results are bit-identical in all languages. */
@@ -187,9 +187,8 @@ fn bn_frame_bits(most: u32) -> u32 {
 }
 
 /* The index of the first sample of frame 0, 1 ... of a film, and the frame's stream. `most` is the
- * largest number of samples that a pixel takes in any frame; pass the same one for all frames, and none
- * larger than necessary, because frames gain from each other only where few indices are left out. The index
- * is the frame number times the smallest power of two that is at least `most` (0 counts as 1), modulo
+ * largest number of samples that a pixel takes in any frame. Pass the same number for every frame, as small
+ * as possible: frames gain less from each other if many indices are skipped. The index is the frame number times the smallest power of two that is at least `most` (0 counts as 1), modulo
  * 2^32. The stream is 0 until the indices are used up, then 1 and so on: with 1,024 samples, it changes
  * every 4,194,304 frames. */
 fn bn_frame_index(frame: u32, most: u32) -> u32 {

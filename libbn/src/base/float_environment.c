@@ -11,7 +11,7 @@ BN_NOINLINE void bn_float_environment_set(bn_float_environment *host) {
 #if defined(HAS_MXCSR)
     host->mxcsr = _mm_getcsr();
 #endif
-    fegetenv(&host->standard);
+    fegetenv(&host->fenv);
     fesetenv(FE_DFL_ENV);
 #if defined(HAS_MXCSR)
     _mm_setcsr(0x1f80); /* the CPU's default: rounds to nearest, flushes and traps nothing */
@@ -19,7 +19,7 @@ BN_NOINLINE void bn_float_environment_set(bn_float_environment *host) {
 }
 
 BN_NOINLINE void bn_float_environment_restore(const bn_float_environment *host) {
-    fesetenv(&host->standard);
+    fesetenv(&host->fenv);
 #if defined(HAS_MXCSR)
     _mm_setcsr(host->mxcsr);
 #endif

@@ -28,7 +28,7 @@
 #endif
 
 typedef struct bn_float_environment {
-    fenv_t standard;
+    fenv_t fenv;
     unsigned mxcsr; /* SSE's control register, which MinGW's <fenv.h> ignores */
 } bn_float_environment;
 

@@ -3,7 +3,7 @@
  * Windows has none before version 8. Locks, condition variables and threads are the system's.
  *
  * If the system cannot start all threads, the team is smaller. Threads therefore wait until `size` is known, so
- * that no one meets at a barrier for members that do not exist. A team lives for one call, because computations
+ * that none waits at a barrier for a member that was not started. A team lives for one call, because computations
  * take milliseconds to minutes, and starting a thread tens of microseconds. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/threads.h"

@@ -9,7 +9,7 @@ typedef struct bn_team bn_team;
 
 enum { BN_TEAM_MOST = 64 }; /* members */
 
-/* The number of threads for an option `threads`: as many as it says, or one per CPU for 0, at most BN_TEAM_MOST. */
+/* The number of threads for an option `threads`: its value, or the number of CPUs if 0; at most BN_TEAM_MOST. */
 uint32_t bn_team_threads(uint32_t option);
 
 /* The work for member `index` of `size`. Member 0 is the calling thread. */

@@ -11,7 +11,7 @@
  * masks. */
 extern const uint16_t bn_data_mask_64[];
 
-/* The keys of the scramblings, arbitrary and the same everywhere: the mask's value makes pixels differ. */
+/* The keys of the scramblings, arbitrary and the same in every pixel, because the mask's values differ. */
 enum { BN_MASK_KEY_X = 0x51ed270b, BN_MASK_KEY_Y = 0x3c6ef372 };
 
 /* A shifted coordinate on the torus, also for negative ones. */
