@@ -9,6 +9,10 @@ broadcast, and masks that are not permutations. They raise ``TypeError`` for und
 All functions are thread-safe, except the methods of rays, loops and pans, which are stateful. Long computations release the GIL.
 """
 
+from . import _subinterpreters
+
+_subinterpreters.refuse()
+
 from . import arrays
 from ._arguments import NeuralProvider, PointsMethod, SamplerType
 from ._choose import choose, choose_cdf, choose_u32

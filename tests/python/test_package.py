@@ -57,6 +57,16 @@ def test_import_loads_no_optional_packages():
     assert run_python(program).stdout == "set()\n"
 
 
+def test_subinterpreters_are_rejected():
+    program = (
+        "try: import _interpreters as i\n"
+        "except ImportError: import _xxsubinterpreters as i\n"
+        "print(i.run_string(i.create(), 'import bluenoise') or '')"
+    )
+    found = run_python(program)
+    assert "cannot be imported in a subinterpreter" in found.stdout + found.stderr
+
+
 def test_missing_mitsuba_error_names_the_extra():
     found = run_python("import sys; sys.modules['drjit'] = None; import bluenoise.mitsuba")
     assert "pip install 'mitsuba>=3.9'" in found.stderr.splitlines()[-1]
