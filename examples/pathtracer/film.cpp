@@ -185,7 +185,7 @@ struct Renderer {
         std::mutex mutex; // guards totals, reported and done
         size_t done = 0;
         std::atomic<size_t> next{0};
-        const auto work = [&] {
+        const auto take_blocks = [&] {
             geometry_thread_begin();
             for (size_t i; !interrupted && (i = next++) < blocks.size();) {
                 const PathCounters counters = render_block(blocks[i], count);
@@ -197,6 +197,14 @@ struct Renderer {
                 if (seconds - reported < PROGRESS_SECONDS && done < blocks.size()) continue;
                 reported = seconds;
                 progress(double(done) / double(blocks.size()), totals);
+            }
+        };
+        const auto work = [&] {
+            try {
+                take_blocks();
+            } catch (...) {
+                next = blocks.size(); // the other threads stop, too
+                throw;
             }
         };
         std::vector<std::future<void>> threads;
