@@ -14,7 +14,8 @@
  *     s     2     2  the same ray: lobe of rough glass; Russian roulette
  *
  * A loop, such as the flight through fog, adds (loop + 1) * 2^14 to the decision of its ray, part 0. The ray's n-th
- * further pair of part 2 adds n * 2^24. A sequence that serves whole paths need not spend dimensions on these: use independent numbers. */
+ * further pair of part 2 adds n * 2^24. A sequence that serves whole paths need not spend dimensions on these: use
+ * independent numbers. */
 #ifndef SAMPLER_PLUGIN_H
 #define SAMPLER_PLUGIN_H
 
@@ -32,7 +33,8 @@
 SAMPLER_PLUGIN_EXPORT uint32_t sampler_plugin_version(void);
 
 /* Required: writes the first `dimensions` numbers of a decision, each in [0, 1), for sample `index` of pixel (x, y).
- * A number outside [0, 1) ends the program with an error. The same arguments must always give the same numbers, in any order and from several threads at once.
+ * A number outside [0, 1) ends the program with an error. The same arguments must always give the same numbers, in any
+ * order and from several threads at once.
  *
  *   state       from sampler_plugin_create(), or NULL
  *   seed, x, y  any, also negative; images with different seeds should be independent

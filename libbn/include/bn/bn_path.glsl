@@ -200,9 +200,9 @@ BN_FUNCTION BN_UINT bn_frame_bits(BN_UINT most) {
 
 /* The index of the first sample of frame 0, 1 ... of a film, and the frame's stream. `most` is the
  * largest number of samples that a pixel takes in any frame. Pass the same number for every frame, as small
- * as possible: frames gain less from each other if many indices are skipped. The index is the frame number times the smallest power of two that is at least `most` (0 counts as 1), modulo
- * 2^32. The stream is 0 until the indices are used up, then 1 and so on: with 1,024 samples, it changes
- * every 4,194,304 frames. */
+ * as possible: frames gain less from each other if many indices are skipped. The index is the frame number
+ * times the smallest power of two that is at least `most` (0 counts as 1), modulo 2^32. The stream is 0
+ * until the indices are used up, then 1 and so on: with 1,024 samples, it changes every 4,194,304 frames. */
 BN_FUNCTION BN_UINT bn_frame_index(BN_UINT frame, BN_UINT most) {
     BN_UINT bits = bn_frame_bits(most);
     if (bits > 31u) return 0u;

@@ -188,9 +188,9 @@ fn bn_frame_bits(most: u32) -> u32 {
 
 /* The index of the first sample of frame 0, 1 ... of a film, and the frame's stream. `most` is the
  * largest number of samples that a pixel takes in any frame. Pass the same number for every frame, as small
- * as possible: frames gain less from each other if many indices are skipped. The index is the frame number times the smallest power of two that is at least `most` (0 counts as 1), modulo
- * 2^32. The stream is 0 until the indices are used up, then 1 and so on: with 1,024 samples, it changes
- * every 4,194,304 frames. */
+ * as possible: frames gain less from each other if many indices are skipped. The index is the frame number
+ * times the smallest power of two that is at least `most` (0 counts as 1), modulo 2^32. The stream is 0
+ * until the indices are used up, then 1 and so on: with 1,024 samples, it changes every 4,194,304 frames. */
 fn bn_frame_index(frame: u32, most: u32) -> u32 {
     let bits = bn_frame_bits(most);
     if (bits > 31u) {

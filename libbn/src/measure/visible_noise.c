@@ -7,10 +7,10 @@
  * clipping is not linear. Halving the samples increases the shift, and e(M) minus the mean of e(A) and e(B)
  * shows by how much.
  *
- * Each row is blurred once along x into a ring of rows, which the blur along y reads. In large
- * images, only every second row is measured, because the blur makes neighbouring rows nearly identical. The squared noise is pooled in integers, so
- * running sums are exact and results do not depend on where a thread starts. Time is proportional to the
- * number of values times the blur's width, for any pooling window. */
+ * Each row is blurred once along x into a ring of rows, which the blur along y reads. In large images, only every
+ * second row is measured, because the blur makes neighbouring rows nearly identical. The squared noise is pooled in
+ * integers, so running sums are exact and results do not depend on where a thread starts. Time is proportional to
+ * the number of values times the blur's width, for any pooling window. */
 #include "base/assert.h"
 #include "base/check.h"
 #include "base/float_environment.h"

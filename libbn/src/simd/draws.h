@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Draws BLUE, SOBOL and WHITE for many lanes at once, by compiling bn_draw.glsl with GCC's
- * vector types in place of numbers. Their operators let the code shared with shaders compile unchanged; only table lookups and bit reversal have their own functions. */
+ * Draws BLUE, SOBOL and WHITE for many lanes at once, by compiling bn_draw.glsl with GCC's vector types in place of
+ * numbers. Their operators let the code shared with shaders compile unchanged; only table lookups and bit reversal
+ * have their own functions. */
 #include "simd/simd.h"
 #include "simd/vec_draws.h"
 #include <bn/bn_device.h>
