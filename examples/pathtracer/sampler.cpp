@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Samplers by their names on the command line: those of libbn, and plug-ins.
 #include "sampler.h"
 
 #include "files.h"

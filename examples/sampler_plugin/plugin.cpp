@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Plug-ins: loading them with dlopen(), and refusing numbers that are not in [0, 1).
 #include "plugin.h"
 
 #include <dlfcn.h>
