@@ -66,7 +66,7 @@ void draw_pairs(const Draw &d, uint32_t count, float *u, const Place &place, con
 }
 
 // Reads initial direction numbers: a line for each dimension with its number, degree, polynomial and numbers, of which
-// columns_of(degree, polynomial, numbers) makes columns. Other lines are comments.
+// columns_of(degree, polynomial, numbers) makes columns. A heading may precede the first.
 template <typename Columns>
 std::vector<Columns> read_dimensions(const std::string &path, uint32_t most_degree, size_t least,
                                      Columns (*columns_of)(uint32_t, uint32_t, std::istream &)) {
@@ -75,8 +75,9 @@ std::vector<Columns> read_dimensions(const std::string &path, uint32_t most_degr
     uint32_t number, degree, polynomial;
     for (std::string line; std::getline(file, line);) {
         std::istringstream words(line);
-        if (words >> number >> degree >> polynomial && degree > 0 && degree <= most_degree)
-            found.push_back(columns_of(degree, polynomial, words));
+        if (!(words >> number >> degree >> polynomial) && found.empty()) continue; // a heading
+        if (!words || degree == 0 || degree > most_degree) throw std::invalid_argument(line);
+        found.push_back(columns_of(degree, polynomial, words));
     }
     if (found.size() < least) throw std::invalid_argument(path);
     return found;

@@ -51,6 +51,15 @@ def test_consecutive_dimensions_of_cascaded_sobol_are_nets_for_the_declared_coun
         assert is_net(points(f"cascaded_sobol.so:{tmp_path}/table", decision, 0, samples, 2, samples=samples), 2), (samples, decision)
 
 
+@pytest.mark.parametrize("line", ["17 0 1 1", "17 32 1 1", "seventeen", "17 2 1 1"])
+def test_bad_lines_of_a_table_are_rejected(line, tmp_path, capfd):
+    """They would shift the dimensions after them."""
+    (tmp_path / "table").write_text("d s a m_i\n" + "1 1 0 1\n" * 16 + line + "\n18 1 0 1\n")
+    with pytest.raises(CommandError):
+        points(f"cascaded_sobol.so:{tmp_path}/table", 0, 0, 4)
+    assert "rejects the argument" in capfd.readouterr().err
+
+
 def test_pairs_and_quadruples_of_quad_optimized_sequences_are_nets(tmp_path):
     """Degrees of 1 and 2 bound t by 1 in the quadruples. Decisions 2, 6, 10 ... have a pair."""
     (tmp_path / "table").write_text("1 1 3 1\n2 1 4 1\n3 1 5 1\n4 2 14 1 1\n" * 12)

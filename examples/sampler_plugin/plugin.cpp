@@ -53,8 +53,9 @@ Plugin plugin_load(const std::string &name, uint64_t seed, uint32_t samples) {
         throw std::runtime_error(name.substr(0, colon) + " takes no argument");
     if (create && !plugin.state)
         throw std::runtime_error(
-            name.substr(0, colon) + " rejects the argument '" + argument + "'" +
-            (samples > 0 ? " or " + std::to_string(samples) + " samples per pixel" : ""));
+            name.substr(0, colon) +
+            (argument.empty() ? " needs an argument" : " rejects the argument '" + argument + "'") +
+            (samples > 0 ? ", or rejects " + std::to_string(samples) + " samples per pixel" : ""));
     return plugin;
 }
 

@@ -161,7 +161,7 @@ def run(arguments):
             done = run_pathtracer(program, [*(["--quiet"] if options.quiet else []), *merging, "-o", output,
                                             "--merge", *(part.file_name for part in parts)], folder.path)
         except FarmError as error:
-            raise FarmError(f"{error}; the parts are kept in {folder.path}: remove damaged ones, and run the same command again") from None
+            raise FarmError(f"{error}; the parts are kept in {folder.path}; if one is damaged, remove it; then try again") from None
     except KeyboardInterrupt:
         if kept := folder.count(parts):
             raise KeyboardInterrupt(f"{kept} of {len(parts)} parts are kept in {folder.path}; the same command goes on") from None

@@ -182,7 +182,7 @@ def test_a_cluster_renders_the_same_image_as_one_machine(pathtracer):
     damaged = min(kept)
     damaged.write_bytes(damaged.read_bytes()[:-100])
     out, message = ended(start(pathtracer, *command), 1)
-    assert message.count("\n") == 1 and damaged.name in message and f"{damaged.parent}: remove damaged" in message, message
+    assert message.count("\n") == 1 and damaged.name in message and f"{damaged.parent}; if one is damaged, remove it" in message, message
     damaged.unlink()
     out, message = ended(start(pathtracer, *command), 0)
     assert message == "" and "19 of 20 parts are in" in out and "20 images merged" in out

@@ -341,6 +341,8 @@ static BN_NOINLINE bn_result visible_noise(const bn_visible_noise_options *given
     uint32_t threads = bn_team_threads(o.threads);
     const uint32_t tiles = m.tiles_across * ((height - 1) / TILE_ROWS + 1);
     if (threads > tiles) threads = tiles;
+    /* Asks at least once, because other threads might take all the tiles. */
+    if (progress != NULL && progress(user, 0) != 0) return BN_ERROR_CANCELLED;
     scratch unused;
     m.each_memory = scratch_divide(&m, NULL, &unused);
     m.memory = bn_allocate_zero(threads, m.each_memory);
