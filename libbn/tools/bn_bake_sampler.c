@@ -4,7 +4,7 @@
  * Samples and pixels are in pole order (pole_order.h). Three stages choose the remaining degrees of freedom
  * so that errors of neighbouring pixels cancel: the vectors of each member of a family (bake_vectors.c), the
  * quadtree down to the blocks (bake_blocks.c), and the quadtree inside the blocks (bake_places.c). All moves
- * preserve the nets. Takes half an hour on one core. The vectors determine nearly all of the error; the
+ * preserve the nets. Takes half an hour to an hour on one core. The vectors determine nearly all of the error; the
  * quadtree determines how visible its own pattern is. docs/blue.md lists the terms.
  *
  * The table depends only on the effort. Cosines, logarithms and exponentials come from the C library, so
@@ -174,7 +174,7 @@ int main(int argc, char **argv) {
         strlen(argv[2]) > PATH_SIZE - sizeof ".part") {
         fputs(
             "Usage: bn_bake_sampler EFFORT OUTPUT.u32\n"
-            "EFFORT of the search is 0 to 100; 1 made the table of the library, in half an hour\n",
+            "EFFORT of the search is 0 to 100; 1 made the table of the library, in up to an hour\n",
             stderr);
         return 2;
     }
