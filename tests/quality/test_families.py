@@ -46,9 +46,9 @@ PRODUCTS = {"one pair": [(0, 0)], "both pairs": [(0, 0), (0, 1)], "two members":
 
 
 def test_means_over_keys_are_unbiased():
-    """Averages each of 12 products over 2^19 keys, at two indices. Over keys, each sample is jointly uniform in both pairs, all members and
+    """Averages each of 12 products over 2^20 keys, at two indices. Over keys, each sample is jointly uniform in both pairs, all members and
     two families, so the sum of z squared is chi-square with 24 degrees of freedom. It exceeds 74 with probability 5e-7."""
-    sampler, key, squares = bluenoise.Sampler("blue", seed=31), np.arange(2**19, dtype=np.uint32), dict.fromkeys(PRODUCTS, 0.0)
+    sampler, key, squares = bluenoise.Sampler("blue", seed=31), np.arange(2**20, dtype=np.uint32), dict.fromkeys(PRODUCTS, 0.0)
     for k, (i, index) in itertools.product(range(12), enumerate((0, 5))):
         parent = domain_child(2 * k + i, 4 * key)
         samples = [sampler.sample(5, 9, index, domain_child(parent, child)) for child in range(5)]

@@ -63,7 +63,7 @@ def test_every_cell_of_two_decisions_is_sampled(sampler, request):
     """The smallest sample count in any of 8 x 8 cells over an image, relative to the expected count."""
     if "mask" in request.node.callspec.id:
         return  # its first sample is a mask, shifted per coordinate, and one pair of coordinates in 4,096 has the same shift
-    y, x = np.mgrid[:192, :192]
+    y, x = np.mgrid[:256, :256]
     drawn = decisions(sampler(1, 9), x, y, 0)
     cells = (np.concatenate(drawn, -1).reshape(-1, 4 * len(drawn)).T * 8).astype(np.uint8)
     met = (cells[:, None] == np.arange(8, dtype=np.uint8)[:, None]).astype(np.float32).reshape(8 * len(cells), -1)

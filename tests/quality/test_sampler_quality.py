@@ -2,7 +2,7 @@
 """Compares the samplers' errors after a blur with the limits in sampler_limits.csv.
 
 Each row limits one figure of one sampler after one blur, with one column per sample count. A figure is the mean RMSE of the blurred errors
-of 64 x 64 pixels over 12 integrands and 4 domains, relative to white noise (in closed form). The figures are:
+of 64 x 64 pixels over 24 integrands and 4 domains, relative to white noise (in closed form). The figures are:
 
     half-planes-01, half-planes-23   half-planes in a pair of dimensions
     products                         half-planes in both pairs of a domain, multiplied
@@ -36,7 +36,7 @@ ndimage = pytest.importorskip("scipy.ndimage")
 LIMITS = Path(__file__).with_name("sampler_limits.csv")
 ROWS = list(csv.DictReader(LIMITS.open(encoding="utf-8")))
 COUNTS = list(ROWS[0])[4:]
-PLANES, DOMAINS, MEMBERS = 12, 4, 4
+PLANES, DOMAINS, MEMBERS = 24, 4, 4
 RADIUS, INNER = 8, 64  # images have a margin as wide as the blur
 SIZE = INNER + 2 * RADIUS
 SIBLINGS = list(combinations(range(MEMBERS), 2))
