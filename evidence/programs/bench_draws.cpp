@@ -204,10 +204,5 @@ int run(int argc, char **argv) {
 } // namespace
 
 int main(int argc, char **argv) {
-    try {
-        return run(argc, argv);
-    } catch (const std::exception &error) {
-        say(error.what());
-        return 1;
-    }
+    return run_or_say(run, argc, argv);
 }

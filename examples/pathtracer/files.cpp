@@ -81,6 +81,15 @@ void say(const std::string &message) {
     std::fprintf(stderr, "pathtracer: %s\n", without_controls(message).c_str());
 }
 
+int run_or_say(int (*run)(int, char **), int argc, char **argv) {
+    try {
+        return run(argc, argv);
+    } catch (const std::exception &error) {
+        say(error.what());
+        return 1;
+    }
+}
+
 void check_regular(const fs::path &path) {
     std::error_code error;
     const fs::file_status status = fs::status(path, error);

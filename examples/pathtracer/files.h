@@ -45,6 +45,8 @@ std::string without_controls(std::string text);
 
 // Prints one line to standard error, after the program's name.
 void say(const std::string &message);
+// Returns what `run` returns, or 1 after saying what it throws.
+int run_or_say(int (*run)(int, char **), int argc, char **argv);
 
 // Throws Error unless it is a regular file. The message continues the file's name.
 void check_regular(const std::filesystem::path &path);

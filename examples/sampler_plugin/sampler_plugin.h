@@ -3,7 +3,7 @@
  * with --sampler NAME=./FILE.so; both use plugin.h. evidence/plugins and docs/bench.md have samples. C99, also C++; other
  * languages export the same functions. You choose its licence.
  *
- *     cc -O2 -shared -fPIC mine.c -o mine.so
+ *     cc -O2 -shared -fPIC -I examples/sampler_plugin mine.c -o mine.so
  *
  * A decision is a group of numbers that a path needs in one place, numbered 4 * slot + part:
  *
